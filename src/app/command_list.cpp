@@ -1,0 +1,77 @@
+// `trocar list`: every method with its parameters, absent ones with the reason. Prints from the registry alone.
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/commands.hpp"
+#include "method/registry.hpp"
+
+namespace trocar::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json parameters_json(const std::vector<Parameter>& parameters) {
+    Json list = Json::array();
+    for (const Parameter& p : parameters) {
+        list.push_back({{"name", p.name},
+                        {"unit", p.unit},
+                        {"default", p.default_value},
+                        {"range", p.range()},
+                        {"meaning", p.meaning}});
+    }
+    return list;
+}
+
+template <typename Entry>
+Json present_json(const Entry& entry) {
+    Json json{{"name", entry.name},
+              {"library", entry.library},
+              {"version", entry.version},
+              {"available", true},
+              {"reason", ""}};
+    if constexpr (requires { entry.claims_exact; }) json["claims_exact"] = entry.claims_exact;
+    json["parameters"] = parameters_json(entry.parameters);
+    return json;
+}
+
+Json absent_json(const AbsentMethod& absent, bool detector) {
+    Json json{{"name", absent.name}, {"library", ""}, {"version", ""}, {"available", false}, {"reason", absent.reason}};
+    if (detector) json["claims_exact"] = false;
+    json["parameters"] = Json::array();
+    return json;
+}
+
+template <typename Entry>
+void print_section(const char* title, const std::vector<Entry>& present, const std::vector<AbsentMethod>& absent) {
+    fmt::print("{}\n", title);
+    for (const Entry& entry : present) {
+        fmt::print("  {:<16} {} {}\n", entry.name, entry.library, entry.version);
+        for (const Parameter& p : entry.parameters) {
+            fmt::print("      {}={}  [{}{}{}]  {}\n", p.name, p.default_value, p.range(),
+                       p.unit.empty() || p.unit == "1" ? "" : ", ", p.unit == "1" ? "" : p.unit, p.meaning);
+        }
+    }
+    for (const AbsentMethod& entry : absent) fmt::print("  {:<16} absent ({})\n", entry.name, entry.reason);
+}
+
+}  // namespace
+
+int list(const CommonOptions& common, const ListOptions& /*options*/) {
+    const Registry& all = registry();
+    if (!common.json) {
+        print_section("Detectors", all.detectors(), all.absent_detectors());
+        print_section("Responses", all.responses(), all.absent_responses());
+        return done;
+    }
+    Json detectors = Json::array();
+    Json responses = Json::array();
+    for (const DetectorEntry& entry : all.detectors()) detectors.push_back(present_json(entry));
+    for (const AbsentMethod& entry : all.absent_detectors()) detectors.push_back(absent_json(entry, true));
+    for (const ResponseEntry& entry : all.responses()) responses.push_back(present_json(entry));
+    for (const AbsentMethod& entry : all.absent_responses()) responses.push_back(absent_json(entry, false));
+    fmt::print("{}\n", Json{{"detectors", detectors}, {"responses", responses}}.dump());
+    return done;
+}
+
+}  // namespace trocar::app

@@ -1,0 +1,100 @@
+// One plain structure of options and one function per command. main.cpp fills the structures from the command line, so
+// that the heavy parser header stays in one file; each function returns the exit status (DESIGN §10).
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace trocar::app {
+
+/// Exit status of the program.
+enum ExitStatus : int { done = 0, comparison_failed = 1, bad_input = 2, method_failed = 3, interrupted = 130 };
+
+/// Given to every command.
+struct CommonOptions {
+    bool json = false;                          ///< one JSON document on stdout, messages on stderr
+    std::optional<std::filesystem::path> data;  ///< --data, else $TROCAR_DATA
+};
+
+struct MeshOptions {
+    std::filesystem::path file;
+};
+int mesh(const CommonOptions& common, const MeshOptions& options);
+
+struct DetectOptions {
+    std::filesystem::path file_a;
+    std::filesystem::path file_b;
+    std::string pose_a = "0 0 0 0 0 0";
+    std::string pose_b = "0 0 0 0 0 0";
+    double scale_a = 1.0;
+    double scale_b = 1.0;
+    std::string detector = "ohc";  ///< NAME[:parameters] or all
+    bool truth = false;
+    std::optional<std::filesystem::path> write_posed;
+};
+int detect(const CommonOptions& common, const DetectOptions& options);
+
+struct TritriOptions {
+    std::filesystem::path file;
+    std::string test = "exact";  ///< moller | interval | exact
+};
+int tritri(const CommonOptions& common, const TritriOptions& options);
+
+struct ReplayOptions {
+    std::filesystem::path recording;
+    std::string detector = "ohc";  ///< NAME[:parameters] or all
+    bool truth = false;
+};
+int replay(const CommonOptions& common, const ReplayOptions& options);
+
+struct RespondOptions {
+    std::filesystem::path file;
+};
+int respond(const CommonOptions& common, const RespondOptions& options);
+
+struct RunOptions {
+    std::filesystem::path scene;
+    std::string detector = "ohc";
+    std::string response = "thesis:profile=faithful";
+    std::string contacts = "canonical";  ///< canonical | native
+    std::optional<std::int64_t> ticks;
+    std::optional<std::filesystem::path> record;
+};
+int run(const CommonOptions& common, const RunOptions& options);
+
+struct ExplainOptions {
+    std::filesystem::path scene;
+    std::int64_t tick = 0;
+    std::string response = "thesis:profile=faithful";
+    std::string pair;  ///< "a,b" or empty
+};
+int explain(const CommonOptions& common, const ExplainOptions& options);
+
+struct StudyOptions {
+    std::filesystem::path file;
+    std::optional<std::filesystem::path> output;  ///< default build/reports/<study>
+    bool publish = false;                         ///< copy the finished report to reports/<study>
+    bool plan_only = false;                       ///< print the run list and stop
+    /// Internal: run only this entry of the plan in this process and write its record to `child_output`.
+    std::optional<std::int64_t> child_run;
+    std::optional<std::filesystem::path> child_output;
+};
+int study(const CommonOptions& common, const StudyOptions& options);
+
+struct ReportOptions {
+    std::filesystem::path directory;
+};
+int report(const CommonOptions& common, const ReportOptions& options);
+
+struct ListOptions {};
+int list(const CommonOptions& common, const ListOptions& options);
+
+struct SchemaOptions {
+    std::string what;  ///< scene | study | recording
+};
+int schema(const CommonOptions& common, const SchemaOptions& options);
+
+}  // namespace trocar::app

@@ -1,0 +1,160 @@
+// The command line of trocar: parses, calls one command, turns InputError into one line and exit status 2.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <functional>
+#include <string>
+
+#include "app/commands.hpp"
+#include "geometry/input_error.hpp"
+
+namespace {
+
+using namespace trocar::app;
+
+constexpr const char* exit_status_text =
+    "Exit status: 0 the work was done (failed runs are rows); 1 a comparison failed; 2 bad input; 3 the one method "
+    "asked "
+    "for by name failed; 130 interrupted.";
+
+struct CommandLine {
+    CLI::App app{
+        "trocar: which collision detector and which contact response should a surgical simulator use, at haptic "
+        "rate, and how wrong are they?"};
+    CommonOptions common;
+    std::string data;
+    std::function<int()> command;
+
+    CLI::App* add(const std::string& name, const std::string& description, const std::string& example) {
+        CLI::App* sub = app.add_subcommand(name, description);
+        sub->footer("Example:\n  " + example);
+        sub->add_flag("--json", common.json, "One JSON document on stdout, messages on stderr");
+        sub->add_option("--data", data, "Folder of the data outside the project (default: $TROCAR_DATA)");
+        return sub;
+    }
+    template <typename Options>
+    void on(CLI::App* sub, Options& options, int (*run)(const CommonOptions&, const Options&)) {
+        sub->callback([this, &options, run] { command = [this, &options, run] { return run(common, options); }; });
+    }
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CommandLine line;
+    line.app.require_subcommand(1);
+    line.app.footer(exit_status_text);
+    line.app.set_version_flag("--version", TROCAR_VERSION);
+
+    RunOptions run_options;
+    CLI::App* sub = line.add("run", "Run one scene with one detector and one response",
+                             "trocar run scenes/i2t_poke.json --detector ohc --response thesis:profile=faithful");
+    sub->add_option("scene", run_options.scene, "Scene file (JSON)")->required();
+    sub->add_option("--detector", run_options.detector, "NAME[:key=value,...]")->capture_default_str();
+    sub->add_option("--response", run_options.response, "NAME[:key=value,...]")->capture_default_str();
+    sub->add_option("--contacts", run_options.contacts, "Contact source: canonical or native")->capture_default_str();
+    sub->add_option("--ticks", run_options.ticks, "Ticks to run instead of the scene's number");
+    sub->add_option("--record", run_options.record, "Write the frames as a recording");
+    line.on(sub, run_options, run);
+
+    StudyOptions study_options;
+    sub = line.add("study", "Run a study (all its methods on all its scenes) and write its report",
+                   "trocar study bench/studies/default.json");
+    sub->add_option("file", study_options.file, "Study file (JSON)")->required();
+    sub->add_option("--output", study_options.output, "Folder for records and report (default: build/reports/<study>)");
+    sub->add_flag("--publish", study_options.publish, "Copy the finished report to reports/<study>");
+    sub->add_flag("--plan", study_options.plan_only, "Print the list of runs and stop");
+    sub->add_option("--child-run", study_options.child_run)->group("");
+    sub->add_option("--child-output", study_options.child_output)->group("");
+    line.on(sub, study_options, study);
+
+    ReportOptions report_options;
+    sub =
+        line.add("report", "Rebuild a report from its stored records, byte for byte", "trocar report reports/default");
+    sub->add_option("directory", report_options.directory, "Folder that holds records.jsonl")->required();
+    line.on(sub, report_options, report);
+
+    DetectOptions detect_options;
+    sub = line.add("detect", "All intersecting triangle pairs of two mesh files",
+                   "trocar detect liver.stl tool.obj --pose-b \"0 0 0.01 0 90 0\" --scale-b 0.001 --detector all");
+    sub->add_option("a", detect_options.file_a, "First mesh (OBJ, STL, PLY, OFF, VRML)")->required();
+    sub->add_option("b", detect_options.file_b, "Second mesh")->required();
+    sub->add_option("--pose-a", detect_options.pose_a, "\"x y z rx ry rz\": translation, rotation vector in degrees");
+    sub->add_option("--pose-b", detect_options.pose_b, "\"x y z rx ry rz\": translation, rotation vector in degrees");
+    sub->add_option("--scale-a", detect_options.scale_a, "Factor on the coordinates of a, before the pose");
+    sub->add_option("--scale-b", detect_options.scale_b, "Factor on the coordinates of b, before the pose");
+    sub->add_option("--detector", detect_options.detector, "NAME[:key=value,...] or all")->capture_default_str();
+    sub->add_flag("--truth", detect_options.truth, "Hold the answer against the exact oracle");
+    sub->add_option("--write-posed", detect_options.write_posed, "Write a.obj and b.obj as tested into this folder");
+    line.on(sub, detect_options, detect);
+
+    ReplayOptions replay_options;
+    sub = line.add("replay", "Detectors on recorded frames", "trocar replay frames.trocrec --detector all");
+    sub->add_option("recording", replay_options.recording, "Recording file (trocar schema recording)")->required();
+    sub->add_option("--detector", replay_options.detector, "NAME[:key=value,...] or all")->capture_default_str();
+    sub->add_flag("--truth", replay_options.truth, "Hold the answers against the exact oracle");
+    line.on(sub, replay_options, replay);
+
+    ExplainOptions explain_options;
+    sub = line.add("explain", "One tick of a scene, all detectors side by side",
+                   "trocar explain scenes/i2t_poke.json --tick 300");
+    sub->add_option("scene", explain_options.scene, "Scene file (JSON)")->required();
+    sub->add_option("--tick", explain_options.tick, "Tick to look at")->required();
+    sub->add_option("--pair", explain_options.pair, "One triangle pair a,b (numbers of the scene's files)");
+    sub->add_option("--response", explain_options.response, "Response that leads to the tick")->capture_default_str();
+    line.on(sub, explain_options, explain);
+
+    MeshOptions mesh_options;
+    sub = line.add("mesh", "Counts, defects, box and unit of a mesh file", "trocar mesh liver.stl --json");
+    sub->add_option("file", mesh_options.file, "Mesh file (OBJ, STL, PLY, OFF, VRML)")->required();
+    line.on(sub, mesh_options, mesh);
+
+    TritriOptions tritri_options;
+    sub = line.add("tritri", "The triangle test on a file of pairs (18 numbers a line)",
+                   "trocar tritri pairs.txt --test exact");
+    sub->add_option("file", tritri_options.file, "One pair a line, optionally followed by truth and class")->required();
+    sub->add_option("--test", tritri_options.test, "moller, interval or exact")
+        ->check(CLI::IsMember({"moller", "interval", "exact"}))
+        ->capture_default_str();
+    line.on(sub, tritri_options, tritri);
+
+    RespondOptions respond_options;
+    sub = line.add("respond", "The response equations on a file of cases", "trocar respond response_cases.json");
+    sub->add_option("file", respond_options.file, "Cases (JSON)")->required();
+    line.on(sub, respond_options, respond);
+
+    ListOptions list_options;
+    sub = line.add("list", "All methods with their parameters; absent ones with the reason", "trocar list --json");
+    line.on(sub, list_options, list);
+
+    SchemaOptions schema_options;
+    sub = line.add("schema", "The file formats: scene, study or recording", "trocar schema scene");
+    sub->add_option("what", schema_options.what, "scene, study or recording")
+        ->required()
+        ->check(CLI::IsMember({"scene", "study", "recording"}));
+    line.on(sub, schema_options, schema);
+
+    try {
+        line.app.parse(argc, argv);
+    } catch (const CLI::Success& success) {
+        return line.app.exit(success);
+    } catch (const CLI::ParseError& error) {
+        std::fprintf(stderr, "trocar: command line: %s (see trocar --help)\n", error.what());
+        return bad_input;
+    }
+    if (!line.data.empty()) {
+        line.common.data = line.data;
+    } else if (const char* variable = std::getenv("TROCAR_DATA"); variable != nullptr && *variable != '\0') {
+        line.common.data = variable;
+    }
+    try {
+        return line.command();
+    } catch (const trocar::InputError& error) {
+        std::fprintf(stderr, "trocar: %s\n", error.what());
+        return bad_input;
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "trocar: internal error: %s\n", error.what());
+        return 70;
+    }
+}

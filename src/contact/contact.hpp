@@ -1,0 +1,46 @@
+// What detection finds: pairs of intersecting triangles, and contacts that add geometry to a pair.
+// Unset fields are poisoned (NaN, -1), so that "not filled" never looks like an answer.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "geometry/types.hpp"
+
+namespace trocar {
+
+/// Two intersecting triangles, a < b, global triangle numbers.
+struct TrianglePair {
+    Index a = -1;
+    Index b = -1;
+    auto operator<=>(const TrianglePair&) const = default;
+};
+
+/// How two triangles overlap (METHODS §3.1): by the order of their intervals on the common line.
+enum class ContactCase : std::uint8_t {
+    unset,
+    a_enters_b,   ///< a vertex of a pierces face b: a's interval lies inside b's
+    b_enters_a,   ///< a vertex of b pierces face a (also the tie of equal intervals)
+    edges_cross,  ///< the intervals overlap partly
+    touch,        ///< overlap and depth both at most 1 nm: no response
+    coplanar,     ///< same plane: no response, counted
+    degenerate    ///< a triangle with an altitude below 1 µm: no response, counted
+};
+
+/// Geometry of one contact. Native contacts of a library may leave a, b or anything else unset.
+struct Contact {
+    static constexpr double unset = std::numeric_limits<double>::quiet_NaN();
+    Index a = -1;
+    Index b = -1;
+    ContactCase kind = ContactCase::unset;
+    Vector3 point = Vector3::Constant(unset);   ///< m, world
+    Vector3 normal = Vector3::Constant(unset);  ///< unit, from a to b
+    double depth = unset;                       ///< m, >= 0; plane depth of the entering vertex (cases *_enters_*)
+    double interval_length = unset;             ///< m, overlap of the two intervals on the common line
+    Vector3 interval_direction =
+        Vector3::Constant(unset);  ///< unit; moving b along it by interval_length parts the pair
+    Index vertex_a = -1;           ///< A1: global vertex of a (entering, or nearest to vertex_b)
+    Index vertex_b = -1;           ///< A2: global vertex of b (entering, or nearest to vertex_a)
+};
+
+}  // namespace trocar

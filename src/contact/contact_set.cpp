@@ -1,0 +1,34 @@
+#include "contact/contact_set.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace trocar {
+
+WorkCounters& WorkCounters::operator+=(const WorkCounters& other) {
+    vertices_read += other.vertices_read;
+    cells_visited += other.cells_visited;
+    box_tests += other.box_tests;
+    triangle_tests += other.triangle_tests;
+    return *this;
+}
+
+void ContactSet::clear() {
+    pairs.clear();
+    native.clear();
+    contacts.clear();
+    work = {};
+    truncated = false;
+    outcome.kind = OutcomeKind::ok;
+    outcome.message.clear();
+}
+
+void ContactSet::sort_pairs() {
+    for (TrianglePair& pair : pairs) {
+        if (pair.b < pair.a) std::swap(pair.a, pair.b);
+    }
+    std::sort(pairs.begin(), pairs.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+}
+
+}  // namespace trocar

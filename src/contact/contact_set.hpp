@@ -1,0 +1,40 @@
+// The result of one tick's detection, reused from tick to tick: cleared, never freed. Also the work counters that CI
+// may gate on, since they are deterministic where wall time is not.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "contact/contact.hpp"
+#include "contact/outcome.hpp"
+#include "geometry/types.hpp"
+
+namespace trocar {
+
+/// Deterministic counts of what a method looked at in one tick.
+struct WorkCounters {
+    std::int64_t vertices_read = 0;
+    std::int64_t cells_visited = 0;
+    std::int64_t box_tests = 0;
+    std::int64_t triangle_tests = 0;
+    [[nodiscard]] std::int64_t work() const { return vertices_read + cells_visited + box_tests + triangle_tests; }
+    WorkCounters& operator+=(const WorkCounters& other);
+};
+
+/// A detector fills pairs (sorted by (a, b), each once), optionally native contacts, and the counters; the shared stage
+/// `derive` fills contacts. Pairs name only triangles of body pairs that the topology lists.
+struct ContactSet {
+    std::vector<TrianglePair> pairs;
+    std::vector<Contact> native;    ///< the library's own contacts, kept raw
+    std::vector<Contact> contacts;  ///< canonical: one per entry of `pairs`, same order
+    WorkCounters work;
+    bool truncated = false;  ///< a limit cut the list: "unknown", never "free"
+    Outcome outcome;
+
+    /// Empties everything and keeps the memory.
+    void clear();
+    /// Puts the smaller number first in each pair, sorts and drops repeats.
+    void sort_pairs();
+};
+
+}  // namespace trocar

@@ -1,0 +1,25 @@
+#include "contact/effect.hpp"
+
+#include <algorithm>
+
+namespace trocar {
+
+void Effect::resize(Index vertex_count, Index body_count) {
+    held_force.setZero(3, vertex_count);
+    wrench.assign(static_cast<std::size_t>(body_count), Wrench{});
+    tip_force.assign(static_cast<std::size_t>(body_count), Vector3::Zero());
+}
+
+void Effect::clear() {
+    contacts.clear();
+    placements.clear();
+    held_force.setZero();
+    std::fill(wrench.begin(), wrench.end(), Wrench{});
+    std::fill(tip_force.begin(), tip_force.end(), Vector3::Zero());
+    skipped = 0;
+    no_hit = 0;
+    ruptures = 0;
+    contacts_held = false;
+}
+
+}  // namespace trocar

@@ -1,0 +1,62 @@
+// What a response wants to happen. A response never touches tissue or instruments; it fills an Effect, which the
+// stepper applies, so that every response is integrated in the same way.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "geometry/types.hpp"
+
+namespace trocar {
+
+/// A contact force that the integrator re-evaluates in every sub-step (METHODS §4). It acts on the point
+/// P = Σ weights_i x_i along `normal` with F = k·d − mu·(v_P·normal − face_velocity), d = −gap, where gap is the gap at
+/// the frame the response saw and changes by (v_P·normal − face_velocity)·dt afterwards.
+struct LinearContact {
+    std::array<Index, 3> vertices{-1, -1, -1};     ///< pushed vertices; unused entries -1 with weight 0
+    std::array<double, 3> weights{0.0, 0.0, 0.0};  ///< sum 1
+    Vector3 normal = Vector3::Zero();              ///< unit, direction in which the vertices are pushed
+    double gap = 0.0;                              ///< m, negative = penetrating
+    double k = 0.0;                                ///< N/m
+    double mu = 0.0;                               ///< N s/m
+    double face_velocity = 0.0;                    ///< m/s, normal velocity of the other surface
+    bool adhesive = false;                         ///< true: the force may pull (faithful has no clamp)
+    /// Body that takes the reaction −F, and the world point where it acts; -1 = none (a static body).
+    Index reaction_body = -1;
+    Vector3 reaction_point = Vector3::Zero();
+    /// Vertices that take the reaction when the other side is tissue; all -1 when reaction_body is an instrument.
+    std::array<Index, 3> reaction_vertices{-1, -1, -1};
+    std::array<double, 3> reaction_weights{0.0, 0.0, 0.0};
+};
+
+/// Puts a tissue vertex somewhere at the end of this stage.
+struct Placement {
+    Index vertex = -1;
+    Vector3 position = Vector3::Zero();  ///< m, world
+    Vector3 velocity = Vector3::Zero();  ///< m/s, world
+};
+
+/// Force and moment about the world origin.
+struct Wrench {
+    Vector3 force = Vector3::Zero();   ///< N
+    Vector3 moment = Vector3::Zero();  ///< N m
+};
+
+/// Output of a response, input of tissue, operator and metrics.
+struct Effect {
+    std::vector<LinearContact> contacts;
+    Matrix3X held_force;                ///< 3×N, N; constant over the tick. Sized by prepare, zeroed by clear.
+    std::vector<Placement> placements;  ///< at most one per vertex
+    std::vector<Wrench> wrench;      ///< per body: forces that no linear contact carries (reactions to placements …)
+    std::vector<Vector3> tip_force;  ///< per body: force shown at the tip at this frame, before any limiter, N
+    std::int64_t skipped = 0;        ///< pairs without a response (touch, coplanar, degenerate, class not handled)
+    std::int64_t no_hit = 0;         ///< projections without a contact point (METHODS §6)
+    std::int64_t ruptures = 0;       ///< ruptures in this tick
+    bool contacts_held = false;      ///< setting `hold`: integrate the forces of the frame over the whole tick
+
+    void resize(Index vertex_count, Index body_count);
+    void clear();
+};
+
+}  // namespace trocar

@@ -1,0 +1,30 @@
+// The one exception for bad user input (scene, study, mesh, command line). It is caught once, in main, and ends the
+// program with exit status 2; nothing else in trocar throws across an interface.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace trocar {
+
+/// One line: "file: where: expected X, got Y". `where` is a line number, a byte offset or a JSON pointer; may be empty.
+class InputError : public std::runtime_error {
+public:
+    InputError(std::string_view file, std::string_view where, std::string_view expected, std::string_view found)
+        : std::runtime_error(compose(file, where, expected, found)) {}
+    /// For messages that do not fit "expected X, got Y".
+    explicit InputError(const std::string& message) : std::runtime_error(message) {}
+
+private:
+    static std::string compose(std::string_view file, std::string_view where, std::string_view expected,
+                               std::string_view found) {
+        std::string text;
+        for (std::string_view part : {file, where}) {
+            if (!part.empty()) text.append(part).append(": ");
+        }
+        return text.append("expected ").append(expected).append(", got ").append(found);
+    }
+};
+
+}  // namespace trocar

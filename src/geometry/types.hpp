@@ -1,0 +1,44 @@
+// The linear-algebra vocabulary of the whole project: points, point arrays, triangle arrays and index ranges.
+// Everything above speaks in these few types, so that a vertex array can be handed to any library without a copy.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <limits>
+
+namespace trocar {
+
+using Index = std::int32_t;  ///< Vertex, triangle or body number; -1 means "not set".
+
+using Vector3 = Eigen::Vector3d;  ///< Point, direction or force; world frame, SI units unless said otherwise.
+using Matrix3 = Eigen::Matrix3d;
+using Quaternion = Eigen::Quaterniond;
+using Matrix3X = Eigen::Matrix3Xd;  ///< 3×N, column major: each point is 24 contiguous bytes.
+using Triangles =
+    Eigen::Matrix<Index, 3, Eigen::Dynamic>;  ///< 3×T vertex numbers, counter-clockwise seen from outside.
+
+/// Half-open run of consecutive vertex, triangle or contact numbers.
+struct Range {
+    Index first = 0;
+    Index count = 0;
+    [[nodiscard]] Index end() const { return first + count; }
+    [[nodiscard]] bool contains(Index i) const { return i >= first && i < end(); }
+    bool operator==(const Range&) const = default;
+};
+
+/// Axis-aligned box; empty (min > max) until the first point is added.
+struct Box {
+    Vector3 min = Vector3::Constant(std::numeric_limits<double>::infinity());
+    Vector3 max = Vector3::Constant(-std::numeric_limits<double>::infinity());
+    void add(const Vector3& p) {
+        min = min.cwiseMin(p);
+        max = max.cwiseMax(p);
+    }
+    /// Closed boxes: touching counts as overlapping.
+    [[nodiscard]] bool overlaps(const Box& other) const {
+        return (min.array() <= other.max.array()).all() && (other.min.array() <= max.array()).all();
+    }
+};
+
+}  // namespace trocar

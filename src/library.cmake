@@ -1,0 +1,30 @@
+# The shared library trocar::trocar out of all folders and methods, and its installation. Shared, so that a user's
+# program needs Eigen and nothing else: the rivals' libraries are private to it.
+trocar_write_method_table(${CMAKE_BINARY_DIR}/generated/method_table.cpp)
+get_property(trocar_objects GLOBAL PROPERTY TROCAR_OBJECTS)
+add_library(trocar SHARED ${CMAKE_BINARY_DIR}/generated/method_table.cpp src/trocar/trocar.cpp)
+add_library(trocar::trocar ALIAS trocar)
+target_link_libraries(trocar PRIVATE trocar_options ${trocar_objects} PUBLIC Eigen3::Eigen)
+target_include_directories(trocar PUBLIC
+    $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}/src>
+    $<INSTALL_INTERFACE:include>
+    $<INSTALL_INTERFACE:include/trocar>)
+target_compile_features(trocar PUBLIC cxx_std_20)
+set_target_properties(trocar PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR})
+
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+install(TARGETS trocar EXPORT trocar_targets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(FILES src/trocar/trocar.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/trocar)
+foreach(folder geometry scene contact method)
+    install(DIRECTORY src/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/trocar FILES_MATCHING PATTERN "*.hpp")
+endforeach()
+install(EXPORT trocar_targets NAMESPACE trocar:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/trocar)
+file(WRITE ${CMAKE_BINARY_DIR}/generated/trocarConfig.cmake
+"include(CMakeFindDependencyMacro)
+find_dependency(Eigen3 3.4 NO_MODULE)
+include(\${CMAKE_CURRENT_LIST_DIR}/trocar_targets.cmake)
+")
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/generated/trocarConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_BINARY_DIR}/generated/trocarConfig.cmake ${CMAKE_BINARY_DIR}/generated/trocarConfigVersion.cmake
+    DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/trocar)

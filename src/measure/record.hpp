@@ -1,0 +1,48 @@
+// One run as a report reads it: what was run, on what, every tick, and how it ended. Written as one JSON line; a report
+// reads records only, so any table can be rebuilt byte for byte.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "contact/outcome.hpp"
+#include "measure/step_row.hpp"
+
+namespace trocar {
+
+/// What one run is: everything that decides its result, and thus the key it is stored under.
+struct RunSpec {
+    std::string study;
+    std::string mode;             ///< "replay" | "closed_loop" | "triangle_pair"
+    std::string scene;            ///< scene name
+    std::string scene_file;       ///< relative to the study file
+    std::string scene_hash;       ///< 16 hex digits
+    std::string pair_class;       ///< "I2I", "I2R", "I2T", "R2T", "T2T"
+    std::string detector;         ///< NAME[:key=value…]
+    std::string response;         ///< empty in replay
+    std::string contacts;         ///< "canonical" | "native"; empty in replay
+    std::string setting;          ///< "default" | "recommended" | "tuned"
+    std::int64_t repetition = 0;  ///< process number
+    std::uint64_t seed = 1;
+    std::int64_t ticks = 0;
+};
+
+struct Record {
+    RunSpec spec;
+    std::map<std::string, std::string>
+        environment;  ///< commit, dirty, compiler, flags, cpu, kernel, library versions …
+    Outcome outcome;
+    std::string frames_hash;                ///< replay: hash over all frames the detector saw
+    std::string state_hash;                 ///< closed loop: hash of the last frame
+    std::map<std::string, double> summary;  ///< named figures beyond rows; NaN = n/a
+    std::vector<StepRow> rows;
+};
+
+/// One JSON line without a newline; non-finite numbers are null.
+std::string to_json_line(const Record& record);
+/// Throws InputError with file and line number.
+Record record_from_json_line(const std::string& line, const std::string& file, std::int64_t line_number);
+
+}  // namespace trocar

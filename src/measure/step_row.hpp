@@ -1,0 +1,43 @@
+// One tick as plain data: what stage times, counts and geometry said. Rows are appended to a reserved vector.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+
+#include "contact/contact_set.hpp"
+
+namespace trocar {
+
+/// Stages of a tick in order (DESIGN §5). observe is never timed.
+enum class Stage : std::uint8_t { move, update, detect, derive, respond, advance };
+inline constexpr std::size_t stage_count = 6;
+inline constexpr std::array<const char*, stage_count> stage_names{"move",   "update",  "detect",
+                                                                  "derive", "respond", "advance"};
+
+struct StepRow {
+    std::int64_t tick = -1;
+    double time = 0.0;                                 ///< s
+    std::array<std::int64_t, stage_count> stage_ns{};  ///< -1: stage not present in this run
+    std::int64_t pairs = 0;
+    std::int64_t contacts = 0;
+    std::int64_t native_contacts = 0;
+    std::int64_t true_pairs = -1;                                 ///< -1: truth not computed on this tick
+    std::int64_t missing = -1;                                    ///< true pairs not reported
+    std::int64_t extra = -1;                                      ///< reported pairs that are not true
+    std::int64_t missing_touch = -1;                              ///< of `missing`: pairs that only touch
+    double max_depth = std::numeric_limits<double>::quiet_NaN();  ///< m, truth's, on the frame after the step
+    double mean_depth =
+        std::numeric_limits<double>::quiet_NaN();  ///< m, area mean over penetrating samples, after the step
+    double depth_error =
+        std::numeric_limits<double>::quiet_NaN();  ///< m, worst |contact depth - true depth| on the frame detect saw
+    Vector3 tool_force = Vector3::Zero();          ///< N, on the instruments, mean over the tick
+    double max_strain = std::numeric_limits<double>::quiet_NaN();  ///< 1
+    std::int64_t ruptures = 0;
+    std::int64_t allocations = 0;  ///< heap allocations inside timed stages
+    WorkCounters work;
+    bool truncated = false;
+    OutcomeKind outcome = OutcomeKind::ok;
+};
+
+}  // namespace trocar

@@ -1,0 +1,97 @@
+#include "method/entry.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+
+#include "geometry/input_error.hpp"
+
+namespace trocar {
+namespace {
+
+std::optional<double> parse_number(std::string_view text) {
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
+    return value;
+}
+
+bool contains(const std::vector<std::string>& list, std::string_view word) {
+    return std::find(list.begin(), list.end(), word) != list.end();
+}
+
+void check(std::string_view method, const Parameter& parameter, const std::string& value) {
+    if (contains(parameter.words, value)) return;
+    bool good = false;
+    if (parameter.type == Parameter::Type::choice) {
+        good = contains(parameter.choices, value);
+    } else if (const auto number = parse_number(value)) {
+        good = *number >= parameter.minimum && *number <= parameter.maximum &&
+               (parameter.type == Parameter::Type::number || *number == std::floor(*number));
+    }
+    if (!good) {
+        throw InputError(method, fmt::format("parameter '{}'", parameter.name), parameter.range(),
+                         fmt::format("'{}'", value));
+    }
+}
+
+}  // namespace
+
+std::string Parameter::range() const {
+    std::string text;
+    if (type == Type::choice) {
+        text = fmt::format("{}", fmt::join(choices, "|"));
+    } else {
+        const std::string kind = type == Type::integer ? "integer" : "number";
+        const bool low = std::isfinite(minimum);
+        const bool high = std::isfinite(maximum);
+        if (low && high) {
+            text = fmt::format("{} {} to {}", kind, minimum, maximum);
+        } else if (low) {
+            text = fmt::format("{} >= {}", kind, minimum);
+        } else if (high) {
+            text = fmt::format("{} <= {}", kind, maximum);
+        } else {
+            text = kind;
+        }
+    }
+    for (const std::string& word : words) text += "|" + word;
+    return text;
+}
+
+ParameterValues::ParameterValues(std::string_view method, const std::vector<Parameter>& declared,
+                                 const std::map<std::string, std::string>& given) {
+    for (const Parameter& parameter : declared) {
+        const auto found = given.find(parameter.name);
+        const std::string& value = found == given.end() ? parameter.default_value : found->second;
+        check(method, parameter, value);
+        values_.emplace(parameter.name, value);
+    }
+    for (const auto& [key, value] : given) {
+        if (values_.contains(key)) continue;
+        std::vector<std::string> known;
+        for (const Parameter& parameter : declared) known.push_back(parameter.name);
+        throw InputError(
+            method, fmt::format("parameter '{}'", key),
+            known.empty() ? std::string("no parameters") : fmt::format("one of {}", fmt::join(known, ", ")),
+            fmt::format("'{}'", key));
+    }
+}
+
+const std::string& ParameterValues::text(std::string_view name) const {
+    const auto found = values_.find(name);
+    if (found == values_.end()) throw std::logic_error("undeclared parameter " + std::string(name));
+    return found->second;
+}
+
+double ParameterValues::number(std::string_view name) const {
+    return parse_number(text(name)).value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
+std::int64_t ParameterValues::integer(std::string_view name) const { return static_cast<std::int64_t>(number(name)); }
+
+}  // namespace trocar

@@ -1,0 +1,129 @@
+#include "method/registry.hpp"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <utility>
+
+#include "geometry/input_error.hpp"
+
+namespace trocar {
+
+/// Defined in the file that CMake writes from the trocar_add_* lines.
+void register_all_methods(Registry& registry);
+
+namespace {
+
+template <typename Entry>
+const Entry* find(const std::vector<Entry>& entries, std::string_view name) {
+    for (const Entry& entry : entries) {
+        if (entry.name == name) return &entry;
+    }
+    return nullptr;
+}
+
+template <typename Entry>
+const Entry& look_up(std::string_view kind, const std::vector<Entry>& present, const std::vector<AbsentMethod>& absent,
+                     std::string_view name) {
+    if (const Entry* entry = find(present, name)) return *entry;
+    if (const AbsentMethod* entry = find(absent, name)) {
+        throw InputError(kind, "", fmt::format("a {} that this build has", kind),
+                         fmt::format("'{}', absent ({})", name, entry->reason));
+    }
+    std::vector<std::string> known;
+    for (const Entry& entry : present) known.push_back(entry.name);
+    throw InputError(kind, "", fmt::format("one of {}", fmt::join(known, ", ")), fmt::format("'{}'", name));
+}
+
+}  // namespace
+
+void Registry::check_new(std::string_view kind, std::string_view name) const {
+    const bool taken = kind == "detector"
+                           ? find(detectors_, name) != nullptr || find(absent_detectors_, name) != nullptr
+                           : find(responses_, name) != nullptr || find(absent_responses_, name) != nullptr;
+    if (taken) throw std::logic_error(fmt::format("two {}s are named '{}'", kind, name));
+}
+
+void Registry::add(DetectorEntry entry) {
+    check_new("detector", entry.name);
+    detectors_.push_back(std::move(entry));
+}
+
+void Registry::add(ResponseEntry entry) {
+    check_new("response", entry.name);
+    responses_.push_back(std::move(entry));
+}
+
+void Registry::add_absent_detector(AbsentMethod absent) {
+    check_new("detector", absent.name);
+    absent_detectors_.push_back(std::move(absent));
+}
+
+void Registry::add_absent_response(AbsentMethod absent) {
+    check_new("response", absent.name);
+    absent_responses_.push_back(std::move(absent));
+}
+
+const DetectorEntry& Registry::detector(std::string_view name) const {
+    return look_up("detector", detectors_, absent_detectors_, name);
+}
+
+const ResponseEntry& Registry::response(std::string_view name) const {
+    return look_up("response", responses_, absent_responses_, name);
+}
+
+const Registry& registry() {
+    static const Registry instance = [] {
+        Registry filled;
+        register_all_methods(filled);
+        return filled;
+    }();
+    return instance;
+}
+
+std::string MethodSpec::text() const {
+    std::string result = name;
+    char separator = ':';
+    for (const auto& [key, value] : parameters) {
+        result += fmt::format("{}{}={}", separator, key, value);
+        separator = ',';
+    }
+    return result;
+}
+
+MethodSpec parse_method(std::string_view text) {
+    const auto malformed = [text](std::string_view found) {
+        return InputError("method", "", "NAME or NAME:key=value[,key=value...]", fmt::format("'{}' ({})", text, found));
+    };
+    MethodSpec spec;
+    const auto colon = text.find(':');
+    spec.name = std::string(text.substr(0, colon));
+    if (spec.name.empty()) throw malformed("no name");
+    if (colon == std::string_view::npos) return spec;
+    std::string_view rest = text.substr(colon + 1);
+    while (true) {
+        const auto comma = rest.find(',');
+        const std::string_view item = rest.substr(0, comma);
+        const auto equals = item.find('=');
+        if (equals == std::string_view::npos || equals == 0 || equals + 1 == item.size()) {
+            throw malformed(fmt::format("'{}' is not key=value", item));
+        }
+        if (!spec.parameters.emplace(item.substr(0, equals), item.substr(equals + 1)).second) {
+            throw malformed(fmt::format("'{}' given twice", item.substr(0, equals)));
+        }
+        if (comma == std::string_view::npos) return spec;
+        rest = rest.substr(comma + 1);
+    }
+}
+
+std::unique_ptr<Detector> make_detector(std::string_view name, const std::map<std::string, std::string>& parameters) {
+    const DetectorEntry& entry = registry().detector(name);
+    return entry.make(ParameterValues(entry.name, entry.parameters, parameters));
+}
+
+std::unique_ptr<Response> make_response(std::string_view name, const std::map<std::string, std::string>& parameters) {
+    const ResponseEntry& entry = registry().response(name);
+    return entry.make(ParameterValues(entry.name, entry.parameters, parameters));
+}
+
+}  // namespace trocar

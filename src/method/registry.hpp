@@ -1,0 +1,66 @@
+// All methods by name, present or absent with the reason. Filled once from the table that CMake generates out of the
+// trocar_add_detector and trocar_add_response lines; nothing above this file names a method.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "method/entry.hpp"
+
+namespace trocar {
+
+/// A method named in a build file whose library was not found.
+struct AbsentMethod {
+    std::string name;
+    std::string reason;
+};
+
+class Registry {
+public:
+    /// Throws std::logic_error on a duplicate name.
+    void add(DetectorEntry entry);
+    void add(ResponseEntry entry);
+    void add_absent_detector(AbsentMethod absent);
+    void add_absent_response(AbsentMethod absent);
+
+    [[nodiscard]] const std::vector<DetectorEntry>& detectors() const { return detectors_; }
+    [[nodiscard]] const std::vector<ResponseEntry>& responses() const { return responses_; }
+    [[nodiscard]] const std::vector<AbsentMethod>& absent_detectors() const { return absent_detectors_; }
+    [[nodiscard]] const std::vector<AbsentMethod>& absent_responses() const { return absent_responses_; }
+
+    /// Throws InputError when the name is unknown (with the known names) or absent (with the reason).
+    [[nodiscard]] const DetectorEntry& detector(std::string_view name) const;
+    [[nodiscard]] const ResponseEntry& response(std::string_view name) const;
+
+private:
+    void check_new(std::string_view kind, std::string_view name) const;
+    std::vector<DetectorEntry> detectors_;
+    std::vector<ResponseEntry> responses_;
+    std::vector<AbsentMethod> absent_detectors_;
+    std::vector<AbsentMethod> absent_responses_;
+};
+
+/// The one registry of this build.
+const Registry& registry();
+
+/// NAME[:key=value[,key=value…]] taken apart.
+struct MethodSpec {
+    std::string name;
+    std::map<std::string, std::string> parameters = {};
+    /// The same text again, parameters in alphabetical order.
+    [[nodiscard]] std::string text() const;
+};
+
+/// Throws InputError on a malformed text; names and keys are not looked up here.
+MethodSpec parse_method(std::string_view text);
+
+/// Throws InputError for an unknown or absent name, an unknown key or a value out of range.
+std::unique_ptr<Detector> make_detector(std::string_view name,
+                                        const std::map<std::string, std::string>& parameters = {});
+std::unique_ptr<Response> make_response(std::string_view name,
+                                        const std::map<std::string, std::string>& parameters = {});
+
+}  // namespace trocar

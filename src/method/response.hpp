@@ -1,0 +1,26 @@
+// The interface of a contact response: from contacts to an Effect. It reads the frame and never writes it.
+#pragma once
+
+#include "contact/contact_set.hpp"
+#include "contact/effect.hpp"
+#include "scene/world.hpp"
+
+namespace trocar {
+
+class Response {
+public:
+    Response() = default;
+    Response(const Response&) = delete;
+    Response& operator=(const Response&) = delete;
+    Response(Response&&) = delete;
+    Response& operator=(Response&&) = delete;
+    virtual ~Response() = default;
+
+    /// Once per run. Topology and materials outlive the response's use of them.
+    virtual void prepare(const Topology& topology, const Materials& materials) = 0;
+    /// Once per tick. `contacts` holds what the run's contact source provides in contacts.contacts (canonical or
+    /// native). `effect` is cleared by the callee and was sized by the caller.
+    virtual void respond(const Frame& frame, double dt, const ContactSet& contacts, Effect& effect) = 0;
+};
+
+}  // namespace trocar

@@ -1,0 +1,50 @@
+# Compiler settings and third-party packages that every target shares.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
+if(NOT CMAKE_BUILD_TYPE)
+    set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
+endif()
+
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(fmt 9 REQUIRED)
+find_package(nlohmann_json 3.11 REQUIRED)
+find_package(CLI11 2.1 REQUIRED)
+find_package(Boost 1.74 REQUIRED)  # headers only: multiprecision integers of the truth oracle
+find_package(Threads REQUIRED)
+
+add_library(trocar_options INTERFACE)
+# Contraction into fused multiply-adds would break error-free transformations and make results differ between CPUs.
+target_compile_options(trocar_options INTERFACE -ffp-contract=off -fno-fast-math)
+# Calls inside the shared library may be inlined; nobody replaces our symbols at load time.
+target_compile_options(trocar_options INTERFACE -fno-semantic-interposition)
+target_compile_options(trocar_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # False alarms of GCC 12 on Eigen and std::string at -O2.
+    target_compile_options(trocar_options INTERFACE -Wno-maybe-uninitialized -Wno-restrict -Wno-array-bounds -Wno-stringop-overflow)
+endif()
+if(TROCAR_WERROR)
+    target_compile_options(trocar_options INTERFACE -Werror)
+endif()
+if(TROCAR_SANITIZE)
+    target_compile_options(trocar_options INTERFACE -fsanitize=${TROCAR_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+    target_link_options(trocar_options INTERFACE -fsanitize=${TROCAR_SANITIZE})
+endif()
+target_include_directories(trocar_options INTERFACE ${CMAKE_SOURCE_DIR}/src)
+target_link_libraries(trocar_options INTERFACE Eigen3::Eigen Threads::Threads)
+
+# One object library per folder; together they make the shared library trocar.
+# trocar_folder(NAME SOURCES … [LINK targets …])
+function(trocar_folder name)
+    cmake_parse_arguments(FOLDER "" "" "SOURCES;LINK" ${ARGN})
+    add_library(trocar_${name} OBJECT)
+    foreach(source ${FOLDER_SOURCES})
+        target_sources(trocar_${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/${name}/${source})
+    endforeach()
+    target_link_libraries(trocar_${name} PRIVATE trocar_options ${FOLDER_LINK})
+    set_property(GLOBAL APPEND PROPERTY TROCAR_OBJECTS trocar_${name})
+endfunction()

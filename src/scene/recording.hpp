@@ -1,0 +1,59 @@
+// A stream of frames on disk (format TROCREC1, DESIGN §10), so that anyone's frames reach every detector
+// bit-identically.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+
+#include "scene/world.hpp"
+
+namespace trocar {
+
+/// Reads the header at once and frames on demand.
+class RecordingReader {
+public:
+    /// Throws InputError: magic, header, counts, index range, file size.
+    explicit RecordingReader(const std::filesystem::path& file);
+    [[nodiscard]] const Topology& topology() const { return topology_; }
+    [[nodiscard]] double dt() const { return dt_; }
+    [[nodiscard]] std::int64_t frame_count() const { return frame_count_; }
+    /// Reads frame `tick` (0-based). previous = the frame before (frame 0: itself), velocity = (position -
+    /// previous)/dt.
+    void read(std::int64_t tick, Frame& frame);
+    /// 64-bit hash over the whole file's bytes.
+    [[nodiscard]] std::uint64_t hash() const { return hash_; }
+
+private:
+    std::ifstream stream_;
+    std::string file_;
+    Topology topology_;
+    double dt_ = 0.001;
+    std::int64_t frame_count_ = 0;
+    std::int64_t first_frame_offset_ = 0;
+    std::uint64_t hash_ = 0;
+};
+
+/// Writes beside and renames on finish(); an unfinished file leaves nothing behind.
+class RecordingWriter {
+public:
+    RecordingWriter(std::filesystem::path file, const Topology& topology, double dt);
+    ~RecordingWriter();
+    RecordingWriter(const RecordingWriter&) = delete;
+    RecordingWriter& operator=(const RecordingWriter&) = delete;
+    RecordingWriter(RecordingWriter&&) = delete;
+    RecordingWriter& operator=(RecordingWriter&&) = delete;
+    void write(const Frame& frame);
+    void finish();
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+/// Text of `trocar schema recording`.
+std::string recording_schema();
+
+}  // namespace trocar

@@ -1,0 +1,1 @@
+#include "trocar/trocar.hpp"
