@@ -1,0 +1,25 @@
+// Access to data that lies outside the project. Tests that use it skip, and say so, where it is not there.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+namespace trocar::test {
+
+/// $TROCAR_DATA/relative, or an empty path when the data is not on this machine.
+inline std::filesystem::path data_path(const std::string& relative) {
+    const char* folder = std::getenv("TROCAR_DATA");
+    if (folder == nullptr || *folder == '\0') return {};
+    std::filesystem::path path = std::filesystem::path(folder) / relative;
+    return std::filesystem::exists(path) ? path : std::filesystem::path{};
+}
+
+}  // namespace trocar::test
+
+/// Ends the test as skipped when the file or folder is missing; test.sh counts these lines.
+#define TROCAR_DATA_OR_SKIP(variable, relative)                               \
+    const std::filesystem::path variable = trocar::test::data_path(relative); \
+    if (variable.empty()) GTEST_SKIP() << "no data: " << (relative)
