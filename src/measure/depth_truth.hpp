@@ -1,29 +1,13 @@
-// The independent answer: exact pair sets and geometric depth from the frame alone. Never reads derive, a contact set
-// (except as the thing judged) or a method's state.
+// The independent answer about depth: how far points of one body lie inside another, from the frame alone. Never reads
+// derive, a contact set or a method's state.
 #pragma once
 
 #include <cstdint>
 #include <memory>
-#include <vector>
 
-#include "contact/contact.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
-
-/// All intersecting pairs of the topology's body pairs by exact predicates (oracle of geometry/exact), sorted.
-void true_pairs(const Topology& topology, const Frame& frame, std::vector<TrianglePair>& pairs);
-
-/// Positions in `pairs` that only touch (touch-vertex or touch-edge).
-std::vector<Index> touching_pairs(const Topology& topology, const Frame& frame, const std::vector<TrianglePair>& pairs);
-
-struct PairErrors {
-    std::int64_t missing = 0;
-    std::int64_t extra = 0;
-    std::int64_t missing_touch = 0;
-};
-PairErrors compare_pairs(const std::vector<TrianglePair>& reported, const std::vector<TrianglePair>& truth,
-                         const std::vector<Index>& truth_touch);
 
 /// Depth of instrument (or first-body) vertices and area samples inside closed bodies: exact inside/outside by winding
 /// number, then distance to the nearest surface point. For open sheets: side by the exact crossing history since the
