@@ -1,0 +1,473 @@
+#include "report/chart.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "report/document.hpp"
+
+namespace trocar {
+namespace {
+
+/// Okabe and Ito's palette: eight colours that colour-blind readers can tell apart.
+constexpr std::array<const char*, 8> palette{"#0072b2", "#d55e00", "#009e73", "#cc79a7",
+                                             "#e69f00", "#56b4e9", "#7a5230", "#222222"};
+constexpr std::array<const char*, 4> dashes{"", "6 3", "2 3", "8 3 2 3"};
+constexpr const char* ink = "#1b2027";
+constexpr const char* grid = "#e3e7eb";
+constexpr const char* soft = "#5c6672";
+
+const char* colour_of(int index) { return palette.at(static_cast<std::size_t>(index) % palette.size()); }
+
+/// The drawing under construction; all coordinates in pixels, y down.
+class Canvas {
+public:
+    Canvas(double width, double height, std::string_view name) {
+        out_ = fmt::format(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" "
+            "height=\"{1:.0f}\" role=\"img\" aria-label=\"{2}\" font-family=\"system-ui, 'Noto Sans', 'DejaVu Sans', "
+            "Arial, sans-serif\" font-size=\"13\" fill=\"{3}\">\n<rect width=\"{0:.0f}\" height=\"{1:.0f}\" "
+            "fill=\"#ffffff\"/>\n",
+            width, height, escape_xml(std::string(name)), ink);
+    }
+    void line(double x1, double y1, double x2, double y2, const char* colour, double width = 1.0,
+              const char* dash = "") {
+        out_ += fmt::format(
+            "<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" stroke-width=\"{:.1f}\"{}/>\n",
+            x1, y1, x2, y2, colour, width, dash_attribute(dash));
+    }
+    void path(const std::vector<std::pair<double, double>>& points, const char* colour, double width,
+              const char* dash = "", const std::string& name = {}) {
+        if (points.size() < 2) return;
+        std::string d;
+        for (const auto& [x, y] : points) d += fmt::format("{}{:.1f} {:.1f}", d.empty() ? "M" : "L", x, y);
+        out_ += fmt::format(
+            "<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{:.1f}\" stroke-linejoin=\"round\"{}", d, colour,
+            width, dash_attribute(dash));
+        out_ += name.empty() ? "/>\n" : "><title>" + escape_xml(name) + "</title></path>\n";
+    }
+    void rectangle(double x, double y, double width, double height, const char* colour, const std::string& name = {}) {
+        out_ += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\"", x, y,
+                            width, height, colour);
+        out_ += name.empty() ? "/>\n" : "><title>" + escape_xml(name) + "</title></rect>\n";
+    }
+    /// anchor: start, middle or end.
+    void text(double x, double y, const std::string& content, const char* anchor = "start", const char* colour = ink,
+              double size = 13.0, std::string_view extra = "") {
+        out_ += fmt::format(
+            "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" fill=\"{}\" font-size=\"{:.0f}\"{}>{}</text>\n", x, y,
+            anchor, colour, size, extra, escape_xml(content));
+    }
+    void text_upright(double x, double y, const std::string& content) {
+        out_ +=
+            fmt::format("<text transform=\"translate({:.1f} {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
+                        x, y, escape_xml(content));
+    }
+    void mark(double x, double y, const MarkStyle& style, const std::string& name) {
+        const char* colour = colour_of(style.colour);
+        const std::string paint = style.hollow
+                                      ? fmt::format("fill=\"#ffffff\" stroke=\"{}\" stroke-width=\"2\"", colour)
+                                      : fmt::format("fill=\"{}\" stroke=\"#ffffff\" stroke-width=\"1\"", colour);
+        std::string shape;
+        switch (style.shape % 5) {
+            case 0:
+                shape = fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"6\" {}", x, y, paint);
+                break;
+            case 1:
+                shape = fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"10.5\" height=\"10.5\" {}", x - 5.25,
+                                    y - 5.25, paint);
+                break;
+            case 2:
+                shape = polygon({{x, y - 7}, {x + 6.5, y + 5}, {x - 6.5, y + 5}}, paint);
+                break;
+            case 3:
+                shape = polygon({{x, y - 7.5}, {x + 6.5, y}, {x, y + 7.5}, {x - 6.5, y}}, paint);
+                break;
+            default:
+                shape = polygon({{x, y + 7}, {x + 6.5, y - 5}, {x - 6.5, y - 5}}, paint);
+                break;
+        }
+        out_ += shape + (name.empty() ? "/>\n" : "><title>" + escape_xml(name) + "</title></" + tag(style) + ">\n");
+    }
+    std::string finish() { return out_ + "</svg>\n"; }
+
+private:
+    static std::string dash_attribute(const char* dash) {
+        return *dash == '\0' ? std::string() : fmt::format(" stroke-dasharray=\"{}\"", dash);
+    }
+    static const char* tag(const MarkStyle& style) {
+        const int shape = style.shape % 5;
+        return shape == 0 ? "circle" : shape == 1 ? "rect" : "polygon";
+    }
+    static std::string polygon(const std::vector<std::pair<double, double>>& points, const std::string& paint) {
+        std::string list;
+        for (const auto& [x, y] : points) list += fmt::format("{}{:.1f},{:.1f}", list.empty() ? "" : " ", x, y);
+        return fmt::format("<polygon points=\"{}\" {}", list, paint);
+    }
+    std::string out_;
+};
+
+/// A logarithmic axis that starts and ends on 1, 2 or 5 times a power of ten.
+class LogAxis {
+public:
+    LogAxis(double low, double high, double from, double to) : from_(from), to_(to) {
+        if (!(low > 0.0) || !(high >= low)) low = high = 1.0;
+        low_ = nice(low / 1.25, false);
+        high_ = nice(high * 1.25, true);
+    }
+    [[nodiscard]] double at(double value) const {
+        return from_ + (to_ - from_) * std::log(value / low_) / std::log(high_ / low_);
+    }
+    /// Values to draw lines at, with a label for the ones that a reader needs.
+    [[nodiscard]] std::vector<std::pair<double, std::string>> ticks() const {
+        std::vector<std::pair<double, std::string>> list;
+        const bool few = std::log10(high_ / low_) < 2.5;
+        for (int decade = static_cast<int>(std::floor(std::log10(low_) + 1e-9));
+             std::pow(10.0, decade) <= high_ * 1.0001; ++decade) {
+            for (int digit = 1; digit < 10; ++digit) {
+                const double value = digit * std::pow(10.0, decade);
+                if (value < low_ * 0.9999 || value > high_ * 1.0001) continue;
+                const bool labelled = digit == 1 || (few && (digit == 2 || digit == 5));
+                list.emplace_back(value, labelled ? label(value) : std::string());
+            }
+        }
+        return list;
+    }
+    static std::string label(double value) { return fmt::format("{:g}", std::stod(fmt::format("{:.3g}", value))); }
+
+private:
+    static double nice(double value, bool up) {
+        const double decade = std::pow(10.0, std::floor(std::log10(value)));
+        const double digits = value / decade;
+        constexpr std::array<double, 4> steps{1.0, 2.0, 5.0, 10.0};
+        double chosen = up ? 10.0 : 1.0;
+        for (const double step : steps) {
+            if (up && step >= digits * 0.9999) {
+                chosen = step;
+                break;
+            }
+            if (!up && step <= digits * 1.0001) chosen = step;
+        }
+        return chosen * decade;
+    }
+    double low_ = 1.0;
+    double high_ = 10.0;
+    double from_;
+    double to_;
+};
+
+/// Linear axis from 0 (or the lowest value, when negative) to a round number.
+class LinearAxis {
+public:
+    LinearAxis(double low, double high, double from, double to) : from_(from), to_(to) {
+        if (!(high > low)) high = low + 1.0;
+        const double raw = (high - low) / 6.0;
+        const double decade = std::pow(10.0, std::floor(std::log10(raw)));
+        step_ = decade * (raw / decade <= 1.0 ? 1.0 : raw / decade <= 2.0 ? 2.0 : raw / decade <= 5.0 ? 5.0 : 10.0);
+        low_ = std::floor(low / step_ + 1e-9) * step_;
+        high_ = std::ceil(high / step_ - 1e-9) * step_;
+    }
+    [[nodiscard]] double at(double value) const { return from_ + (to_ - from_) * (value - low_) / (high_ - low_); }
+    [[nodiscard]] std::vector<double> ticks() const {
+        std::vector<double> list;
+        for (int i = 0; low_ + i * step_ <= high_ + 0.5 * step_; ++i) list.push_back(low_ + i * step_);
+        return list;
+    }
+
+private:
+    double from_;
+    double to_;
+    double low_ = 0.0;
+    double high_ = 1.0;
+    double step_ = 1.0;
+};
+
+void legend_entry(Canvas& canvas, double x, double y, const MarkStyle& style, const std::string& name) {
+    canvas.mark(x, y - 4.5, style, {});
+    canvas.text(x + 13, y, name, "start", ink, 12);
+}
+
+void draw_limit(Canvas& canvas, double x, double top, double bottom, const std::string& name) {
+    canvas.line(x, top, x, bottom, "#a32020", 1.5, "5 4");
+    canvas.text(x - 5, top + 13, name, "end", "#a32020", 12);
+}
+
+}  // namespace
+
+std::string draw(const ScatterChart& chart) {
+    constexpr double width = 1100;
+    constexpr double left = 78;
+    constexpr double right = 790;
+    constexpr double top = 20;
+    const double height = std::max(540.0, top + 40.0 + 20.0 * static_cast<double>(chart.series.size()) + 60.0);
+    double low_x = std::numeric_limits<double>::infinity();
+    double high_x = 0.0;
+    double low_y = low_x;
+    double high_y = 0.0;
+    bool zero = false;
+    for (const ChartSeries& series : chart.series) {
+        for (const ChartPoint& point : series.points) {
+            low_x = std::min(low_x, point.x);
+            high_x = std::max(high_x, point.x);
+            zero = zero || point.y <= 0.0;
+            if (point.y <= 0.0) continue;
+            low_y = std::min(low_y, point.y);
+            high_y = std::max(high_y, point.y);
+        }
+    }
+    if (chart.x_limit) {
+        low_x = std::min(low_x, *chart.x_limit);
+        high_x = std::max(high_x, *chart.x_limit);
+    }
+    const double bottom = height - 56.0;
+    const double band = zero ? 44.0 : 0.0;
+    const LogAxis x(low_x, high_x, left, right);
+    const LogAxis y(low_y, high_y, bottom - band, top);
+    const auto y_at = [&y, bottom](double value) { return value > 0.0 ? y.at(value) : bottom - 20.0; };
+
+    Canvas canvas(width, height, chart.y_title + " against " + chart.x_title);
+    for (const auto& [value, label] : x.ticks()) {
+        canvas.line(x.at(value), top, x.at(value), bottom, grid, label.empty() ? 0.5 : 1.0);
+        if (!label.empty()) canvas.text(x.at(value), bottom + 18, label, "middle", soft, 12);
+    }
+    for (const auto& [value, label] : y.ticks()) {
+        canvas.line(left, y.at(value), right, y.at(value), grid, label.empty() ? 0.5 : 1.0);
+        if (!label.empty()) canvas.text(left - 8, y.at(value) + 4, label, "end", soft, 12);
+    }
+    if (zero) {
+        canvas.rectangle(left, bottom - 38, right - left, 38, "#f0f3f6");
+        canvas.line(left, bottom - 38, right, bottom - 38, soft, 1.0, "3 3");
+        canvas.text(left - 8, bottom - 16, "exactly 0", "end", soft, 12);
+    }
+    canvas.line(left, bottom, right, bottom, ink);
+    canvas.line(left, top, left, bottom, ink);
+    canvas.text((left + right) / 2, height - 14, chart.x_title, "middle");
+    canvas.text_upright(18, (top + bottom) / 2, chart.y_title);
+    if (chart.x_limit) draw_limit(canvas, x.at(*chart.x_limit), top, bottom, chart.x_limit_name);
+
+    std::vector<std::pair<double, double>> stairs;
+    for (const auto& [front_x, front_y] : chart.front) {
+        if (!stairs.empty()) stairs.emplace_back(x.at(front_x), stairs.back().second);
+        stairs.emplace_back(x.at(front_x), y_at(front_y));
+    }
+    if (!stairs.empty()) {
+        stairs.emplace_back(right, stairs.back().second);
+        stairs.insert(stairs.begin(), {stairs.front().first, top});
+    }
+    canvas.path(stairs, "#9aa4ae", 2.0, "1 4", "front: no row is both faster and better");
+
+    for (const ChartSeries& series : chart.series) {
+        if (!series.connected) continue;
+        std::vector<std::pair<double, double>> curve;
+        for (const ChartPoint& point : series.points) curve.emplace_back(x.at(point.x), y_at(point.y));
+        canvas.path(curve, colour_of(series.style.colour), 1.2, "", series.name);
+    }
+    // Labels of neighbours share one line to the right of the last of them, so that none is printed over another.
+    struct Labelled {
+        double x = 0.0;
+        double y = 0.0;
+        std::string text;
+    };
+    std::vector<Labelled> labels;
+    for (const ChartSeries& series : chart.series) {
+        for (const ChartPoint& point : series.points) {
+            canvas.mark(x.at(point.x), y_at(point.y), series.style, point.name);
+            if (!point.label.empty()) labels.push_back({x.at(point.x), y_at(point.y), point.label});
+        }
+    }
+    std::sort(labels.begin(), labels.end(),
+              [](const Labelled& a, const Labelled& b) { return std::pair(a.x, a.text) < std::pair(b.x, b.text); });
+    std::vector<std::array<double, 4>> taken;  // x from, x to, y from, y to
+    for (const Labelled& item : labels) {
+        const double length = 6.5 * static_cast<double>(item.text.size());
+        constexpr std::array<std::pair<double, double>, 8> places{
+            {{9, -7}, {9, 15}, {-9, -7}, {-9, 15}, {9, -20}, {9, 28}, {-9, -20}, {-9, 28}}};
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            const double from = item.x + (places.at(i).first > 0 ? places.at(i).first : places.at(i).first - length);
+            const double base = item.y + places.at(i).second;
+            const std::array<double, 4> box{from, from + length, base - 9, base + 1};
+            const bool free = std::none_of(taken.begin(), taken.end(), [&box](const auto& other) {
+                return box[0] < other[1] && other[0] < box[1] && box[2] < other[3] && other[2] < box[3];
+            });
+            if (!free && i + 1 < places.size()) continue;
+            canvas.text(from, base, item.text, "start", soft, 11);
+            taken.push_back(box);
+            break;
+        }
+    }
+    double line = top + 12;
+    for (const ChartSeries& series : chart.series) {
+        legend_entry(canvas, right + 26, line, series.style, series.name);
+        line += 20;
+    }
+    if (!chart.front.empty()) {
+        canvas.line(right + 18, line - 4, right + 34, line - 4, "#9aa4ae", 2.0, "1 4");
+        canvas.text(right + 39, line, "front: none is faster and better", "start", ink, 12);
+    }
+    return canvas.finish();
+}
+
+std::string draw(const DotChart& chart) {
+    constexpr double width = 1100;
+    constexpr double left = 150;
+    constexpr double right = 860;
+    constexpr double top = 20;
+    const double spacing = std::max(30.0, 11.0 * static_cast<double>(chart.series.size()) + 12.0);
+    const double bottom = top + spacing * static_cast<double>(chart.categories.size());
+    const double height = std::max(bottom + 56.0, top + 24.0 + 20.0 * static_cast<double>(chart.series.size()));
+    double low = std::numeric_limits<double>::infinity();
+    double high = 0.0;
+    for (const DotChart::Series& series : chart.series) {
+        for (const auto& dot : series.dots) {
+            if (!dot || !(dot->value > 0.0)) continue;
+            low = std::min(low, dot->value);
+            high = std::max({high, dot->value, std::isnan(dot->upper) ? 0.0 : dot->upper});
+        }
+    }
+    if (chart.x_limit) high = std::max(high, *chart.x_limit);
+    const LogAxis x(low, high, left, right);
+    Canvas canvas(width, height, chart.x_title + " per scene");
+    for (std::size_t i = 0; i < chart.categories.size(); ++i) {
+        const double y = top + spacing * static_cast<double>(i);
+        if (i % 2 == 0) canvas.rectangle(left, y, right - left, spacing, "#f5f7f9");
+        canvas.text(left - 10, y + spacing / 2 + 4, chart.categories[i], "end");
+    }
+    for (const auto& [value, label] : x.ticks()) {
+        canvas.line(x.at(value), top, x.at(value), bottom, grid, label.empty() ? 0.5 : 1.0);
+        if (!label.empty()) canvas.text(x.at(value), bottom + 18, label, "middle", soft, 12);
+    }
+    canvas.line(left, bottom, right, bottom, ink);
+    canvas.text((left + right) / 2, bottom + 42, chart.x_title, "middle");
+    if (chart.x_limit) draw_limit(canvas, x.at(*chart.x_limit), top, bottom, chart.x_limit_name);
+    double line = top + 12;
+    for (std::size_t s = 0; s < chart.series.size(); ++s) {
+        const DotChart::Series& series = chart.series[s];
+        for (std::size_t i = 0; i < series.dots.size(); ++i) {
+            const auto& dot = series.dots[i];
+            if (!dot || !(dot->value > 0.0)) continue;
+            const double y = top + spacing * static_cast<double>(i) + 11.0 + 11.0 * static_cast<double>(s);
+            if (!std::isnan(dot->upper) && dot->upper > 0.0) {
+                canvas.line(x.at(dot->value), y, x.at(dot->upper), y, colour_of(series.style.colour), 1.5);
+                canvas.line(x.at(dot->upper), y - 4, x.at(dot->upper), y + 4, colour_of(series.style.colour), 1.5);
+            }
+            canvas.mark(x.at(dot->value), y, series.style, dot->name);
+        }
+        legend_entry(canvas, right + 26, line, series.style, series.name);
+        line += 20;
+    }
+    return canvas.finish();
+}
+
+std::string draw(const BarChart& chart) {
+    constexpr double width = 1100;
+    constexpr double left = 330;
+    constexpr double right = 1010;
+    constexpr double top = 40;
+    constexpr double spacing = 22;
+    const double bottom = top + spacing * static_cast<double>(chart.bars.size());
+    double high = 0.0;
+    for (const BarChart::Bar& bar : chart.bars) {
+        double sum = 0.0;
+        for (const double part : bar.parts) sum += std::isnan(part) ? 0.0 : part;
+        high = std::max(high, sum);
+    }
+    const LinearAxis x(0.0, high, left, right);
+    Canvas canvas(width, bottom + 56, chart.x_title);
+    double legend = left;
+    for (std::size_t i = 0; i < chart.parts.size(); ++i) {
+        canvas.rectangle(legend, top - 30, 12, 12, colour_of(static_cast<int>(i)));
+        canvas.text(legend + 18, top - 19, chart.parts[i], "start", ink, 12);
+        legend += 40.0 + 7.5 * static_cast<double>(chart.parts[i].size());
+    }
+    for (const double value : x.ticks()) {
+        canvas.line(x.at(value), top, x.at(value), bottom, grid);
+        canvas.text(x.at(value), bottom + 18, LogAxis::label(value), "middle", soft, 12);
+    }
+    for (std::size_t i = 0; i < chart.bars.size(); ++i) {
+        const double y = top + spacing * static_cast<double>(i);
+        canvas.text(left - 10, y + 15, chart.bars[i].name, "end", ink, 12);
+        double from = 0.0;
+        for (std::size_t p = 0; p < chart.bars[i].parts.size(); ++p) {
+            const double part = chart.bars[i].parts[p];
+            if (std::isnan(part) || part <= 0.0) continue;
+            canvas.rectangle(x.at(from), y + 3, std::max(0.3, x.at(from + part) - x.at(from)), spacing - 6,
+                             colour_of(static_cast<int>(p)),
+                             fmt::format("{}, {}: {}", chart.bars[i].name, chart.parts.at(p), format_number(part)));
+            from += part;
+        }
+    }
+    canvas.line(left, top, left, bottom, ink);
+    canvas.text((left + right) / 2, bottom + 42, chart.x_title, "middle");
+    return canvas.finish();
+}
+
+std::string draw(const LineChart& chart) {
+    constexpr double width = 1100;
+    constexpr double left = 78;
+    constexpr double right = 790;
+    constexpr double top = 20;
+    const double height = std::max(400.0, top + 80.0 + 20.0 * static_cast<double>(chart.lines.size()));
+    const double bottom = height - 56.0;
+    double low_x = std::numeric_limits<double>::infinity();
+    double high_x = -low_x;
+    double low_y = 0.0;
+    double high_y = 0.0;
+    for (const LineChart::Line& line : chart.lines) {
+        for (const auto& [px, py] : line.points) {
+            low_x = std::min(low_x, px);
+            high_x = std::max(high_x, px);
+            if (!std::isfinite(py)) continue;
+            low_y = std::min(low_y, py);
+            high_y = std::max(high_y, py);
+        }
+    }
+    if (!(high_x >= low_x)) low_x = high_x = 1.0;
+    const LinearAxis x_linear(low_x, high_x, left, right);
+    const LogAxis x_log(low_x, high_x, left, right);
+    const LinearAxis y(low_y, high_y, bottom, top);
+    const auto x_at = [&](double value) { return chart.log_x ? x_log.at(value) : x_linear.at(value); };
+    Canvas canvas(width, height, chart.y_title + " over " + chart.x_title);
+    if (chart.log_x) {
+        for (const auto& [value, label] : x_log.ticks()) {
+            canvas.line(x_at(value), top, x_at(value), bottom, grid, label.empty() ? 0.5 : 1.0);
+            if (!label.empty()) canvas.text(x_at(value), bottom + 18, label, "middle", soft, 12);
+        }
+    } else {
+        for (const double value : x_linear.ticks()) {
+            canvas.line(x_at(value), top, x_at(value), bottom, grid);
+            canvas.text(x_at(value), bottom + 18, LogAxis::label(value), "middle", soft, 12);
+        }
+    }
+    for (const double value : y.ticks()) {
+        canvas.line(left, y.at(value), right, y.at(value), grid);
+        canvas.text(left - 8, y.at(value) + 4, LogAxis::label(value), "end", soft, 12);
+    }
+    canvas.line(left, bottom, right, bottom, ink);
+    canvas.line(left, top, left, bottom, ink);
+    canvas.text((left + right) / 2, height - 14, chart.x_title, "middle");
+    canvas.text_upright(18, (top + bottom) / 2, chart.y_title);
+    double legend = top + 12;
+    for (const LineChart::Line& line : chart.lines) {
+        const char* dash = dashes.at(static_cast<std::size_t>(line.dash) % dashes.size());
+        std::vector<std::pair<double, double>> piece;
+        for (const auto& [px, py] : line.points) {
+            if (!std::isfinite(py)) {
+                canvas.path(piece, colour_of(line.colour), 1.8, dash, line.name);
+                piece.clear();
+                continue;
+            }
+            if (chart.steps && !piece.empty()) piece.emplace_back(x_at(px), piece.back().second);
+            piece.emplace_back(x_at(px), y.at(py));
+        }
+        canvas.path(piece, colour_of(line.colour), 1.8, dash, line.name);
+        canvas.line(right + 16, legend - 4, right + 40, legend - 4, colour_of(line.colour), 2.2, dash);
+        canvas.text(right + 47, legend, line.name, "start", ink, 12);
+        legend += 20;
+    }
+    return canvas.finish();
+}
+
+}  // namespace trocar

@@ -1,0 +1,77 @@
+// A report as data: headings, paragraphs, tables and figures in order. The same document is written as Markdown, HTML
+// and LaTeX, so that no two of them can tell different numbers.
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace trocar {
+
+/// Inline text everywhere below: plain UTF-8 in which `…` marks code.
+struct Heading {
+    int level = 1;
+    std::string text;
+};
+
+struct Paragraph {
+    enum class Style { normal, quote, small, warning };
+    std::string text;
+    Style style = Style::normal;
+};
+
+struct CodeBlock {
+    std::string text;
+};
+
+/// One column; numbers are aligned to the right.
+struct Column {
+    std::string header;  ///< with the unit: "tick p50 (µs)"
+    bool number = false;
+};
+
+struct TableRow {
+    enum class Style { normal, own, dominated, failed };
+    std::vector<std::string> cells;
+    Style style = Style::normal;
+};
+
+struct Table {
+    std::string caption;
+    std::vector<Column> columns;
+    std::vector<TableRow> rows;
+    std::string note;     ///< small print under the table
+    bool folded = false;  ///< long: HTML shows it on demand
+};
+
+struct Figure {
+    std::string file;  ///< "charts/name.svg", relative to the report
+    std::string svg;   ///< the whole drawing
+    std::string caption;
+};
+
+using Block = std::variant<Heading, Paragraph, CodeBlock, Table, Figure>;
+
+struct Document {
+    std::string title;
+    std::vector<Block> blocks;
+};
+
+std::string to_markdown(const Document& document);
+/// One file without outside parts: styles and drawings are inside; readable on a screen and on paper.
+std::string to_html(const Document& document);
+/// A complete LaTeX file with booktabs tables; figures are referred to by the name of a PDF beside the SVG.
+std::string to_latex(const Document& document);
+
+/// RFC 4180: quotes where needed.
+std::string csv_field(const std::string& text);
+/// The five XML entities.
+std::string escape_xml(const std::string& text);
+
+/// Three significant digits without exponent where a person would not use one; "n/a" for NaN, "inf" for infinity,
+/// "0" only for exactly zero.
+std::string format_number(double value);
+/// All digits of a double that matter (shortest text that reads back as the same number); empty for NaN.
+std::string format_exact(double value);
+
+}  // namespace trocar

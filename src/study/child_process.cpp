@@ -1,0 +1,166 @@
+#include "study/child_process.hpp"
+
+#include <fcntl.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+
+namespace trocar {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+sigset_t held_signals() {
+    sigset_t set;
+    sigemptyset(&set);
+    for (const int signal : {SIGINT, SIGTERM, SIGCHLD}) sigaddset(&set, signal);
+    return set;
+}
+
+/// The caller's environment; the sanitizers must abort, since an exit status would look like an ordinary end.
+std::vector<std::string> child_environment() {
+    std::vector<std::string> variables;
+    std::string sanitizer = "ASAN_OPTIONS=";
+    for (char** entry = environ; *entry != nullptr; ++entry) {
+        const std::string variable = *entry;
+        if (variable.rfind(sanitizer.substr(0, 13), 0) == 0) {
+            sanitizer = variable + ":";
+        } else {
+            variables.push_back(variable);
+        }
+    }
+    variables.push_back(sanitizer + "abort_on_error=1");
+    return variables;
+}
+
+std::vector<char*> pointers(std::vector<std::string>& texts) {
+    std::vector<char*> list;
+    list.reserve(texts.size() + 1);
+    for (std::string& text : texts) list.push_back(text.data());
+    list.push_back(nullptr);
+    return list;
+}
+
+/// The line a person would quote: the sanitizer's headline or the uncaught exception, else the last line.
+std::string telling_line(const std::filesystem::path& log) {
+    std::ifstream stream(log);
+    std::string line;
+    std::string last;
+    while (std::getline(stream, line)) {
+        if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+        last = line;
+        if (line.find("ERROR: ") != std::string::npos || line.find("runtime error: ") != std::string::npos ||
+            line.find("what(): ") != std::string::npos) {
+            break;
+        }
+    }
+    constexpr std::size_t longest = 200;
+    return last.substr(0, longest);
+}
+
+/// Only what is safe between fork and exec.
+[[noreturn]] void become_child(char* const* arguments, char* const* environment, int log, pid_t parent,
+                               const sigset_t& mask) {
+    setpgid(0, 0);
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent) _exit(127);
+    const rlimit no_core{0, 0};
+    setrlimit(RLIMIT_CORE, &no_core);
+    const int nothing = open("/dev/null", O_RDWR);
+    dup2(nothing, STDIN_FILENO);
+    dup2(nothing, STDOUT_FILENO);
+    dup2(log, STDERR_FILENO);
+    pthread_sigmask(SIG_SETMASK, &mask, nullptr);
+    execvpe(arguments[0], arguments, environment);
+    _exit(127);
+}
+
+}  // namespace
+
+SignalsHeld::SignalsHeld() {
+    // An inherited "ignore" of SIGCHLD would make the kernel drop the child's end.
+    std::signal(SIGCHLD, SIG_DFL);
+    const sigset_t held = held_signals();
+    pthread_sigmask(SIG_BLOCK, &held, &before_);
+}
+
+SignalsHeld::~SignalsHeld() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+
+bool SignalsHeld::take_interruption() {
+    sigset_t set;
+    sigemptyset(&set);
+    sigaddset(&set, SIGINT);
+    sigaddset(&set, SIGTERM);
+    const timespec at_once{0, 0};
+    return sigtimedwait(&set, nullptr, &at_once) > 0;
+}
+
+ChildEnd run_child_process(const std::vector<std::string>& command, const std::filesystem::path& log,
+                           double time_limit_s, const SignalsHeld& signals) {
+    ChildEnd end;
+    std::vector<std::string> arguments = command;
+    std::vector<std::string> environment = child_environment();
+    const std::vector<char*> argument_list = pointers(arguments);
+    const std::vector<char*> environment_list = pointers(environment);
+    const int log_file = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    if (log_file < 0) {
+        end.code = errno;
+        end.error = "no log file " + log.string();
+        return end;
+    }
+    const pid_t parent = getpid();
+    const pid_t child = fork();
+    if (child == 0) become_child(argument_list.data(), environment_list.data(), log_file, parent, signals.before());
+    end.code = errno;
+    close(log_file);
+    if (child < 0) return end;
+    setpgid(child, child);
+
+    const auto deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                             std::chrono::duration<double>(std::min(time_limit_s, 1e8)));
+    const auto kill_group = [child](int& status) {
+        kill(-child, SIGKILL);
+        waitpid(child, &status, 0);
+    };
+    const sigset_t held = held_signals();
+    int status = 0;
+    while (true) {
+        if (waitpid(child, &status, WNOHANG) == child) {
+            if (WIFSIGNALED(status)) {
+                end.kind = ChildEnd::Kind::signalled;
+                end.code = WTERMSIG(status);
+            } else {
+                end.kind = ChildEnd::Kind::exited;
+                end.code = WEXITSTATUS(status);
+            }
+            kill(-child, SIGKILL);  // whatever the child left running
+            break;
+        }
+        const auto left = deadline - Clock::now();
+        if (left <= Clock::duration::zero()) {
+            kill_group(status);
+            end.kind = ChildEnd::Kind::timed_out;
+            break;
+        }
+        const auto nanoseconds = std::chrono::duration_cast<std::chrono::nanoseconds>(left).count();
+        const timespec wait{nanoseconds / 1'000'000'000, nanoseconds % 1'000'000'000};
+        const int signal = sigtimedwait(&held, nullptr, &wait);
+        if (signal == SIGINT || signal == SIGTERM) {
+            kill_group(status);
+            end.kind = ChildEnd::Kind::interrupted;
+            break;
+        }
+    }
+    end.error = telling_line(log);
+    return end;
+}
+
+}  // namespace trocar

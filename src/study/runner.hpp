@@ -1,0 +1,48 @@
+// Works off a plan: one child process per run, one after the other, every finished run kept in a file of its own, so
+// that an interrupted study goes on where it stopped. No method is named here and none runs in this process.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "study/study.hpp"
+
+namespace trocar {
+
+/// Hash over the program and every library it has loaded, 16 hex digits: a rebuilt program, or a rival updated on the
+/// system, is another binary.
+std::string binary_identity();
+
+struct RunnerOptions {
+    std::filesystem::path directory;  ///< finished runs go to directory/runs, the result to directory/records.jsonl
+    /// Program and arguments to which "--child-run I --child-output FILE" is appended. The child writes the record of
+    /// run I (one JSON line) beside FILE and renames it; without a complete FILE the run has crashed.
+    std::vector<std::string> child_command;
+    std::string binary;          ///< finished runs of another binary do not count
+    double time_limit_s = 60.0;  ///< s, per run
+    /// For rows that no child could write (absent, crashed, timed out): environment of the record.
+    std::function<std::map<std::string, std::string>(const PlannedRun&)> environment;
+    /// Called before each run and at the end: position in the plan, and the run (null at the end).
+    std::function<void(std::size_t, const PlannedRun*)> progress;
+};
+
+struct RunnerResult {
+    bool interrupted = false;
+    std::int64_t made = 0;   ///< runs made now, rows without a run included
+    std::int64_t found = 0;  ///< finished runs found from an earlier start
+};
+
+/// Runs what is missing and writes directory/records.jsonl in plan order. When interrupted, finished runs stay and no
+/// records.jsonl is written. `plan` must be completed. Throws InputError when another runner works in the directory.
+RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& options);
+
+/// The name under which a run is kept: hash over everything that decides its result.
+std::string run_key(const RunSpec& spec, double time_limit_s);
+
+/// Writes beside and renames, so that nobody ever sees half a file. Throws std::runtime_error when the disk refuses.
+void write_whole(const std::filesystem::path& file, const std::string& content);
+
+}  // namespace trocar

@@ -1,0 +1,524 @@
+#include "study/study.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+#include <type_traits>
+#include <utility>
+
+#include "geometry/input_error.hpp"
+#include "method/registry.hpp"
+#include "scene/scene.hpp"
+
+namespace trocar {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr const char* study_format = "trocar-study-1";
+
+/// A JSON value with the place it came from, so that every complaint names file and pointer.
+class Node {
+public:
+    Node(const Json& value, const std::string& file, std::string pointer)
+        : value_(&value), file_(&file), pointer_(std::move(pointer)) {}
+
+    [[noreturn]] void fail(std::string_view expected, std::string_view found) const {
+        throw InputError(*file_, pointer_.empty() ? "/" : pointer_, expected, found);
+    }
+    [[noreturn]] void fail(std::string_view expected) const {
+        std::string text = value_->dump();
+        if (text.size() > 60) text = text.substr(0, 57) + "...";
+        fail(expected, text);
+    }
+    /// An object whose keys are all in `known` and that holds all of `required`.
+    void expect_object(const std::vector<std::string>& known, const std::vector<std::string>& required) const {
+        if (!value_->is_object()) fail("an object");
+        for (const auto& [key, unused] : value_->items()) {
+            if (std::find(known.begin(), known.end(), key) == known.end()) {
+                Node(*value_, *file_, pointer_ + "/" + key)
+                    .fail(fmt::format("one of the keys {}", fmt::join(known, ", ")), fmt::format("'{}'", key));
+            }
+        }
+        for (const std::string& key : required) {
+            if (!value_->contains(key)) fail(fmt::format("the key '{}'", key), "none");
+        }
+    }
+    [[nodiscard]] bool has(const std::string& key) const { return value_->contains(key); }
+    [[nodiscard]] bool is_string() const { return value_->is_string(); }
+    [[nodiscard]] Node at(const std::string& key) const { return {value_->at(key), *file_, pointer_ + "/" + key}; }
+    [[nodiscard]] std::string text() const {
+        if (!value_->is_string() || value_->get_ref<const std::string&>().empty()) fail("a non-empty text");
+        return value_->get<std::string>();
+    }
+    [[nodiscard]] std::int64_t integer(std::int64_t minimum) const {
+        const std::string expected = fmt::format("an integer >= {}", minimum);
+        if (!value_->is_number_integer()) fail(expected);
+        if (value_->is_number_unsigned() && value_->get<std::uint64_t>() > 1'000'000'000'000ULL) {
+            fail("an integer up to 1e12");
+        }
+        if (value_->get<std::int64_t>() < minimum) fail(expected);
+        return value_->get<std::int64_t>();
+    }
+    [[nodiscard]] double positive_number() const {
+        if (!value_->is_number() || !(value_->get<double>() > 0.0)) fail("a number > 0");
+        return value_->get<double>();
+    }
+    [[nodiscard]] std::vector<Node> list() const {
+        if (!value_->is_array() || value_->empty()) fail("a non-empty list");
+        std::vector<Node> nodes;
+        for (std::size_t i = 0; i < value_->size(); ++i) {
+            nodes.emplace_back(value_->at(i), *file_, fmt::format("{}/{}", pointer_, i));
+        }
+        return nodes;
+    }
+
+private:
+    const Json* value_;
+    const std::string* file_;
+    std::string pointer_;
+};
+
+std::optional<std::string> reason_of_absence(const std::vector<AbsentMethod>& absent, const std::string& name) {
+    for (const AbsentMethod& method : absent) {
+        if (method.name == name) return method.reason;
+    }
+    return std::nullopt;
+}
+
+/// Checks a method text against the registry; the registry's own complaint is passed on with the place in the file.
+template <typename LookUp>
+StudyMethod check_method(const Node& node, const std::string& text, const std::vector<AbsentMethod>& absent,
+                         LookUp look_up) {
+    StudyMethod method;
+    try {
+        const MethodSpec spec = parse_method(text);
+        method.text = spec.text();
+        method.absent_reason = reason_of_absence(absent, spec.name);
+        if (!method.absent_reason) {
+            const auto& entry = look_up(spec.name);
+            const ParameterValues checked(entry.name, entry.parameters, spec.parameters);
+        }
+    } catch (const InputError& error) {
+        node.fail("a method of trocar list", error.what());
+    }
+    return method;
+}
+
+StudyMethod read_method(const Node& node, bool is_detector) {
+    const bool plain = node.is_string();
+    if (!plain) node.expect_object({"method", "setting", "basis"}, {"method"});
+    const Node name = plain ? node : node.at("method");
+    StudyMethod method =
+        is_detector ? check_method(name, name.text(), registry().absent_detectors(),
+                                   [](const std::string& n) -> const DetectorEntry& { return registry().detector(n); })
+                    : check_method(name, name.text(), registry().absent_responses(),
+                                   [](const std::string& n) -> const ResponseEntry& { return registry().response(n); });
+    if (plain) return method;
+    if (node.has("setting")) {
+        method.setting = node.at("setting").text();
+        if (method.setting != "default" && method.setting != "recommended" && method.setting != "tuned") {
+            node.at("setting").fail("default, recommended or tuned");
+        }
+    }
+    if (node.has("basis")) method.basis = node.at("basis").text();
+    if (method.setting != "default" && method.basis.empty()) {
+        node.fail("the key 'basis' (who recommends the setting, or the search and its budget)", "none");
+    }
+    return method;
+}
+
+std::vector<StudyMethod> read_methods(const Node& node, bool is_detector) {
+    std::vector<StudyMethod> methods;
+    std::set<std::string> seen;
+    for (const Node& item : node.list()) {
+        methods.push_back(read_method(item, is_detector));
+        if (!seen.insert(methods.back().text).second) item.fail("each method once", methods.back().text + " again");
+    }
+    return methods;
+}
+
+std::vector<std::string> read_scenes(const Node& node, const std::filesystem::path& study_file) {
+    std::vector<std::string> scenes;
+    std::set<std::string> seen;
+    for (const Node& item : node.list()) {
+        scenes.push_back(item.text());
+        if (!seen.insert(scenes.back()).second) item.fail("each scene once", scenes.back() + " again");
+        if (!std::filesystem::is_regular_file(study_file.parent_path() / scenes.back())) {
+            item.fail("a scene file, relative to the study file", fmt::format("'{}' (no such file)", scenes.back()));
+        }
+    }
+    return scenes;
+}
+
+template <typename Part>
+void read_counts(const Node& node, std::int64_t repetitions, Part& part) {
+    part.repetitions = node.has("repetitions") ? node.at("repetitions").integer(1) : repetitions;
+    part.ticks = node.has("ticks") ? node.at("ticks").integer(1) : 0;
+}
+
+Json parse_file(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream || !std::filesystem::is_regular_file(file)) {
+        throw InputError(file.string(), "", "a study file", "no such file");
+    }
+    std::ostringstream text;
+    text << stream.rdbuf();
+    try {
+        return Json::parse(text.str());
+    } catch (const Json::parse_error& error) {
+        throw InputError(file.string(), fmt::format("byte {}", error.byte), "JSON", error.what());
+    } catch (const Json::exception& error) {
+        throw InputError(file.string(), "/", "JSON with finite numbers", error.what());
+    }
+}
+
+/// splitmix64 (Steele, Lea, Flood 2014): the same shuffle with every standard library.
+std::uint64_t next_random(std::uint64_t& state) {
+    std::uint64_t z = (state += 0x9E3779B97F4A7C15ULL);
+    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9ULL;
+    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBULL;
+    return z ^ (z >> 31U);
+}
+
+void shuffle(std::vector<PlannedRun>& runs, std::uint64_t& state) {
+    for (std::size_t i = runs.size(); i > 1; --i) {
+        std::swap(runs[i - 1], runs[static_cast<std::size_t>(next_random(state) % i)]);
+    }
+}
+
+void settle_absent(PlannedRun& run) {
+    for (const StudyMethod* method : {&run.detector, &run.response}) {
+        if (!method->absent_reason || run.settled) continue;
+        run.settled = Outcome{OutcomeKind::absent,
+                              fmt::format("{}: {}", parse_method(method->text).name, *method->absent_reason)};
+    }
+}
+
+bool has_native_contacts(const StudyMethod& detector) {
+    return detector.absent_reason || registry().detector(parse_method(detector.text).name).native_contacts;
+}
+
+bool needs_native_contacts(const StudyMethod& response) {
+    return !response.absent_reason && registry().response(parse_method(response.text).name).needs_native;
+}
+
+PlannedRun planned(const Study& study, const std::string& mode, const std::string& scene_file, std::int64_t ticks,
+                   std::int64_t repetition, const StudyMethod& detector, const StudyMethod& response,
+                   const std::string& contacts) {
+    PlannedRun run;
+    run.spec.study = study.name;
+    run.spec.mode = mode;
+    run.spec.scene_file = scene_file;
+    run.spec.scene = std::filesystem::path(scene_file).stem().string();
+    run.spec.detector = detector.text;
+    run.spec.response = response.text;
+    run.spec.contacts = contacts;
+    run.spec.setting = detector.text.empty() ? response.setting : detector.setting;
+    run.spec.repetition = repetition;
+    run.spec.seed = study.seed;
+    run.spec.ticks = ticks;
+    run.detector = detector;
+    run.response = response;
+    settle_absent(run);
+    return run;
+}
+
+/// The runs of one repetition; an unanswerable combination is told once, in the first repetition, not per scene.
+std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
+    std::vector<PlannedRun> runs;
+    const auto wanted = [repetition](const PlannedRun& run) { return !run.settled || repetition == 0; };
+    if (study.replay && repetition < study.replay->repetitions) {
+        for (const std::string& scene : study.replay->scenes) {
+            for (const StudyMethod& detector : study.replay->detectors) {
+                PlannedRun run =
+                    planned(study, "replay", scene, study.replay->ticks, repetition, detector, StudyMethod{}, "");
+                if (wanted(run)) runs.push_back(std::move(run));
+            }
+        }
+    }
+    if (study.closed_loop && repetition < study.closed_loop->repetitions) {
+        const ClosedLoopPart& part = *study.closed_loop;
+        for (const std::string& contacts : part.contacts) {
+            for (const StudyMethod& detector : part.detectors) {
+                if (contacts == "native" && !has_native_contacts(detector)) {
+                    if (repetition > 0) continue;
+                    PlannedRun run =
+                        planned(study, "closed_loop", "", part.ticks, 0, detector, StudyMethod{}, contacts);
+                    run.settled = Outcome{OutcomeKind::unsupported, "the detector has no contacts of its own"};
+                    runs.push_back(std::move(run));
+                    continue;
+                }
+                for (const StudyMethod& response : part.responses) {
+                    if (contacts == "canonical" && needs_native_contacts(response)) {
+                        if (repetition > 0 || &detector != &part.detectors.front()) continue;
+                        PlannedRun run =
+                            planned(study, "closed_loop", "", part.ticks, 0, StudyMethod{}, response, contacts);
+                        run.settled = Outcome{OutcomeKind::unsupported, "the response reads native contacts only"};
+                        runs.push_back(std::move(run));
+                        continue;
+                    }
+                    for (const std::string& scene : part.scenes) {
+                        PlannedRun run =
+                            planned(study, "closed_loop", scene, part.ticks, repetition, detector, response, contacts);
+                        if (wanted(run)) runs.push_back(std::move(run));
+                    }
+                }
+            }
+        }
+    }
+    if (study.triangle_pair && repetition < study.triangle_pair->repetitions) {
+        for (const std::string& scene : study.triangle_pair->scenes) {
+            PlannedRun run = planned(study, "triangle_pair", scene, study.triangle_pair->ticks, repetition,
+                                     StudyMethod{}, study.triangle_pair->response, "canonical");
+            if (wanted(run)) runs.push_back(std::move(run));
+        }
+    }
+    return runs;
+}
+
+std::string settings_text(const std::vector<Parameter>& declared, const std::map<std::string, std::string>& given,
+                          std::string_view method) {
+    const ParameterValues values(method, declared, given);
+    std::vector<std::string> items;
+    for (const Parameter& parameter : declared) {
+        const std::string& value = values.text(parameter.name);
+        std::string item = fmt::format("{} = {}", parameter.name, value);
+        if (!parameter.unit.empty() && parameter.unit != "1" && value.find_first_of("0123456789") == 0) {
+            item += " " + parameter.unit;
+        }
+        if (value != parameter.default_value) item += fmt::format(" (default {})", parameter.default_value);
+        items.push_back(std::move(item));
+    }
+    return fmt::format("{}", fmt::join(items, ", "));
+}
+
+template <typename Entry>
+void add_entry_facts(const std::string& prefix, const Entry& entry, const StudyMethod& method,
+                     std::map<std::string, std::string>& facts) {
+    facts[prefix + "library"] = entry.library;
+    facts[prefix + "version"] = entry.version;
+    facts[prefix + "configuration"] = entry.configuration;
+    facts[prefix + "own"] = entry.own ? "yes" : "no";
+    facts[prefix + "settings"] = settings_text(entry.parameters, parse_method(method.text).parameters, entry.name);
+}
+
+void add_method_facts(const std::string& prefix, const StudyMethod& method, std::map<std::string, std::string>& facts) {
+    facts[prefix + "setting"] = method.setting;
+    facts[prefix + "basis"] = method.basis;
+    if (method.absent_reason) facts[prefix + "absent"] = *method.absent_reason;
+}
+
+}  // namespace
+
+Study read_study(const std::filesystem::path& file) {
+    const Json document = parse_file(file);
+    const std::string file_name = file.string();
+    const Node root(document, file_name, "");
+    root.expect_object({"format", "name", "seed", "repetitions", "time_limit_s", "reference", "replay", "closed_loop",
+                        "triangle_pair"},
+                       {"format", "name"});
+    if (root.at("format").text() != study_format) root.at("format").fail(fmt::format("\"{}\"", study_format));
+
+    Study study;
+    study.file = file;
+    study.name = root.at("name").text();
+    if (study.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") !=
+        std::string::npos) {
+        root.at("name").fail("a name of letters, digits, _ and - (it names a folder)");
+    }
+    if (root.has("seed")) study.seed = static_cast<std::uint64_t>(root.at("seed").integer(0));
+    const std::int64_t repetitions = root.has("repetitions") ? root.at("repetitions").integer(1) : 1;
+    if (root.has("time_limit_s")) study.time_limit_s = root.at("time_limit_s").positive_number();
+
+    if (root.has("replay")) {
+        const Node node = root.at("replay");
+        node.expect_object({"scenes", "detectors", "ticks", "repetitions"}, {"scenes", "detectors"});
+        ReplayPart part;
+        part.scenes = read_scenes(node.at("scenes"), file);
+        part.detectors = read_methods(node.at("detectors"), true);
+        read_counts(node, repetitions, part);
+        study.replay = std::move(part);
+    }
+    if (root.has("closed_loop")) {
+        const Node node = root.at("closed_loop");
+        node.expect_object({"scenes", "detectors", "responses", "contacts", "ticks", "repetitions"},
+                           {"scenes", "detectors", "responses"});
+        ClosedLoopPart part;
+        part.scenes = read_scenes(node.at("scenes"), file);
+        part.detectors = read_methods(node.at("detectors"), true);
+        part.responses = read_methods(node.at("responses"), false);
+        if (node.has("contacts")) {
+            for (const Node& item : node.at("contacts").list()) {
+                const std::string contacts = item.text();
+                if (contacts != "canonical" && contacts != "native") item.fail("canonical or native");
+                if (std::find(part.contacts.begin(), part.contacts.end(), contacts) != part.contacts.end()) {
+                    item.fail("each contact source once", contacts + " again");
+                }
+                part.contacts.push_back(contacts);
+            }
+        } else {
+            part.contacts = {"canonical"};
+        }
+        read_counts(node, repetitions, part);
+        study.closed_loop = std::move(part);
+    }
+    if (root.has("triangle_pair")) {
+        const Node node = root.at("triangle_pair");
+        node.expect_object({"scenes", "response", "ticks", "repetitions"}, {"scenes", "response"});
+        TrianglePairPart part;
+        part.scenes = read_scenes(node.at("scenes"), file);
+        part.response = read_method(node.at("response"), false);
+        read_counts(node, repetitions, part);
+        study.triangle_pair = std::move(part);
+    }
+    if (!study.replay && !study.closed_loop && !study.triangle_pair) {
+        root.fail("at least one of the keys replay, closed_loop, triangle_pair", "none of them");
+    }
+    if (root.has("reference")) {
+        study.reference = read_method(root.at("reference"), true).text;
+        const auto named = [&study](const auto& part) {
+            return part && std::any_of(part->detectors.begin(), part->detectors.end(),
+                                       [&study](const StudyMethod& m) { return m.text == study.reference; });
+        };
+        if (!named(study.replay) && !named(study.closed_loop)) {
+            root.at("reference").fail("one of the study's detectors");
+        }
+    }
+    return study;
+}
+
+std::string study_schema() {
+    return R"({
+  "$schema": "https://json-schema.org/draft/2020-12/schema",
+  "title": "trocar study, format trocar-study-1",
+  "description": "What to compare. Every run is made in a process of its own with a time limit; a crash or a time-out is a row. Scene files are relative to the study file. A method is NAME[:key=value,...] as in trocar list; one that this build lacks becomes rows 'absent', an unknown one is bad input.",
+  "type": "object",
+  "additionalProperties": false,
+  "required": ["format", "name"],
+  "anyOf": [{"required": ["replay"]}, {"required": ["closed_loop"]}, {"required": ["triangle_pair"]}],
+  "properties": {
+    "format": {"const": "trocar-study-1"},
+    "name": {"type": "string", "pattern": "^[A-Za-z0-9_-]+$", "description": "Names the folder of the report"},
+    "seed": {"type": "integer", "minimum": 0, "default": 1, "description": "Order of the runs, and seed of everything random in a run"},
+    "repetitions": {"type": "integer", "minimum": 1, "default": 1, "description": "Fresh processes per contestant; intervals are 95 % from 10 up, minimum to maximum below"},
+    "time_limit_s": {"type": "number", "exclusiveMinimum": 0, "default": 60, "description": "Per run, s; a longer run is ended and becomes a row timed_out"},
+    "reference": {"$ref": "#/$defs/method", "description": "Detector that ratios of times are taken to"},
+    "replay": {
+      "description": "Every detector on the same frames: accuracy and speed of detection",
+      "type": "object", "additionalProperties": false, "required": ["scenes", "detectors"],
+      "properties": {
+        "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
+        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"}}},
+    "closed_loop": {
+      "description": "Every detector with every response and contact source, each driving its own copy of the scene",
+      "type": "object", "additionalProperties": false, "required": ["scenes", "detectors", "responses"],
+      "properties": {
+        "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
+        "responses": {"$ref": "#/$defs/methods"},
+        "contacts": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["canonical"], "items": {"enum": ["canonical", "native"]}},
+        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"}}},
+    "triangle_pair": {
+      "description": "Time of the response per triangle pair and per iteration, without and with the triangle test",
+      "type": "object", "additionalProperties": false, "required": ["scenes", "response"],
+      "properties": {
+        "scenes": {"$ref": "#/$defs/scenes"}, "response": {"$ref": "#/$defs/method"},
+        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"}}}
+  },
+  "$defs": {
+    "scenes": {"type": "array", "minItems": 1, "uniqueItems": true, "items": {"type": "string", "minLength": 1}},
+    "methods": {"type": "array", "minItems": 1, "items": {"$ref": "#/$defs/method"}},
+    "method": {"oneOf": [
+      {"type": "string", "minLength": 1},
+      {"type": "object", "additionalProperties": false, "required": ["method"],
+       "properties": {
+         "method": {"type": "string", "minLength": 1},
+         "setting": {"enum": ["default", "recommended", "tuned"], "default": "default"},
+         "basis": {"type": "string", "minLength": 1, "description": "Who recommends the setting, or how it was searched and with what budget; required unless default"}}}]},
+    "ticks": {"type": "integer", "minimum": 1, "description": "Instead of the scene's own number; p99 needs 1000, after the warm-up"},
+    "repetitions": {"type": "integer", "minimum": 1, "description": "Instead of the study's"}
+  }
+}
+)";
+}
+
+SceneFacts read_scene_facts(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data) {
+    SceneFacts facts;
+    facts.name = file.stem().string();
+    if (lacks_data(file, data)) {
+        facts.lacks_data = true;
+        return facts;
+    }
+    const Scene scene = read_scene(file, data);
+    facts.name = scene.name;
+    facts.hash = fmt::format("{:016x}", scene.hash);
+    facts.ticks = scene.ticks;
+    std::set<std::string> classes;
+    for (const auto& [first, second] : scene.topology.body_pairs) {
+        constexpr std::string_view letters = "IRT";
+        const auto kind_a = static_cast<std::size_t>(scene.topology.bodies[static_cast<std::size_t>(first)].kind);
+        const auto kind_b = static_cast<std::size_t>(scene.topology.bodies[static_cast<std::size_t>(second)].kind);
+        classes.insert(fmt::format("{}2{}", letters[std::min(kind_a, kind_b)], letters[std::max(kind_a, kind_b)]));
+    }
+    facts.pair_class = fmt::format("{}", fmt::join(classes, "+"));
+    return facts;
+}
+
+std::vector<PlannedRun> make_plan(const Study& study) {
+    std::int64_t repetitions = 0;
+    if (study.replay) repetitions = std::max(repetitions, study.replay->repetitions);
+    if (study.closed_loop) repetitions = std::max(repetitions, study.closed_loop->repetitions);
+    if (study.triangle_pair) repetitions = std::max(repetitions, study.triangle_pair->repetitions);
+    std::vector<PlannedRun> plan;
+    std::uint64_t random = study.seed;
+    for (std::int64_t repetition = 0; repetition < repetitions; ++repetition) {
+        std::vector<PlannedRun> runs = block(study, repetition);
+        shuffle(runs, random);
+        std::move(runs.begin(), runs.end(), std::back_inserter(plan));
+    }
+    return plan;
+}
+
+void complete_run(const SceneFacts& facts, PlannedRun& run) {
+    run.spec.scene = facts.name;
+    run.spec.scene_hash = facts.hash;
+    run.spec.pair_class = facts.pair_class;
+    if (run.spec.ticks == 0) run.spec.ticks = facts.ticks;
+    if (facts.lacks_data && !run.settled) {
+        run.settled = Outcome{OutcomeKind::unsupported, "no data"};
+    }
+}
+
+std::map<std::string, std::string> method_facts(const Study& study, const PlannedRun& run) {
+    std::map<std::string, std::string> facts;
+    facts["study.file"] = study.file.filename().string();
+    facts["study.reference"] = study.reference;
+    facts["study.time_limit_s"] = fmt::format("{}", study.time_limit_s);
+    const Registry& all = registry();
+    for (const AbsentMethod& method : all.absent_detectors()) facts["absent.detector." + method.name] = method.reason;
+    for (const AbsentMethod& method : all.absent_responses()) facts["absent.response." + method.name] = method.reason;
+    if (!run.detector.text.empty()) {
+        add_method_facts("detector.", run.detector, facts);
+        if (!run.detector.absent_reason) {
+            const DetectorEntry& entry = all.detector(parse_method(run.detector.text).name);
+            add_entry_facts("detector.", entry, run.detector, facts);
+            facts["detector.claims_exact"] = entry.claims_exact ? "yes" : "no";
+            facts["detector.native_contacts"] = entry.native_contacts ? "yes" : "no";
+        }
+    }
+    if (!run.response.text.empty()) {
+        add_method_facts("response.", run.response, facts);
+        if (!run.response.absent_reason) {
+            const ResponseEntry& entry = all.response(parse_method(run.response.text).name);
+            add_entry_facts("response.", entry, run.response, facts);
+            facts["response.table_row"] = entry.table_row;
+        }
+    }
+    return facts;
+}
+
+}  // namespace trocar

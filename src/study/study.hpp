@@ -1,0 +1,101 @@
+// A study says what to compare: which methods on which scenes, how often, and within what time. It is a file that a
+// person can read; the plan made from it is the shuffled list of runs that the runner works off one by one.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "contact/outcome.hpp"
+#include "measure/record.hpp"
+
+namespace trocar {
+
+/// A method as a study names it, with the origin of its settings for the fairness block.
+struct StudyMethod {
+    std::string text;                 ///< NAME[:key=value…], keys in alphabetical order
+    std::string setting = "default";  ///< "default" | "recommended" | "tuned"
+    std::string basis;                ///< who recommends the setting, or how it was searched and with what budget
+    std::optional<std::string> absent_reason;  ///< set when this build lacks the method: its runs become rows `absent`
+};
+
+/// Detectors on the same frames.
+struct ReplayPart {
+    std::vector<std::string> scenes;  ///< files, relative to the study file
+    std::vector<StudyMethod> detectors;
+    std::int64_t ticks = 0;        ///< 0: the scene's own number
+    std::int64_t repetitions = 1;  ///< fresh processes per contestant
+};
+
+/// Detector × response × contact source, each driving its own copy of the scene.
+struct ClosedLoopPart {
+    std::vector<std::string> scenes;
+    std::vector<StudyMethod> detectors;
+    std::vector<StudyMethod> responses;
+    std::vector<std::string> contacts;  ///< "canonical", "native"
+    std::int64_t ticks = 0;
+    std::int64_t repetitions = 1;
+};
+
+/// The thesis' own table: time of the response per triangle pair and per iteration, without and with the triangle test.
+struct TrianglePairPart {
+    std::vector<std::string> scenes;
+    StudyMethod response;
+    std::int64_t ticks = 0;
+    std::int64_t repetitions = 1;
+};
+
+struct Study {
+    std::filesystem::path file;
+    std::string name;
+    std::uint64_t seed = 1;
+    double time_limit_s = 60.0;  ///< s, per run
+    std::string reference;       ///< detector that ratios of times are taken to; empty: no ratios
+    std::optional<ReplayPart> replay;
+    std::optional<ClosedLoopPart> closed_loop;
+    std::optional<TrianglePairPart> triangle_pair;
+};
+
+/// Reads strictly. Throws InputError with a JSON pointer for an unknown key, a wrong type, an impossible number, a
+/// missing scene file, and a method or parameter that no build knows. A method that this build lacks is no error.
+Study read_study(const std::filesystem::path& file);
+
+/// JSON Schema document printed by `trocar schema study`.
+std::string study_schema();
+
+/// What a scene file tells a plan.
+struct SceneFacts {
+    std::string name;
+    std::string hash;        ///< 16 hex digits; empty when the scene could not be read
+    std::string pair_class;  ///< "I2T", or several joined by "+"
+    std::int64_t ticks = 0;  ///< the scene's own number
+    bool lacks_data = false;
+};
+
+/// Reads one scene. A scene that names data which is not there is a fact, any other fault is an InputError.
+SceneFacts read_scene_facts(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data);
+
+struct PlannedRun {
+    RunSpec spec;  ///< scene name, hash, class and ticks are filled by complete_run
+    StudyMethod detector;
+    StudyMethod response;
+    /// Set when the outcome is known without running: absent method, missing data, native contacts of a detector that
+    /// has none.
+    std::optional<Outcome> settled;
+};
+
+/// The runs in the order in which they are made: one block per repetition, contestants of a block interleaved at random
+/// by the study's seed. The same study gives the same list on every machine. Reads no scene.
+std::vector<PlannedRun> make_plan(const Study& study);
+
+/// Fills what only the scene file knows, and settles runs whose data is missing.
+void complete_run(const SceneFacts& facts, PlannedRun& run);
+
+/// Facts about study and methods that a record carries in its environment, so that a report needs nothing else:
+/// "study.…", "detector.…", "response.…", "absent.…".
+std::map<std::string, std::string> method_facts(const Study& study, const PlannedRun& run);
+
+}  // namespace trocar
