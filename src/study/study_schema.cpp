@@ -1,0 +1,59 @@
+#include "study/study.hpp"
+
+namespace trocar {
+
+std::string study_schema() {
+    return R"({
+  "$schema": "https://json-schema.org/draft/2020-12/schema",
+  "title": "trocar study, format trocar-study-1",
+  "description": "What to compare. Every run is made in a process of its own with a time limit; a crash or a time-out is a row. Scene files are relative to the study file. A method is NAME[:key=value,...] as in trocar list; one that this build lacks becomes rows 'absent', an unknown one is bad input.",
+  "type": "object",
+  "additionalProperties": false,
+  "required": ["format", "name"],
+  "anyOf": [{"required": ["replay"]}, {"required": ["closed_loop"]}, {"required": ["triangle_pair"]}],
+  "properties": {
+    "format": {"const": "trocar-study-1"},
+    "name": {"type": "string", "pattern": "^[A-Za-z0-9_-]+$", "description": "Names the folder of the report"},
+    "seed": {"type": "integer", "minimum": 0, "default": 1, "description": "Order of the runs, and seed of everything random in a run"},
+    "repetitions": {"type": "integer", "minimum": 1, "default": 1, "description": "Fresh processes per contestant; intervals are 95 % from 10 up, minimum to maximum below"},
+    "time_limit_s": {"type": "number", "exclusiveMinimum": 0, "default": 60, "description": "Per run, s; a longer run is ended and becomes a row timed_out"},
+    "reference": {"$ref": "#/$defs/method", "description": "Detector that ratios of times are taken to"},
+    "replay": {
+      "description": "Every detector on the same frames: accuracy and speed of detection",
+      "type": "object", "additionalProperties": false, "required": ["scenes", "detectors"],
+      "properties": {
+        "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
+        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"}}},
+    "closed_loop": {
+      "description": "Every detector with every response and contact source, each driving its own copy of the scene",
+      "type": "object", "additionalProperties": false, "required": ["scenes", "detectors", "responses"],
+      "properties": {
+        "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
+        "responses": {"$ref": "#/$defs/methods"},
+        "contacts": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["canonical"], "items": {"enum": ["canonical", "native"]}},
+        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"}}},
+    "triangle_pair": {
+      "description": "Time of the response per triangle pair and per iteration, without and with the triangle test",
+      "type": "object", "additionalProperties": false, "required": ["scenes", "response"],
+      "properties": {
+        "scenes": {"$ref": "#/$defs/scenes"}, "response": {"$ref": "#/$defs/method"},
+        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"}}}
+  },
+  "$defs": {
+    "scenes": {"type": "array", "minItems": 1, "uniqueItems": true, "items": {"type": "string", "minLength": 1}},
+    "methods": {"type": "array", "minItems": 1, "items": {"$ref": "#/$defs/method"}},
+    "method": {"oneOf": [
+      {"type": "string", "minLength": 1},
+      {"type": "object", "additionalProperties": false, "required": ["method"],
+       "properties": {
+         "method": {"type": "string", "minLength": 1},
+         "setting": {"enum": ["default", "recommended", "tuned"], "default": "default"},
+         "basis": {"type": "string", "minLength": 1, "description": "Who recommends the setting, or how it was searched and with what budget; required unless default"}}}]},
+    "ticks": {"type": "integer", "minimum": 1, "description": "Instead of the scene's own number; p99 needs 1000, after the warm-up"},
+    "repetitions": {"type": "integer", "minimum": 1, "description": "Instead of the study's"}
+  }
+}
+)";
+}
+
+}  // namespace trocar
