@@ -20,6 +20,7 @@ void Effect::clear() {
     no_hit = 0;
     ruptures = 0;
     contacts_held = false;
+    contacts_explicit = false;
 }
 
 }  // namespace trocar

@@ -12,7 +12,8 @@ namespace trocar {
 
 /// A contact force that the integrator re-evaluates in every sub-step (METHODS §4). It acts on the point
 /// P = Σ weights_i x_i along `normal` with F = k·d − mu·(v_P·normal − face_velocity), d = −gap, where gap is the gap at
-/// the frame the response saw and changes by (v_P·normal − face_velocity)·dt afterwards.
+/// the frame the response saw and changes by (v_P·normal − face_velocity)·dt afterwards. Where reaction_vertices are
+/// set, their weighted velocity takes the place of face_velocity.
 struct LinearContact {
     std::array<Index, 3> vertices{-1, -1, -1};     ///< pushed vertices; unused entries -1 with weight 0
     std::array<double, 3> weights{0.0, 0.0, 0.0};  ///< sum 1
@@ -21,7 +22,8 @@ struct LinearContact {
     double k = 0.0;                                ///< N/m
     double mu = 0.0;                               ///< N s/m
     double face_velocity = 0.0;                    ///< m/s, normal velocity of the other surface
-    bool adhesive = false;                         ///< true: the force may pull (faithful has no clamp)
+    bool adhesive = false;   ///< true: the force may pull while the gap is negative (faithful has no clamp)
+    bool bilateral = false;  ///< true: a spring that acts at any gap (a grasp)
     /// Body that takes the reaction −F, and the world point where it acts; -1 = none (a static body).
     Index reaction_body = -1;
     Vector3 reaction_point = Vector3::Zero();
@@ -54,6 +56,7 @@ struct Effect {
     std::int64_t no_hit = 0;         ///< projections without a contact point (METHODS §6)
     std::int64_t ruptures = 0;       ///< ruptures in this tick
     bool contacts_held = false;      ///< setting `hold`: integrate the forces of the frame over the whole tick
+    bool contacts_explicit = false;  ///< setting `explicit`: every sub-step, from the state at its start
 
     void resize(Index vertex_count, Index body_count);
     void clear();

@@ -5,8 +5,8 @@
 #include <span>
 
 #include "contact/effect.hpp"
-#include "contact/outcome.hpp"
 #include "scene/motion.hpp"
+#include "scene/world.hpp"
 
 namespace trocar {
 
@@ -15,11 +15,14 @@ struct OperatorState {
     Vector3 velocity = Vector3::Zero();  ///< m/s
 };
 
-/// Advances one instrument body over dt in `substeps` semi-implicit steps. Contacts whose pushed vertices belong to the
-/// body act implicitly on it; `external` is a constant force (reactions from tissue, wrenches). Returns the mean
-/// contact force on the body over the tick, N.
-Vector3 advance_operator(const OperatorModel& model, const Vector3& target, const Vector3& target_velocity,
-                         std::span<const LinearContact> contacts, const Vector3& external, double dt, int substeps,
-                         OperatorState& state);
+/// Advances one instrument (the bodies that share its pose) over dt in `substeps` semi-implicit steps: hand spring and
+/// damping explicit, contacts implicit. Contacts of the effect act when they push vertices of these bodies, or react on
+/// one of these bodies without moving tissue; contacts with tissue come as `external` (the reaction that
+/// MassSpring::advance returned, plus the effect's own wrenches), constant over the tick. `frame` gives the vertex
+/// velocities for which gaps and face velocities were written. Returns the mean force of contacts and `external` on the
+/// instrument over the tick, N.
+Vector3 advance_operator(const OperatorModel& model, const Topology& topology, const Frame& frame,
+                         std::span<const Index> bodies, const Vector3& target, const Vector3& target_velocity,
+                         const Effect& effect, const Vector3& external, double dt, int substeps, OperatorState& state);
 
 }  // namespace trocar

@@ -1,0 +1,86 @@
+// Small tissue systems with known answers, shared by tests of the integrator and of the responses.
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "scene/world.hpp"
+
+namespace trocar::test {
+
+/// World of one tissue body without triangles and a frame at rest.
+struct TissueSample {
+    Topology topology;
+    Materials materials;
+    Frame frame;
+};
+
+inline TissueSample make_tissue(const std::vector<Vector3>& points, const std::vector<double>& mass,
+                                const std::vector<std::uint8_t>& pinned, const std::vector<Spring>& springs) {
+    TissueSample sample;
+    const auto n = static_cast<Index>(points.size());
+    sample.topology = make_topology({Body{.name = "tissue", .kind = BodyKind::tissue, .vertex_count = n}});
+    sample.materials.springs = springs;
+    sample.materials.mass = mass;
+    sample.materials.pinned = pinned;
+    sample.materials.rest_bias = Matrix3X::Zero(3, n);
+    sample.materials.drag.assign(points.size(), 0.0);
+    sample.materials.mean_stiffness.assign(points.size(), 0.0);
+    sample.materials.area.assign(points.size(), 0.0);
+    sample.materials.substeps = 1;
+    sample.materials.strain_limit = 1e9;
+    sample.frame.position.resize(3, n);
+    for (Index i = 0; i < n; ++i) sample.frame.position.col(i) = points[static_cast<std::size_t>(i)];
+    sample.frame.previous = sample.frame.position;
+    sample.frame.velocity = Matrix3X::Zero(3, n);
+    return sample;
+}
+
+/// Equilateral lattice inside a circle, rim pinned, all springs k with preload p k L; the centre is vertex 0.
+inline TissueSample make_disc(double radius, double edge, double k, double preload, double mass) {
+    std::vector<Vector3> points;
+    points.emplace_back(0.0, 0.0, 0.0);
+    const int rings = 2 * static_cast<int>(radius / edge) + 4;
+    for (int i = -rings; i <= rings; ++i) {
+        for (int j = -rings; j <= rings; ++j) {
+            const Vector3 p(edge * (i + 0.5 * j), edge * std::sqrt(0.75) * j, 0.0);
+            if ((i != 0 || j != 0) && p.norm() < radius + 0.5 * edge) points.push_back(p);
+        }
+    }
+    std::vector<Spring> springs;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        for (std::size_t j = i + 1; j < points.size(); ++j) {
+            if ((points[i] - points[j]).norm() > 1.1 * edge) continue;
+            springs.push_back({.i = static_cast<Index>(i),
+                               .j = static_cast<Index>(j),
+                               .rest = edge,
+                               .k = k,
+                               .preload = preload * k * edge});
+        }
+    }
+    // Every free vertex has all six neighbours; the pinned ring straddles the radius.
+    std::vector<std::uint8_t> pinned(points.size(), 0);
+    for (std::size_t i = 0; i < points.size(); ++i) pinned[i] = points[i].norm() > radius - 0.5 * edge ? 1 : 0;
+    return make_tissue(points, std::vector<double>(points.size(), mass), pinned, springs);
+}
+
+/// Effect of the right size without anything in it.
+inline Effect empty_effect(const Topology& topology) {
+    Effect effect;
+    effect.resize(topology.vertex_count, topology.body_count());
+    return effect;
+}
+
+/// One contact on one vertex against a plane with normal `normal`.
+inline LinearContact plane_contact(Index vertex, const Vector3& normal, double gap, double k, double mu) {
+    LinearContact contact;
+    contact.vertices = {vertex, -1, -1};
+    contact.weights = {1.0, 0.0, 0.0};
+    contact.normal = normal;
+    contact.gap = gap;
+    contact.k = k;
+    contact.mu = mu;
+    return contact;
+}
+
+}  // namespace trocar::test

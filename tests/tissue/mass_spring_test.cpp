@@ -1,0 +1,365 @@
+#include "tissue/mass_spring.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "support/tissue_samples.hpp"
+
+namespace trocar {
+namespace {
+
+using test::empty_effect;
+using test::make_disc;
+using test::make_tissue;
+using test::plane_contact;
+using test::TissueSample;
+
+constexpr double mass = 69e-6;
+
+double energy(const TissueSample& s) {
+    double sum = 0.0;
+    for (Index v = 0; v < s.topology.vertex_count; ++v) {
+        sum += 0.5 * s.materials.mass[static_cast<std::size_t>(v)] * s.frame.velocity.col(v).squaredNorm();
+        sum -= s.materials.rest_bias.col(v).dot(s.frame.position.col(v));
+    }
+    for (const Spring& spring : s.materials.springs) {
+        const double stretch = (s.frame.position.col(spring.j) - s.frame.position.col(spring.i)).norm() - spring.rest;
+        sum += 0.5 * spring.k * stretch * stretch + spring.preload * stretch;
+    }
+    return sum;
+}
+
+TEST(MassSpring, RestStaysAtRest) {
+    TissueSample s = make_disc(0.03, 0.005, 100.0, 0.2, mass);
+    s.materials.substeps = 4;
+    s.materials.drag.assign(s.materials.mass.size(), 5.0 * mass);
+    // Irregular edge: the bias must hold the vertices that have no symmetric neighbourhood.
+    s.frame.position.col(3) += Vector3(0.0007, -0.0004, 0.0003);
+    for (Spring& spring : s.materials.springs) {
+        spring.rest = (s.frame.position.col(spring.j) - s.frame.position.col(spring.i)).norm();
+    }
+    Matrix3X force;
+    internal_force(s.materials, s.frame.position, s.frame.velocity, force);
+    s.materials.rest_bias = -force;
+    const Matrix3X start = s.frame.position;
+    MassSpring tissue(s.topology, s.materials);
+    const Effect effect = empty_effect(s.topology);
+    std::vector<Wrench> reaction(1);
+    for (int tick = 0; tick < 10000; ++tick) ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+    EXPECT_LT(s.frame.velocity.cwiseAbs().maxCoeff(), 1e-9);
+    EXPECT_LT((s.frame.position - start).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(MassSpring, CentreLoadedDiscFollowsTheMembraneEquation) {
+    constexpr double radius = 0.05;
+    constexpr double edge = 0.0025;
+    constexpr double k = 100.0;
+    constexpr double preload = 0.2;
+    TissueSample s = make_disc(radius, edge, k, preload, mass);
+    s.materials.substeps = 2;
+    s.materials.drag.assign(s.materials.mass.size(), 60.0 * mass);
+    MassSpring tissue(s.topology, s.materials);
+    Effect effect = empty_effect(s.topology);
+    const double load = 1e-3;
+    effect.held_force(2, 0) = load;
+    std::vector<Wrench> reaction(1);
+    for (int tick = 0; tick < 1200; ++tick) ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+    ASSERT_LT(s.frame.velocity.cwiseAbs().maxCoeff(), 1e-7);
+    const double sigma = std::sqrt(3.0) * preload * k;
+    int checked = 0;
+    for (Index v = 0; v < s.topology.vertex_count; ++v) {
+        const double r = s.frame.position.col(v).head<2>().norm();
+        if (r < 4.0 * edge || r > 0.5 * radius) continue;
+        const double expected = load * std::log(radius / r) / (2.0 * std::numbers::pi * sigma);
+        EXPECT_NEAR(s.frame.position(2, v), expected, 0.03 * expected) << "r = " << r;
+        ++checked;
+    }
+    EXPECT_GT(checked, 100);
+}
+
+TEST(MassSpring, DampedEnergyNeverGrows) {
+    TissueSample s = make_disc(0.02, 0.005, 100.0, 0.2, mass);
+    s.materials.drag.assign(s.materials.mass.size(), 5.0 * mass);
+    for (Spring& spring : s.materials.springs) spring.damping = 0.002;
+    const double rest_energy = energy(s);
+    const LargestMode mode = largest_mode(s.materials, s.frame.position);
+    s.frame.velocity = 1e-3 * mode.shape;
+    s.frame.velocity(2, 0) += 1e-2;
+    s.frame.velocity(0, 4) += 1e-2;
+    for (Index v = 0; v < s.topology.vertex_count; ++v) {
+        if (s.materials.pinned[static_cast<std::size_t>(v)] != 0) s.frame.velocity.col(v).setZero();
+    }
+    MassSpring tissue(s.topology, s.materials);
+    const Effect effect = empty_effect(s.topology);
+    std::vector<Wrench> reaction(1);
+    // A small step, so that the scheme's own ripple of the energy (proportional to omega dt) stays below the decay.
+    const double dt = 0.02 * critical_time_step(mode.omega, 12.0 * 0.002 / mass);
+    const double first = energy(s) - rest_energy;
+    double previous = first;
+    for (int tick = 0; tick < 20000; ++tick) {
+        ASSERT_TRUE(tissue.advance(effect, dt, s.frame, reaction).ok());
+        if (tick % 100 != 99) continue;
+        const double now = energy(s) - rest_energy;
+        ASSERT_LE(now, previous + 1e-4 * first) << "tick " << tick;
+        previous = now;
+    }
+    EXPECT_LT(previous, 0.1 * first);
+}
+
+TEST(MassSpring, BlowUpAboveTheStepLimitHasAName) {
+    TissueSample s = make_disc(0.02, 0.005, 100.0, 0.2, mass);
+    const LargestMode mode = largest_mode(s.materials, s.frame.position);
+    s.frame.velocity = 1e-3 * mode.shape;
+    MassSpring tissue(s.topology, s.materials);
+    const Effect effect = empty_effect(s.topology);
+    std::vector<Wrench> reaction(1);
+    Outcome outcome;
+    for (int tick = 0; tick < 20000 && outcome.ok(); ++tick) {
+        outcome = tissue.advance(effect, 1.05 * critical_time_step(mode.omega, 0.0), s.frame, reaction);
+    }
+    EXPECT_EQ(outcome.kind, OutcomeKind::unstable);
+}
+
+TEST(MassSpring, ChainsAndSheetsAreBoundedBelowTheLimitOnly) {
+    // Fixed-fixed chain of 8: omega = 2 sqrt(k/m) sin(8 pi / 18).
+    std::vector<Vector3> points;
+    std::vector<std::uint8_t> pinned;
+    std::vector<Spring> springs;
+    for (Index i = 0; i < 10; ++i) {
+        points.emplace_back(0.01 * i, 0.0, 0.0);
+        pinned.push_back(i == 0 || i == 9 ? 1 : 0);
+        if (i > 0) springs.push_back({.i = i - 1, .j = i, .rest = 0.01, .k = 400.0});
+    }
+    for (const double c : {0.0, 0.2}) {
+        TissueSample s = make_tissue(points, std::vector<double>(10, 1e-3), pinned, springs);
+        s.materials.drag.assign(10, c);
+        const LargestMode mode = largest_mode(s.materials, s.frame.position);
+        const double omega = 2.0 * std::sqrt(400.0 / 1e-3) * std::sin(8.0 * std::numbers::pi / 18.0);
+        EXPECT_NEAR(mode.omega, omega, 1e-10 * omega);
+        EXPECT_GE(gershgorin_bound_omega(s.materials, s.frame.position), omega);
+        const double critical = critical_time_step(omega, c / 1e-3);
+        for (const double factor : {0.99, 1.01}) {
+            TissueSample run = s;
+            run.frame.velocity = 1e-6 * mode.shape;
+            MassSpring tissue(run.topology, run.materials);
+            const Effect effect = empty_effect(run.topology);
+            std::vector<Wrench> reaction(1);
+            double largest = 0.0;
+            for (int tick = 0; tick < 60; ++tick) {
+                const Outcome outcome = tissue.advance(effect, factor * critical, run.frame, reaction);
+                if (!outcome.ok()) break;
+                largest = std::max(largest, run.frame.velocity.cwiseAbs().maxCoeff());
+            }
+            if (factor < 1.0) {
+                EXPECT_LT(largest, 1e-4) << "c = " << c;
+            } else {
+                EXPECT_GT(largest, 1e-2 * std::sqrt(400.0 / 1e-3) * 1e-3) << "c = " << c;
+            }
+        }
+    }
+}
+
+TEST(MassSpring, AutomaticSubStepsStayBelowTheExactLimit) {
+    TissueSample s = make_disc(0.03, 0.005, 100.0, 0.2, mass);
+    s.materials.drag.assign(s.materials.mass.size(), 5.0 * mass);
+    for (Spring& spring : s.materials.springs) spring.damping = 0.02;
+    const int n = stable_substeps(s.materials, s.frame.position, 1e-3);
+    const double omega = largest_mode(s.materials, s.frame.position).omega;
+    EXPECT_LT(1e-3 / n, critical_time_step(omega, 5.0));
+    EXPECT_GE(n, 2);
+    s.materials.substeps = n;
+    s.frame.velocity = 1e-3 * largest_mode(s.materials, s.frame.position).shape;
+    MassSpring tissue(s.topology, s.materials);
+    const Effect effect = empty_effect(s.topology);
+    std::vector<Wrench> reaction(1);
+    for (int tick = 0; tick < 200; ++tick) ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+    EXPECT_LT(s.frame.velocity.cwiseAbs().maxCoeff(), 1e-3);
+}
+
+TEST(MassSpring, PressedSpringReactsWithStiffnessTimesTravel) {
+    // A mass on a soft spring below a stiff plane that came down by x: the plane's body takes k x (series stiffness).
+    TissueSample s = make_tissue({Vector3(0, 0, 0), Vector3(0, 0, -0.1)}, {1e-3, 1e-3}, {0, 1},
+                                 {Spring{.i = 0, .j = 1, .rest = 0.1, .k = 10.0}});
+    s.materials.drag.assign(2, 0.2);
+    MassSpring tissue(s.topology, s.materials);
+    Effect effect = empty_effect(s.topology);
+    std::vector<Wrench> reaction(1);
+    constexpr double travel = 0.002;
+    constexpr double k = 1e5;
+    for (int tick = 0; tick < 4000; ++tick) {
+        effect.contacts.clear();
+        const double gap = -travel - s.frame.position(2, 0);
+        effect.contacts.push_back(plane_contact(0, -Vector3::UnitZ(), gap, k, 0.5));
+        effect.contacts.back().reaction_body = 0;
+        effect.contacts.back().reaction_point = Vector3(0.1, 0.0, 0.0);
+        reaction.assign(1, {});
+        ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+    }
+    const double expected = travel / (1.0 / 10.0 + 1.0 / k);
+    EXPECT_NEAR(reaction[0].force.z(), expected, 1e-9);
+    EXPECT_NEAR(reaction[0].moment.y(), -0.1 * expected, 1e-9);
+}
+
+TEST(MassSpring, ContactsOnOneVertexShareTheLoadInAnyOrder) {
+    // 44 contacts of 100 N/m under 1 N: depth = 1/4400 m whatever their damping, the step or their order.
+    TissueSample s = make_tissue({Vector3::Zero()}, {mass}, {0}, {});
+    MassSpring tissue(s.topology, s.materials);
+    Effect effect = empty_effect(s.topology);
+    effect.held_force(2, 0) = -1.0;
+    std::vector<Wrench> reaction(1);
+    for (int tick = 0; tick < 3000; ++tick) {
+        effect.contacts.clear();
+        for (int c = 0; c < 44; ++c) {
+            const double mu = c % 2 == tick % 2 ? 2.0 : 0.1;
+            effect.contacts.push_back(plane_contact(0, Vector3::UnitZ(), s.frame.position(2, 0), 100.0, mu));
+        }
+        ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+    }
+    EXPECT_NEAR(s.frame.position(2, 0), -1.0 / 4400.0, 1e-9);
+    EXPECT_NEAR(tissue.contact_force()[7], 1.0 / 44.0, 1e-6);
+}
+
+TEST(MassSpring, SingleContactFollowsTheImplicitFormula) {
+    // METHODS §4: v' = (v + dt (f + k d + (mu + dt k) v_face)/m) / (1 + dt mu/m + dt² k/m).
+    TissueSample s = make_tissue({Vector3::Zero()}, {0.002}, {0}, {});
+    s.frame.velocity.col(0) = Vector3(0.3, 0.0, -0.4);
+    MassSpring tissue(s.topology, s.materials);
+    Effect effect = empty_effect(s.topology);
+    effect.held_force.col(0) = Vector3(0.0, 0.0, -0.7);
+    effect.contacts.push_back(plane_contact(0, Vector3::UnitZ(), -0.001, 500.0, 1.5));
+    effect.contacts.back().face_velocity = 0.05;
+    std::vector<Wrench> reaction(1);
+    const double dt = 1e-3;
+    ASSERT_TRUE(tissue.advance(effect, dt, s.frame, reaction).ok());
+    const double expected = (-0.4 + dt * (-0.7 + 0.5 + (1.5 + dt * 500.0) * 0.05) / 0.002) /
+                            (1.0 + dt * 1.5 / 0.002 + dt * dt * 500.0 / 0.002);
+    EXPECT_NEAR(s.frame.velocity(2, 0), expected, 1e-14);
+    EXPECT_DOUBLE_EQ(s.frame.velocity(0, 0), 0.3);
+}
+
+TEST(MassSpring, ContactThatWouldPullLetsGoUnlessAdhesive) {
+    for (const bool adhesive : {false, true}) {
+        TissueSample s = make_tissue({Vector3::Zero()}, {0.01}, {0}, {});
+        s.frame.velocity(2, 0) = 0.5;
+        MassSpring tissue(s.topology, s.materials);
+        Effect effect = empty_effect(s.topology);
+        effect.contacts.push_back(plane_contact(0, Vector3::UnitZ(), -0.01, 10.0, 2.0));
+        effect.contacts.back().adhesive = adhesive;
+        std::vector<Wrench> reaction(1);
+        ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+        if (adhesive) {
+            EXPECT_LT(s.frame.velocity(2, 0), 0.45);
+        } else {
+            EXPECT_DOUBLE_EQ(s.frame.velocity(2, 0), 0.5);
+        }
+    }
+}
+
+TEST(MassSpring, TwoSidedContactKeepsMomentum) {
+    std::vector<Vector3> points;
+    for (int i = 0; i < 6; ++i) points.emplace_back(0.01 * i, 0.003 * i * i, 0.0);
+    TissueSample s = make_tissue(points, {1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3}, std::vector<std::uint8_t>(6, 0), {});
+    s.frame.velocity.row(2) << -0.1, -0.3, -0.2, 0.2, 0.1, 0.3;
+    MassSpring tissue(s.topology, s.materials);
+    Effect effect = empty_effect(s.topology);
+    LinearContact contact = plane_contact(0, Vector3(0.6, 0.0, 0.8), -0.002, 300.0, 1.0);
+    contact.vertices = {0, 1, 2};
+    contact.weights = {0.2, 0.5, 0.3};
+    contact.reaction_vertices = {3, 4, 5};
+    contact.reaction_weights = {0.1, 0.1, 0.8};
+    effect.contacts.assign(3, contact);
+    const auto momentum = [&] {
+        Vector3 sum = Vector3::Zero();
+        for (Index v = 0; v < 6; ++v) sum += s.materials.mass[static_cast<std::size_t>(v)] * s.frame.velocity.col(v);
+        return sum;
+    };
+    const Vector3 before = momentum();
+    std::vector<Wrench> reaction(1);
+    ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+    EXPECT_LT((momentum() - before).norm(), 1e-15);
+    EXPECT_GT(tissue.contact_force()[0], 0.3);
+    EXPECT_NEAR(tissue.contact_force()[0], tissue.contact_force()[2], 1e-12);
+}
+
+/// Disc pressed by 5 mm with a plane contact on the centre; returns the spread of the contact depth once it should be
+/// at rest, or infinity after a blow-up.
+double chatter(bool held, double mu) {
+    TissueSample s = make_disc(0.05, 0.005, 100.0, 0.2, mass);
+    s.materials.substeps = 4;
+    s.materials.drag.assign(s.materials.mass.size(), 5.0 * mass);
+    for (Spring& spring : s.materials.springs) spring.damping = 0.02;
+    MassSpring tissue(s.topology, s.materials);
+    Effect effect = empty_effect(s.topology);
+    std::vector<Wrench> reaction(1);
+    double low = 1.0;
+    double high = 0.0;
+    for (int tick = 0; tick < 3000; ++tick) {
+        effect.clear();
+        effect.contacts_held = held;
+        const double plane = -0.005 * std::min(1.0, tick / 500.0);
+        for (Index v = 0; v < s.topology.vertex_count; ++v) {
+            if (s.frame.position.col(v).head<2>().norm() > 0.008 || s.frame.position(2, v) < plane) continue;
+            effect.contacts.push_back(plane_contact(v, -Vector3::UnitZ(), plane - s.frame.position(2, v), 300.0, mu));
+        }
+        if (!tissue.advance(effect, 1e-3, s.frame, reaction).ok()) return std::numeric_limits<double>::infinity();
+        if (tick < 2000) continue;
+        const double depth = s.frame.position(2, 0) - plane;
+        low = std::min(low, depth);
+        high = std::max(high, depth);
+    }
+    return high - low;
+}
+
+TEST(MassSpring, HeldContactForceChattersWhereTheReEvaluatedOneIsAtRest) {
+    EXPECT_LT(chatter(false, 0.0), 1e-5);
+    EXPECT_LT(chatter(false, 2.0), 1e-5);
+    EXPECT_GT(chatter(true, 0.0), 1e-4);
+    EXPECT_GT(chatter(true, 2.0), 1e-2);
+}
+
+TEST(MassSpring, PlacedVertexStartsWhereItWasPut) {
+    TissueSample s = make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
+    MassSpring tissue(s.topology, s.materials);
+    Effect effect = empty_effect(s.topology);
+    effect.placements.push_back({0, Vector3(0.1, 0.2, 0.3), Vector3(1.0, 0.0, 0.0)});
+    std::vector<Wrench> reaction(1);
+    ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+    EXPECT_LT((s.frame.position.col(0) - Vector3(0.101, 0.2, 0.3)).norm(), 1e-15);
+    EXPECT_LT((s.frame.previous.col(0) - Vector3(0.1, 0.2, 0.3)).norm(), 1e-15);
+}
+
+TEST(MassSpring, FailureLeavesTheFrameAsItWas) {
+    TissueSample s = make_disc(0.02, 0.005, 100.0, 0.2, mass);
+    s.frame.velocity(2, 0) = 1e9;
+    const Frame before = s.frame;
+    MassSpring tissue(s.topology, s.materials);
+    Effect effect = empty_effect(s.topology);
+    std::vector<Wrench> reaction(1);
+    EXPECT_EQ(tissue.advance(effect, 1e-3, s.frame, reaction).kind, OutcomeKind::unstable);
+    EXPECT_EQ(s.frame.position, before.position);
+    EXPECT_EQ(s.frame.velocity, before.velocity);
+    s.frame.velocity(2, 0) = 0.0;
+    effect.held_force(0, 0) = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(tissue.advance(effect, 1e-3, s.frame, reaction).kind, OutcomeKind::not_finite);
+    EXPECT_EQ(s.frame.position, before.position);
+    EXPECT_EQ(reaction[0].force, Vector3(Vector3::Zero()));
+}
+
+TEST(MassSpring, StrainLimiterHoldsAnOverstretchedEdge) {
+    TissueSample s = make_tissue({Vector3::Zero(), Vector3(0.01, 0, 0)}, {1e-3, 1e-3}, {1, 0},
+                                 {Spring{.i = 0, .j = 1, .rest = 0.01, .k = 1.0}});
+    s.materials.strain_limit = 1.0;
+    s.frame.velocity(0, 1) = 9.0;
+    MassSpring tissue(s.topology, s.materials);
+    Effect effect = empty_effect(s.topology);
+    std::vector<Wrench> reaction(1);
+    for (int tick = 0; tick < 5; ++tick) ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+    EXPECT_LE(tissue.max_strain(), 1.0 + 1e-12);
+    EXPECT_LE(s.frame.position(0, 1), 0.02 + 1e-12);
+    EXPECT_GT(s.frame.position(0, 1), 0.019);
+    EXPECT_EQ(s.frame.position(0, 0), 0.0);
+}
+
+}  // namespace
+}  // namespace trocar
