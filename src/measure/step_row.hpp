@@ -23,6 +23,7 @@ struct StepRow {
     std::int64_t contacts = 0;
     std::int64_t native_contacts = 0;
     std::int64_t true_pairs = -1;                                 ///< -1: truth not computed on this tick
+    std::int64_t true_touch = -1;                                 ///< of `true_pairs`: pairs that only touch
     std::int64_t missing = -1;                                    ///< true pairs not reported
     std::int64_t extra = -1;                                      ///< reported pairs that are not true
     std::int64_t missing_touch = -1;                              ///< of `missing`: pairs that only touch

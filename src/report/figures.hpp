@@ -1,0 +1,138 @@
+// From records to the numbers of a report: what one run says, what several processes of a run say together, and what
+// several scenes say together. Everything a table or a chart prints comes from here, and from records alone.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "measure/record.hpp"
+
+namespace trocar {
+
+inline constexpr std::int64_t warm_up_ticks = 10;    ///< dropped from every time figure
+inline constexpr std::int64_t ticks_for_p99 = 1000;  ///< fewer: "n too small"
+inline constexpr int processes_for_interval = 10;    ///< fewer: minimum to maximum over processes
+inline constexpr double haptic_deadline_ns = 1.0e6;  ///< ns, 1 kHz
+inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
+
+/// What one run says. Time of a tick: update + detect in a replay, all stages in a closed loop. NaN = n/a.
+struct RunFigures {
+    const Record* record = nullptr;
+    double timed_ticks = 0.0;
+    double tick_p50 = not_known;                  ///< ns
+    double tick_p90 = not_known;                  ///< ns
+    double tick_p99 = not_known;                  ///< ns; NaN below 1000 timed ticks
+    double tick_max = not_known;                  ///< ns
+    double tick_cold = not_known;                 ///< ns, first tick with a pair
+    double deadline_misses = 0.0;                 ///< timed ticks longer than 1 ms
+    double longest_burst = 0.0;                   ///< longest run of such ticks
+    std::array<double, stage_count> stage_p50{};  ///< ns; NaN: stage not present
+    double work_p50 = not_known;
+    double work_max = not_known;
+    double allocations = not_known;  ///< mean per tick after the warm-up
+    double judged_ticks = 0.0;       ///< ticks on which truth was computed
+    double true_pairs = not_known;   ///< sums over judged ticks
+    double missing = not_known;
+    double missing_touch = not_known;
+    double true_touch = not_known;  ///< touching pairs among the true ones
+    double extra = not_known;
+    double depth_error_p50 = not_known;  ///< m, over ticks with a contact
+    double depth_error_max = not_known;  ///< m
+    double left_p50 = not_known;         ///< m, over ticks with a pair or a depth
+    double left_max = not_known;         ///< m
+    double left_last = not_known;        ///< m, after the last tick
+    double pairs_mean = 0.0;             ///< per tick
+    double pairs_max = 0.0;
+    double force_max = not_known;       ///< N
+    double force_jump_p99 = not_known;  ///< N per tick
+    double force_jump_max = not_known;  ///< N per tick
+    double force_flips = not_known;     ///< ticks on which the force turned by more than 90 degrees
+    double strain_max = not_known;
+    double ruptures = 0.0;
+    double truncated_ticks = 0.0;
+    [[nodiscard]] bool ok() const { return record->outcome.ok(); }
+};
+
+RunFigures figures_of(const Record& record);
+
+/// A figure of a run by name: the one list behind results.csv and the glossary.
+struct Metric {
+    std::string_view key;  ///< column name with the unit: "tick_p50_us"
+    std::string_view meaning;
+    double (*of)(const RunFigures&);
+};
+std::span<const Metric> metrics();
+
+/// The same figure from several processes: the median, and 95 % (from 10 processes up) or minimum to maximum.
+struct Interval {
+    double value = not_known;
+    double low = not_known;
+    double high = not_known;
+    int processes = 0;
+};
+Interval across_processes(const std::vector<double>& by_process);
+
+/// Value at fraction q of the sorted values, linear between neighbours (Hyndman and Fan 1996, type 7). NaN when empty.
+double quantile(std::vector<double> values, double q);
+/// exp(mean(log)); NaN when empty or any is not positive.
+double geometric_mean(const std::vector<double>& values);
+
+/// Who is compared: everything of a specification but scene and repetition.
+struct Contestant {
+    std::string mode;
+    std::string detector;
+    std::string response;
+    std::string contacts;
+    auto operator<=>(const Contestant&) const = default;
+    /// "ohc + penalty (canonical)"
+    [[nodiscard]] std::string label() const;
+};
+
+/// One contestant on one scene: its processes in order of repetition.
+struct SceneResult {
+    std::vector<RunFigures> runs;
+    [[nodiscard]] bool ok() const;
+    /// Not made or not applicable (absent, unsupported): neither a number nor a failure.
+    [[nodiscard]] bool not_applicable() const;
+    [[nodiscard]] Interval of(double RunFigures::*figure) const;
+    /// Of the first process: for figures that do not depend on the clock.
+    [[nodiscard]] double first(double RunFigures::*figure) const;
+    /// True when every process ended on the same state and the same pairs.
+    [[nodiscard]] bool repeatable() const;
+};
+
+class Results {
+public:
+    explicit Results(const std::vector<Record>& records);
+    Results(const Results&) = delete;
+    Results& operator=(const Results&) = delete;
+    Results(Results&&) = delete;
+    Results& operator=(Results&&) = delete;
+    ~Results() = default;
+
+    [[nodiscard]] const std::vector<RunFigures>& runs() const { return runs_; }  ///< in the order of the records
+    [[nodiscard]] std::vector<Contestant> contestants(std::string_view mode) const;
+    [[nodiscard]] std::vector<std::string> scenes(std::string_view mode) const;
+    [[nodiscard]] const std::string& class_of(const std::string& scene) const;
+    /// Null when the contestant was not planned on the scene.
+    [[nodiscard]] const SceneResult* find(const Contestant& contestant, const std::string& scene) const;
+    /// A fact of the contestant's records, such as "detector.own"; empty when they have none.
+    [[nodiscard]] std::string fact(const Contestant& contestant, const std::string& key) const;
+    /// Factor below which two medians cannot be told apart: 95 % of the ratios between processes of the same contestant
+    /// on the same scene lie within it. 1 when every contestant has one process.
+    [[nodiscard]] double noise_floor() const { return noise_floor_; }
+
+private:
+    std::vector<RunFigures> runs_;
+    std::map<Contestant, std::map<std::string, SceneResult>> by_contestant_;
+    std::map<std::string, std::string> class_of_scene_;
+    double noise_floor_ = 1.0;
+};
+
+}  // namespace trocar
