@@ -27,6 +27,8 @@ struct RunSpec {
     std::int64_t repetition = 0;  ///< process number
     std::uint64_t seed = 1;
     std::int64_t ticks = 0;
+    /// Truth (pairs and depth) is computed on every n-th tick, since it costs more than any method; 0 = never.
+    std::int64_t truth_stride = 1;
 };
 
 struct Record {
@@ -36,11 +38,12 @@ struct Record {
     Outcome outcome;
     std::string frames_hash;                ///< replay: hash over all frames the detector saw
     std::string state_hash;                 ///< closed loop: hash of the last frame
-    std::map<std::string, double> summary;  ///< named figures beyond rows; NaN = n/a
+    std::map<std::string, double> summary;  ///< figures by the names of metrics.hpp; NaN = n/a
     std::vector<StepRow> rows;
 };
 
-/// One JSON line without a newline; non-finite numbers are null.
+/// One JSON line without a newline; non-finite numbers are null (NaN again when read). Numbers are written with as few
+/// digits as bring back the same bits. Rows are stored column by column; a column that is unset throughout is left out.
 std::string to_json_line(const Record& record);
 /// Throws InputError with file and line number.
 Record record_from_json_line(const std::string& line, const std::string& file, std::int64_t line_number);

@@ -1,0 +1,14 @@
+// Where a number comes from: machine, build and source state. A number without its origin is not published.
+#pragma once
+
+#include <map>
+#include <string>
+
+namespace trocar {
+
+/// "cpu", "cores", "governor", "kernel", "load", "compiler", "flags", "build_type", "assertions", "sanitizers",
+/// "allocations_counted", "version", "commit", "dirty". Facts of the build are those of this library's own build;
+/// what cannot be found out is "unknown". "dirty" is "yes", "no" or "unknown".
+std::map<std::string, std::string> environment();
+
+}  // namespace trocar

@@ -1,0 +1,37 @@
+// Frames from outside the tick: recorded, or made from a scene by a driver that is no contestant. Every detector of a
+// replay sees the same bits, which the hash over all frames proves.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+
+#include "scene/scene.hpp"
+
+namespace trocar {
+
+class FrameSource {
+public:
+    FrameSource() = default;
+    FrameSource(const FrameSource&) = delete;
+    FrameSource& operator=(const FrameSource&) = delete;
+    FrameSource(FrameSource&&) = delete;
+    FrameSource& operator=(FrameSource&&) = delete;
+    virtual ~FrameSource() = default;
+
+    [[nodiscard]] virtual const Topology& topology() const = 0;
+    [[nodiscard]] virtual double dt() const = 0;  ///< s
+    [[nodiscard]] virtual std::int64_t frame_count() const = 0;
+    /// Writes the next frame; false after the last one.
+    virtual bool next(Frame& frame) = 0;
+};
+
+/// Frames of a recording file. Throws InputError as RecordingReader does.
+std::unique_ptr<FrameSource> recorded_frames(const std::filesystem::path& file);
+
+/// Frames 1 … ticks of a scene. Bodies follow their scripts; tissue is pushed out by a spring per triangle pair whose
+/// pairs come from neutral boxes and the exact test. Deterministic, and no method under comparison takes part. The
+/// scene outlives the source.
+std::unique_ptr<FrameSource> scene_frames(const Scene& scene, std::int64_t ticks);
+
+}  // namespace trocar

@@ -1,0 +1,34 @@
+// One run from specification to record: the three kinds of run that a study is made of. All judging happens here,
+// outside every timed span, and no method is named.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "measure/record.hpp"
+#include "scene/scene.hpp"
+
+namespace trocar {
+
+struct RunLimits {
+    /// Called after every tick with the number of ticks done; false ends the run early (interrupted by the user).
+    std::function<bool(std::int64_t)> progress;
+};
+
+/// Runs spec.mode ("replay", "closed_loop", "triangle_pair") for spec.ticks ticks (0: the scene's own number). Throws
+/// InputError for an unknown or absent method and an unknown mode; everything else a method does wrong is the record's
+/// outcome, with the rows so far. The record holds environment() and the facts about this run, e.g. "frames".
+Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
+
+/// Detector on the frames of the scene's stream (frame_source.hpp): pair errors, contact errors and stage times.
+/// frames_hash is the hash over all frames, the same for every detector.
+Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
+
+/// Detector and response drive their own copy of the scene; judged by geometry on the frame after each tick.
+Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
+
+/// The thesis' own table: the response's time per triangle pair and per iteration on the scene's stream, "without" the
+/// triangle test (intersections given) and "with" it inside the span (over the pairs whose boxes overlap).
+Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
+
+}  // namespace trocar
