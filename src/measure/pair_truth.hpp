@@ -11,16 +11,20 @@
 namespace trocar {
 
 /// All intersecting pairs of the topology's body pairs by exact predicates (oracle of geometry/exact), sorted.
+/// Triangles with a non-finite corner are left out: what a method owes on such a frame is the outcome not_finite.
 void true_pairs(const Topology& topology, const Frame& frame, std::vector<TrianglePair>& pairs);
 
-/// Positions in `pairs` that only touch (touch-vertex or touch-edge).
+/// Positions in `pairs` that only touch (touch-vertex or touch-edge); ascending. Degenerate triangles have no touch
+/// class.
 std::vector<Index> touching_pairs(const Topology& topology, const Frame& frame, const std::vector<TrianglePair>& pairs);
 
+/// How a reported set differs from the true one.
 struct PairErrors {
-    std::int64_t missing = 0;
-    std::int64_t extra = 0;
-    std::int64_t missing_touch = 0;
+    std::int64_t missing = 0;        ///< true pairs that were not reported
+    std::int64_t extra = 0;          ///< reported pairs that are not true
+    std::int64_t missing_touch = 0;  ///< those of `missing` that only touch
 };
+/// `reported` in any order, repeats count once; `truth` sorted; `truth_touch` = positions in `truth` that only touch.
 PairErrors compare_pairs(const std::vector<TrianglePair>& reported, const std::vector<TrianglePair>& truth,
                          const std::vector<Index>& truth_touch);
 

@@ -1,0 +1,70 @@
+#include "measure/pair_truth.hpp"
+
+#include <algorithm>
+
+#include "geometry/box_pairs.hpp"
+#include "geometry/exact.hpp"
+
+namespace trocar {
+namespace {
+
+Corners corners_of(const Topology& topology, const Frame& frame, Index triangle) {
+    const auto vertices = topology.triangles.col(triangle);
+    return {frame.position.col(vertices[0]), frame.position.col(vertices[1]), frame.position.col(vertices[2])};
+}
+
+}  // namespace
+
+void true_pairs(const Topology& topology, const Frame& frame, std::vector<TrianglePair>& pairs) {
+    pairs.clear();
+    std::vector<Box> boxes;
+    triangle_boxes(frame.position, topology.triangles, boxes);
+    std::vector<IndexPair> candidates;
+    for (const auto& [body_a, body_b] : topology.body_pairs) {
+        overlapping_boxes(boxes, topology.bodies[static_cast<std::size_t>(body_a)].triangles,
+                          topology.bodies[static_cast<std::size_t>(body_b)].triangles, candidates);
+        for (const IndexPair& candidate : candidates) {
+            if (oracle_intersect(corners_of(topology, frame, candidate.first),
+                                 corners_of(topology, frame, candidate.second))) {
+                pairs.push_back({candidate.first, candidate.second});
+            }
+        }
+    }
+    std::sort(pairs.begin(), pairs.end());
+}
+
+std::vector<Index> touching_pairs(const Topology& topology, const Frame& frame,
+                                  const std::vector<TrianglePair>& pairs) {
+    std::vector<Index> touching;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        const PairClass pair_class =
+            oracle_class(corners_of(topology, frame, pairs[i].a), corners_of(topology, frame, pairs[i].b));
+        if (pair_class == PairClass::touch_vertex || pair_class == PairClass::touch_edge) {
+            touching.push_back(static_cast<Index>(i));
+        }
+    }
+    return touching;
+}
+
+PairErrors compare_pairs(const std::vector<TrianglePair>& reported, const std::vector<TrianglePair>& truth,
+                         const std::vector<Index>& truth_touch) {
+    std::vector<TrianglePair> found = reported;
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    PairErrors errors;
+    std::size_t matched = 0;
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+        if (std::binary_search(found.begin(), found.end(), truth[i])) {
+            ++matched;
+            continue;
+        }
+        ++errors.missing;
+        if (std::find(truth_touch.begin(), truth_touch.end(), static_cast<Index>(i)) != truth_touch.end()) {
+            ++errors.missing_touch;
+        }
+    }
+    errors.extra = static_cast<std::int64_t>(found.size() - matched);
+    return errors;
+}
+
+}  // namespace trocar
