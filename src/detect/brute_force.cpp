@@ -1,0 +1,58 @@
+// The slow, obvious detector: every triangle against every triangle of every listed body pair, a box test first, then
+// the exact triangle test. Every clever detector is held against it as a set, so it stays free of cleverness.
+#include "geometry/box_pairs.hpp"
+#include "geometry/exact.hpp"
+#include "method/entry.hpp"
+#include "method/frame_check.hpp"
+
+namespace trocar {
+namespace {
+
+class BruteForce final : public Detector {
+public:
+    void prepare(const Topology& topology, const Frame& /*frame*/) override { topology_ = &topology; }
+
+    void update(const Frame& frame) override {
+        if (is_answerable(*topology_, frame)) triangle_boxes(frame.position, topology_->triangles, boxes_);
+    }
+
+    void detect(const Frame& frame, ContactSet& contacts) override {
+        contacts.clear();
+        if (!check_frame(*topology_, frame, contacts)) return;
+        contacts.work.vertices_read = frame.position.cols();
+        for (const auto& [body_a, body_b] : topology_->body_pairs) {
+            const Range first = topology_->bodies[static_cast<std::size_t>(body_a)].triangles;
+            const Range second = topology_->bodies[static_cast<std::size_t>(body_b)].triangles;
+            for (Index a = first.first; a < first.end(); ++a) {
+                for (Index b = second.first; b < second.end(); ++b) {
+                    ++contacts.work.box_tests;
+                    if (!boxes_[static_cast<std::size_t>(a)].overlaps(boxes_[static_cast<std::size_t>(b)])) continue;
+                    ++contacts.work.triangle_tests;
+                    if (triangles_intersect(corners(frame, a), corners(frame, b))) contacts.pairs.push_back({a, b});
+                }
+            }
+        }
+        contacts.sort_pairs();
+    }
+
+private:
+    [[nodiscard]] Corners corners(const Frame& frame, Index triangle) const {
+        const auto vertices = topology_->triangles.col(triangle);
+        return {frame.position.col(vertices(0)), frame.position.col(vertices(1)), frame.position.col(vertices(2))};
+    }
+
+    const Topology* topology_ = nullptr;
+    std::vector<Box> boxes_;
+};
+
+}  // namespace
+
+DetectorEntry brute_force_detector() {
+    return {.name = "brute_force",
+            .configuration = "double precision; exact triangle test; quadratic in the number of triangles",
+            .own = true,
+            .claims_exact = true,
+            .make = [](const ParameterValues&) { return std::make_unique<BruteForce>(); }};
+}
+
+}  // namespace trocar

@@ -1,0 +1,187 @@
+// Levels H and C of the cascade: the thesis' three maps (§4.2). Cell map: which cells hold at least two bodies that may
+// hit each other. Object map: which bodies those are. Primitive map: which of their triangles. Only triangles that the
+// occupancy bits could not rule out get this far.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "detect/lattice.hpp"
+#include "geometry/types.hpp"
+
+namespace trocar {
+
+enum class CellHash : std::uint8_t { fibonacci, teschner };
+
+class CellMap {
+public:
+    /// collide: for each body one bit per other body that it may hit, `words` 64-bit words per body.
+    void prepare(std::vector<std::uint64_t> collide, std::size_t words, CellHash hash, int first_bits) {
+        collide_ = std::move(collide);
+        words_ = words;
+        hash_ = hash;
+        bits_ = 0;
+        grow(first_bits);
+    }
+
+    /// Empties the maps for a tick in which at most `entries` entries will come. A stamp per slot makes clearing
+    /// unnecessary; the table grows here, outside the loops, to a load of at most one half.
+    void start(std::size_t entries) {
+        int bits = bits_;
+        while ((std::size_t{1} << bits) < 2 * entries) ++bits;
+        if (bits > bits_) grow(bits);
+        if (++stamp_ == 0) {
+            for (Slot& slot : slots_) slot.stamp = 0;
+            stamp_ = 1;
+        }
+        used_.clear();
+        entries_.clear();
+        objects_.clear();
+        primitives_.clear();
+    }
+
+    /// Cell map: primitive `primitive` of `body` lies in `cell`.
+    void add(Cell cell, Index body, Index primitive) {
+        const std::uint32_t slot = find_or_insert(cell);
+        const auto word = static_cast<std::size_t>(body) / 64;
+        std::uint64_t* const present = &occupancy_[slot * words_];
+        if (!slots_[slot].live) {
+            const std::uint64_t* const may_hit = &collide_[static_cast<std::size_t>(body) * words_];
+            for (std::size_t w = 0; w < words_; ++w) {
+                if ((present[w] & may_hit[w]) != 0) slots_[slot].live = true;
+            }
+        }
+        present[word] |= std::uint64_t{1} << (static_cast<std::size_t>(body) % 64);
+        entries_.push_back({slot, body, primitive});
+    }
+
+    /// Object and primitive maps of the live cells: a counting pass, then a filling pass, so that each (cell, body)
+    /// owns one run of primitive numbers.
+    void cascade() {
+        for (const Entry& entry : entries_) {
+            if (slots_[entry.slot].live) ++objects_[object(entry.slot, entry.body)].count;
+        }
+        Index total = 0;
+        for (Object& object : objects_) {
+            object.first = total;
+            total += object.count;
+            object.count = 0;
+        }
+        primitives_.resize(static_cast<std::size_t>(total));
+        for (const Entry& entry : entries_) {
+            if (!slots_[entry.slot].live) continue;
+            Object& object = objects_[this->object(entry.slot, entry.body)];
+            primitives_[static_cast<std::size_t>(object.first + object.count++)] = entry.primitive;
+        }
+    }
+
+    /// Calls use(cell, primitives of one body, primitives of another, lower body first) for every two bodies that share
+    /// a live cell and may hit each other; cells in order of first insertion. Ends when `use` returns false.
+    template <typename Use>
+    void for_each_meeting(const Use& use) const {
+        for (const std::uint32_t number : used_) {
+            const Slot& slot = slots_[number];
+            if (!slot.live) continue;
+            for (std::int32_t a = slot.first_object; a >= 0; a = objects_[static_cast<std::size_t>(a)].next) {
+                for (std::int32_t b = objects_[static_cast<std::size_t>(a)].next; b >= 0;
+                     b = objects_[static_cast<std::size_t>(b)].next) {
+                    const Object* low = &objects_[static_cast<std::size_t>(a)];
+                    const Object* high = &objects_[static_cast<std::size_t>(b)];
+                    if (low->body > high->body) std::swap(low, high);
+                    if (!may_hit(low->body, high->body)) continue;
+                    if (!use(slot.cell, run(*low), run(*high))) return;
+                }
+            }
+        }
+    }
+
+    [[nodiscard]] bool may_hit(Index body_a, Index body_b) const {
+        const std::uint64_t word =
+            collide_[static_cast<std::size_t>(body_a) * words_ + static_cast<std::size_t>(body_b) / 64];
+        return ((word >> (static_cast<std::size_t>(body_b) % 64)) & 1U) != 0;
+    }
+
+private:
+    struct Slot {
+        std::array<std::int32_t, 3> cell{};  ///< the full key: equal hashes cost time, never a false pair
+        std::uint32_t stamp = 0;             ///< the tick in which the slot was last used
+        std::int32_t first_object = -1;
+        bool live = false;  ///< two bodies that may hit each other are here
+    };
+    struct Object {
+        Index body = -1;
+        std::int32_t next = -1;
+        Index first = 0;
+        Index count = 0;
+    };
+    struct Entry {
+        std::uint32_t slot = 0;
+        Index body = -1;
+        Index primitive = -1;
+    };
+
+    void grow(int bits) {
+        bits_ = bits;
+        slots_.assign(std::size_t{1} << bits, Slot{});
+        occupancy_.assign(words_ << bits, 0);
+        stamp_ = 0;
+    }
+
+    [[nodiscard]] std::uint32_t home(const std::array<std::int32_t, 3>& cell) const {
+        const std::uint64_t x = static_cast<std::uint32_t>(cell[0]);
+        const std::uint64_t y = static_cast<std::uint32_t>(cell[1]);
+        const std::uint64_t z = static_cast<std::uint32_t>(cell[2]);
+        if (hash_ == CellHash::teschner) {
+            // Teschner et al. 2003, table size a power of two.
+            return static_cast<std::uint32_t>(((73856093 * x) ^ (19349663 * y) ^ (83492791 * z)) & (slots_.size() - 1));
+        }
+        constexpr std::uint64_t low = (1U << 21) - 1;
+        const std::uint64_t key = (x & low) | ((y & low) << 21) | ((z & low) << 42);
+        return static_cast<std::uint32_t>((key * 0x9E3779B97F4A7C15ULL) >> (64 - bits_));
+    }
+
+    std::uint32_t find_or_insert(Cell cell) {
+        const std::array<std::int32_t, 3> key{cell[0], cell[1], cell[2]};
+        const auto wrap = static_cast<std::uint32_t>(slots_.size() - 1);
+        std::uint32_t number = home(key);
+        while (slots_[number].stamp == stamp_ && slots_[number].cell != key) number = (number + 1) & wrap;
+        Slot& slot = slots_[number];
+        if (slot.stamp != stamp_) {
+            slot = {.cell = key, .stamp = stamp_, .first_object = -1, .live = false};
+            std::fill_n(&occupancy_[number * words_], words_, 0);
+            used_.push_back(number);
+        }
+        return number;
+    }
+
+    /// Object map entry of this body in this cell, made at the first call.
+    std::size_t object(std::uint32_t slot, Index body) {
+        for (std::int32_t o = slots_[slot].first_object; o >= 0; o = objects_[static_cast<std::size_t>(o)].next) {
+            if (objects_[static_cast<std::size_t>(o)].body == body) return static_cast<std::size_t>(o);
+        }
+        objects_.push_back({.body = body, .next = slots_[slot].first_object});
+        slots_[slot].first_object = static_cast<std::int32_t>(objects_.size()) - 1;
+        return objects_.size() - 1;
+    }
+
+    [[nodiscard]] std::span<const Index> run(const Object& object) const {
+        return {primitives_.data() + object.first, static_cast<std::size_t>(object.count)};
+    }
+
+    std::vector<std::uint64_t> collide_;
+    std::size_t words_ = 1;
+    CellHash hash_ = CellHash::fibonacci;
+    int bits_ = 0;
+    std::uint32_t stamp_ = 0;
+    std::vector<Slot> slots_;
+    std::vector<std::uint64_t> occupancy_;  ///< words_ per slot: one bit per body present
+    std::vector<std::uint32_t> used_;       ///< slots of this tick in order of insertion
+    std::vector<Entry> entries_;
+    std::vector<Object> objects_;
+    std::vector<Index> primitives_;
+};
+
+}  // namespace trocar

@@ -1,0 +1,104 @@
+// The uniform cells of ohc: which cell a coordinate lies in, by one monotone expression that is used everywhere. That
+// monotony is the whole proof that no pair is missed: overlapping boxes have overlapping index ranges on every axis.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "geometry/types.hpp"
+
+namespace trocar {
+
+/// Cell numbers along x, y, z; the fourth entry is unused (it makes three numbers one 16-byte register).
+using Cell = std::int32_t __attribute__((vector_size(16)));
+
+inline Cell cell_min(Cell a, Cell b) { return a < b ? a : b; }
+inline Cell cell_max(Cell a, Cell b) { return a > b ? a : b; }
+
+/// Inclusive run of cells on each axis.
+struct CellRange {
+    Cell low;
+    Cell high;
+    /// Number of cells, as a double because three 32-bit lengths can overflow 64 bits.
+    [[nodiscard]] double cell_count() const {
+        return (static_cast<double>(high[0]) - low[0] + 1.0) * (static_cast<double>(high[1]) - low[1] + 1.0) *
+               (static_cast<double>(high[2]) - low[2] + 1.0);
+    }
+    [[nodiscard]] bool overlaps(const CellRange& other) const {
+        return low[0] <= other.high[0] && other.low[0] <= high[0] && low[1] <= other.high[1] &&
+               other.low[1] <= high[1] && low[2] <= other.high[2] && other.low[2] <= high[2];
+    }
+    bool operator==(const CellRange& other) const {
+        return low[0] == other.low[0] && low[1] == other.low[1] && low[2] == other.low[2] && high[0] == other.high[0] &&
+               high[1] == other.high[1] && high[2] == other.high[2];
+    }
+};
+
+/// Maps coordinates to cell numbers: q(x) = round(x / h − base), clamped to ±2^30. Multiplication, subtraction,
+/// rounding and clamping are each monotone, so q is; what lies beyond the clamp shares the border cell, which costs
+/// time and loses nothing. `base` keeps the numbers small wherever the scene lies (1e4 m or 1e-6 m).
+class Lattice {
+public:
+    /// edge: cell edge h, m, > 0. corner: a point near which numbers shall be small, m.
+    void set(double edge, const Vector3& corner) {
+        inverse_ = std::min(1.0 / edge, 1e300);
+        for (int axis = 0; axis < 3; ++axis) {
+            base_[axis] = std::clamp(std::floor(corner[axis] * inverse_), -1e300, 1e300);
+        }
+    }
+    [[nodiscard]] std::int32_t number(double x, int axis) const {
+        double t = x * inverse_ - base_[axis];
+        t = t < limit ? t : limit;  // in this form a NaN becomes the limit
+        t = t > -limit ? t : -limit;
+        // Adding 1.5 × 2^52 rounds to the nearest integer and leaves it in the low bits: no call, no branch.
+        return static_cast<std::int32_t>(std::bit_cast<std::int64_t>(t + 6755399441055744.0));
+    }
+    [[nodiscard]] Cell cell(const Vector3& x) const {
+        return Cell{number(x[0], 0), number(x[1], 1), number(x[2], 2), 0};
+    }
+
+    /// Cell numbers of `count` points given as 3×count numbers, written as 3×count numbers.
+    void numbers(const double* points, Index count, double offset, std::int32_t* result) const {
+        const std::size_t total = 3 * static_cast<std::size_t>(count);
+        // Four points at a time: twelve independent numbers of fixed axes, a shape that compilers vectorise.
+        double base[12];
+        for (int k = 0; k < 12; ++k) base[k] = base_[k % 3];
+        std::size_t i = 0;
+        for (; i + 12 <= total; i += 12) {
+            for (std::size_t k = 0; k < 12; ++k) {
+                double t = (points[i + k] + offset) * inverse_ - base[k];
+                t = t < limit ? t : limit;
+                t = t > -limit ? t : -limit;
+                result[i + k] = static_cast<std::int32_t>(std::bit_cast<std::int64_t>(t + 6755399441055744.0));
+            }
+        }
+        for (; i < total; ++i) result[i] = number(points[i] + offset, static_cast<int>(i % 3));
+    }
+    /// True when a cell number stands at the clamp, which calls for another corner.
+    static bool at_limit(const CellRange& range) {
+        constexpr auto most = static_cast<std::int32_t>(limit);
+        for (int axis = 0; axis < 3; ++axis) {
+            if (range.low[axis] <= -most || range.high[axis] >= most) return true;
+        }
+        return false;
+    }
+    [[nodiscard]] double edge() const { return 1.0 / inverse_; }
+
+private:
+    static constexpr double limit = 1073741824.0;  // 2^30
+    double inverse_ = 1.0;
+    double base_[3] = {0.0, 0.0, 0.0};
+};
+
+/// Reads the cell of one vertex out of packed numbers (3 per vertex, the array padded by one number at its end).
+inline Cell load_cell(const std::int32_t* numbers, Index vertex) {
+    Cell cell;
+    std::memcpy(&cell, numbers + 3 * static_cast<std::size_t>(vertex), sizeof cell);
+    return cell;
+}
+
+}  // namespace trocar

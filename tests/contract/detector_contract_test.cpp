@@ -1,0 +1,627 @@
+// What every registered detector owes its caller, own or foreign: each check runs for each method and is a test of its
+// own. What a library is known to get wrong is listed in known_gaps.json with the reason; it must go on failing, or the
+// list is out of date.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <set>
+#include <sstream>
+
+#include "geometry/exact.hpp"
+#include "method/registry.hpp"
+#include "support/program.hpp"
+#include "support/shapes.hpp"
+
+namespace trocar::test {
+namespace {
+
+using Pairs = std::vector<TrianglePair>;
+
+// ---- what is expected ----
+
+Corners corners(const World& world, Index triangle) {
+    const auto v = world.topology.triangles.col(triangle);
+    return {world.frame.position.col(v(0)), world.frame.position.col(v(1)), world.frame.position.col(v(2))};
+}
+
+/// Every pair by a double loop and the rational oracle: shares nothing with any detector.
+Pairs expected_pairs(const World& world) {
+    Pairs pairs;
+    std::vector<Box> boxes;
+    for (Index t = 0; t < world.topology.triangle_count(); ++t) {
+        Box box;
+        for (const Vector3& corner : corners(world, t)) box.add(corner);
+        boxes.push_back(box);
+    }
+    for (const auto& [first, second] : world.topology.body_pairs) {
+        const Range a_range = world.topology.bodies[static_cast<std::size_t>(first)].triangles;
+        const Range b_range = world.topology.bodies[static_cast<std::size_t>(second)].triangles;
+        for (Index a = a_range.first; a < a_range.end(); ++a) {
+            for (Index b = b_range.first; b < b_range.end(); ++b) {
+                if (!boxes[static_cast<std::size_t>(a)].overlaps(boxes[static_cast<std::size_t>(b)])) continue;
+                if (oracle_intersect(corners(world, a), corners(world, b))) pairs.push_back({a, b});
+            }
+        }
+    }
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+}
+
+using Settings = std::map<std::string, std::string>;
+
+std::unique_ptr<Detector> make(const DetectorEntry& entry, const Settings& settings = {}) {
+    return entry.make(ParameterValues(entry.name, entry.parameters, settings));
+}
+
+ContactSet answer(Detector& detector, const World& world) {
+    ContactSet contacts;
+    detector.update(world.frame);
+    detector.detect(world.frame, contacts);
+    return contacts;
+}
+
+ContactSet answer_of(const DetectorEntry& entry, const World& world, const Settings& settings = {}) {
+    const auto detector = make(entry, settings);
+    detector->prepare(world.topology, world.frame);
+    return answer(*detector, world);
+}
+
+/// Empty when equal, else how the two sets differ.
+std::string difference(std::string_view where, const ContactSet& contacts, const Pairs& expected) {
+    if (!contacts.outcome.ok()) {
+        return fmt::format("{}: outcome {} ({})\n", where, name_of(contacts.outcome.kind), contacts.outcome.message);
+    }
+    if (contacts.truncated) return fmt::format("{}: truncated\n", where);
+    Pairs missing;
+    Pairs extra;
+    std::set_difference(expected.begin(), expected.end(), contacts.pairs.begin(), contacts.pairs.end(),
+                        std::back_inserter(missing));
+    std::set_difference(contacts.pairs.begin(), contacts.pairs.end(), expected.begin(), expected.end(),
+                        std::back_inserter(extra));
+    if (missing.empty() && extra.empty() && contacts.pairs.size() == expected.size()) return {};
+    return fmt::format("{}: {} of {} pairs missing, {} extra, {} reported\n", where, missing.size(), expected.size(),
+                       extra.size(), contacts.pairs.size());
+}
+
+std::string compare(const DetectorEntry& entry, const World& world, const Settings& settings = {}) {
+    std::string where = world.name;
+    for (const auto& [key, value] : settings) where += fmt::format(" {}={}", key, value);
+    return difference(where, answer_of(entry, world, settings), expected_pairs(world));
+}
+
+// ---- scenes ----
+
+World sphere_in_sheet() {
+    return make_world("sphere through a sheet", {{BodyKind::instrument, sphere(0.03, 14).move({0.003, 0.001, 0.011})},
+                                                 {BodyKind::tissue, sheet(0.1, 20).shake(0.0004, 1)}});
+}
+World shaft_in_slab() {
+    return make_world(
+        "fine shaft in a slab",
+        {{BodyKind::instrument, shaft(0.004, 0.12, 12, 40).rotate({0.3, 1.0, 0.1}, 0.7).move({-0.03, 0.002, -0.013})},
+         {BodyKind::tissue, slab(0.1, 0.01, 16).shake(0.0005, 2)}});
+}
+
+/// Different shapes in general position, metres, near the origin.
+std::vector<World> general_scenes() {
+    std::vector<World> worlds;
+    worlds.push_back(sphere_in_sheet());
+    worlds.push_back(shaft_in_slab());
+    worlds.push_back(make_world(
+        "two spheres", {{BodyKind::tissue, sphere(0.02, 16)},
+                        {BodyKind::rigid, sphere(0.03, 12).rotate({1, 2, 3}, 0.4).move({0.031, 0.007, 0.009})}}));
+    for (std::uint32_t seed : {11U, 12U, 13U, 14U}) {
+        worlds.push_back(make_world(fmt::format("two soups, seed {}", seed),
+                                    {{BodyKind::instrument, soup(150, 0.01, 0.05, seed)},
+                                     {BodyKind::tissue, soup(220, 0.006, 0.05, seed + 100)}}));
+    }
+    worlds.push_back(
+        make_world("two instruments of two parts, two tissues, a bone",
+                   {{BodyKind::instrument, shaft(0.004, 0.1, 10, 20).move({0.01, 0.0, -0.02}), "left"},
+                    {BodyKind::instrument, sphere(0.007, 10).move({0.011, 0.001, -0.021}), "left"},
+                    {BodyKind::instrument,
+                     shaft(0.003, 0.1, 9, 18).rotate({1.0, 0.2, 0.1}, 0.8).move({-0.01, 0.02, -0.03}), "right"},
+                    {BodyKind::instrument, sphere(0.006, 9).move({0.012, 0.006, -0.019}), "right"},
+                    {BodyKind::tissue, sheet(0.12, 18).shake(0.001, 5)},
+                    {BodyKind::tissue, sphere(0.02, 14).move({0.01, 0.0, -0.012})},
+                    {BodyKind::rigid, slab(0.05, 0.01, 8).shake(0.0003, 6).move({0.02, 0.01, -0.017})}}));
+    return worlds;
+}
+
+std::vector<World> long_triangle_scenes() {
+    return {make_world("unsplit shaft across fine tissue",
+                       {{BodyKind::instrument,
+                         shaft(0.004, 0.3, 12, 1).rotate({0.2, 1.0, 0.05}, 1.5).move({-0.15, 0.001, 0.0017})},
+                        {BodyKind::tissue, sheet(0.1, 40).shake(0.0003, 7)}}),
+            make_world("one huge triangle in a soup",
+                       {{BodyKind::rigid, triangle({-3.0, -2.0, 0.0011}, {2.5, -2.2, 0.0007}, {0.1, 3.0, -0.0013})},
+                        {BodyKind::tissue, soup(400, 0.004, 0.05, 8)}}),
+            make_world("two huge triangles and a soup",
+                       {{BodyKind::rigid, triangle({-30.0, -2.0, 0.0011}, {25.0, -2.2, 0.0007}, {0.1, 3.0, -0.0013})},
+                        {BodyKind::instrument, triangle({0.001, -20.0, -2.0}, {0.0, -22.0, 3.0}, {0.002, 30.0, -1.0})},
+                        {BodyKind::tissue, soup(300, 0.004, 0.05, 9)}})};
+}
+
+World integer_lattice() {
+    // Corners on a small grid: shared vertices, shared edges, coplanar overlaps and zero areas in plenty.
+    std::mt19937 random(21);
+    std::uniform_int_distribution<int> number(0, 3);
+    std::vector<Part> parts(2);
+    for (Part& part : parts) {
+        for (Index t = 0; t < 150; ++t) {
+            std::array<Vector3, 3> c;
+            do {
+                for (Vector3& v : c) v = Vector3(number(random), number(random), number(random)) * 0.0078125;
+            } while ((c[1] - c[0]).cross(c[2] - c[0]).squaredNorm() == 0.0);
+            for (const Vector3& v : c) part.shape.vertices.push_back(v);
+            part.shape.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+        }
+    }
+    return make_world("triangles on an integer lattice", parts);
+}
+
+std::vector<World> touching_scenes() {
+    return {
+        integer_lattice(),
+        make_world("the same sheet twice", {{BodyKind::tissue, sheet(0.125, 8)}, {BodyKind::tissue, sheet(0.125, 8)}}),
+        make_world("two slabs that share a face", {{BodyKind::tissue, slab(0.125, 0.0625, 4)},
+                                                   {BodyKind::rigid, slab(0.125, 0.0625, 4).move({0.0, 0.0, 0.0625})}}),
+        make_world("vertices exactly in the plane",
+                   {{BodyKind::tissue, sheet(0.125, 4)},
+                    {BodyKind::instrument, triangle({0.01, 0.02, 0.0}, {0.03, 0.0, 0.04}, {0.0, 0.01, 0.05})}})};
+}
+
+std::vector<World> zero_area_scenes() {
+    const Vector3 inside(0.013, 0.007, 0.0);
+    return {
+        make_world("a segment through a sheet",
+                   {{BodyKind::tissue, sheet(0.125, 4)},
+                    {BodyKind::instrument, triangle({0.01, 0.005, 0.02}, {0.01, 0.005, -0.02}, {0.01, 0.005, 0.01})}}),
+        make_world("a point on a sheet",
+                   {{BodyKind::tissue, sheet(0.125, 4)}, {BodyKind::instrument, triangle(inside, inside, inside)}}),
+        make_world("equal points", {{BodyKind::tissue, triangle(inside, inside, inside)},
+                                    {BodyKind::instrument, triangle(inside, inside, inside)}}),
+        make_world("all vertices of two bodies in one point", {{BodyKind::tissue, sheet(0.125, 4).scale(0.0)},
+                                                               {BodyKind::instrument, sphere(0.1, 4).scale(0.0)}})};
+}
+
+World moved(World world, const Vector3& by) {
+    world.frame.position.colwise() += by;
+    world.frame.previous = world.frame.position;
+    return world;
+}
+World scaled(World world, double factor) {
+    world.frame.position *= factor;
+    world.frame.previous = world.frame.position;
+    return world;
+}
+
+World many_bodies() {
+    std::vector<Part> parts;
+    for (int k = 0; k < 70; ++k) {
+        parts.push_back({k % 7 == 0 ? BodyKind::instrument : BodyKind::tissue,
+                         sphere(0.011, 5)
+                             .rotate({1.0, 0.3 * k, 0.2}, 0.1 * k)
+                             .move({0.02 * (k % 9), 0.017 * (k / 9), 0.001 * (k % 5)})});
+    }
+    return make_world("seventy bodies", parts);
+}
+
+// ---- checks: empty text = kept ----
+
+std::string over(const std::vector<World>& worlds, const std::function<std::string(const World&)>& check) {
+    std::string failures;
+    for (const World& world : worlds) failures += check(world);
+    return failures;
+}
+
+std::string same_pairs_as_the_oracle(const DetectorEntry& entry) {
+    return over(general_scenes(), [&entry](const World& world) {
+        if (expected_pairs(world).size() < 10) return world.name + ": too few pairs for a test\n";
+        return compare(entry, world);
+    });
+}
+std::string long_triangles(const DetectorEntry& entry) {
+    return over(long_triangle_scenes(), [&entry](const World& world) { return compare(entry, world); });
+}
+std::string touching_pairs_are_found(const DetectorEntry& entry) {
+    return over(touching_scenes(), [&entry](const World& world) {
+        if (expected_pairs(world).empty()) return world.name + ": too few pairs for a test\n";
+        return compare(entry, world);
+    });
+}
+std::string zero_area_triangles_are_found(const DetectorEntry& entry) {
+    return over(zero_area_scenes(), [&entry](const World& world) { return compare(entry, world); });
+}
+std::string seventy_bodies(const DetectorEntry& entry) { return compare(entry, many_bodies()); }
+
+std::string far_from_the_origin(const DetectorEntry& entry) {
+    // Rounding at 10 km moves vertices: the oracle sees the moved ones too.
+    return over({moved(sphere_in_sheet(), {1e4, -2e4, 1.5e4}), moved(shaft_in_slab(), {-1e4, 0.0, 3e4})},
+                [&entry](const World& world) { return compare(entry, world); });
+}
+std::string micrometre_scene(const DetectorEntry& entry) {
+    return over({scaled(sphere_in_sheet(), 1e-5), scaled(shaft_in_slab(), 1e-5)},
+                [&entry](const World& world) { return compare(entry, world); });
+}
+std::string kilometre_scene(const DetectorEntry& entry) {
+    return over({scaled(sphere_in_sheet(), 1e5), scaled(shaft_in_slab(), 1e5)},
+                [&entry](const World& world) { return compare(entry, world); });
+}
+
+/// The scene with the triangles and vertices of each body in another order; `original` = old number of each triangle.
+World shuffled(const World& world, std::uint32_t seed, std::vector<Index>& original) {
+    std::mt19937 random(seed);
+    World result = world;
+    original.resize(static_cast<std::size_t>(world.topology.triangle_count()));
+    std::iota(original.begin(), original.end(), 0);
+    std::vector<Index> new_vertex(static_cast<std::size_t>(world.topology.vertex_count));
+    std::iota(new_vertex.begin(), new_vertex.end(), 0);
+    for (const BodyRange& body : world.topology.bodies) {
+        std::shuffle(original.begin() + body.triangles.first, original.begin() + body.triangles.end(), random);
+        std::shuffle(new_vertex.begin() + body.vertices.first, new_vertex.begin() + body.vertices.end(), random);
+    }
+    for (Index v = 0; v < world.topology.vertex_count; ++v) {
+        result.frame.position.col(new_vertex[static_cast<std::size_t>(v)]) = world.frame.position.col(v);
+    }
+    for (Index t = 0; t < world.topology.triangle_count(); ++t) {
+        const auto old = world.topology.triangles.col(original[static_cast<std::size_t>(t)]);
+        for (int k = 0; k < 3; ++k) {
+            result.topology.triangles(k, t) =
+                new_vertex[static_cast<std::size_t>(old((k + static_cast<int>(seed)) % 3))];
+        }
+    }
+    return result;
+}
+
+std::string order_of_triangles_and_vertices(const DetectorEntry& entry) {
+    return over(general_scenes(), [&entry](const World& world) {
+        std::vector<Index> original;
+        const World other = shuffled(world, 1, original);
+        ContactSet contacts = answer_of(entry, other);
+        for (TrianglePair& pair : contacts.pairs) {
+            pair = {original[static_cast<std::size_t>(pair.a)], original[static_cast<std::size_t>(pair.b)]};
+        }
+        contacts.sort_pairs();
+        return difference(world.name, contacts, answer_of(entry, world).pairs);
+    });
+}
+
+std::string winding(const DetectorEntry& entry) {
+    return over(general_scenes(), [&entry](const World& world) {
+        World other = world;
+        for (Index t = 0; t < world.topology.triangle_count(); t += 2) {
+            std::swap(other.topology.triangles(1, t), other.topology.triangles(2, t));
+        }
+        return difference(world.name, answer_of(entry, other), answer_of(entry, world).pairs);
+    });
+}
+
+/// Coordinates rounded to multiples of 2^-26 m, so that a shift by powers of two is exact.
+World on_grid(World world) {
+    world.frame.position = (world.frame.position * 0x1p26).array().round().matrix() * 0x1p-26;
+    return world;
+}
+
+std::string exact_translation(const DetectorEntry& entry) {
+    return over(general_scenes(), [&entry](const World& world) {
+        const World here = on_grid(world);
+        const World there = moved(here, {16.0, -8.0, 4.0});
+        return difference(world.name, answer_of(entry, there), answer_of(entry, here).pairs);
+    });
+}
+
+std::string swapped_bodies(const DetectorEntry& entry) {
+    const Shape tool = shaft(0.004, 0.12, 12, 40).rotate({0.3, 1.0, 0.1}, 0.7).move({-0.03, 0.002, -0.013});
+    const Shape tissue = slab(0.1, 0.01, 16).shake(0.0005, 2);
+    const World one = make_world("tool first", {{BodyKind::instrument, tool}, {BodyKind::tissue, tissue}});
+    const World two = make_world("tissue first", {{BodyKind::tissue, tissue}, {BodyKind::instrument, tool}});
+    const auto tool_count = static_cast<Index>(tool.triangles.size());
+    const auto tissue_count = static_cast<Index>(tissue.triangles.size());
+    ContactSet contacts = answer_of(entry, two);
+    for (TrianglePair& pair : contacts.pairs) pair = {pair.b - tissue_count, pair.a + tool_count};
+    contacts.sort_pairs();
+    return difference("swapped", contacts, answer_of(entry, one).pairs);
+}
+
+std::string update_equals_fresh_prepare(const DetectorEntry& entry) {
+    return over(general_scenes(), [&entry](World world) {
+        const auto detector = make(entry);
+        detector->prepare(world.topology, world.frame);
+        std::string failures;
+        for (int tick = 0; tick < 6; ++tick) {
+            // Body 0 travels and turns, the others ripple; at tick 3 everything jumps.
+            const BodyRange& body = world.topology.bodies[0];
+            world.frame.previous = world.frame.position;
+            const Matrix3 turn = Eigen::AngleAxisd(0.05, Vector3(1, 1, 0).normalized()).toRotationMatrix();
+            for (Index v = 0; v < world.topology.vertex_count; ++v) {
+                Vector3 x = world.frame.position.col(v);
+                if (body.vertices.contains(v)) {
+                    x = turn * x + Vector3(0.001, -0.0005, -0.001);
+                } else {
+                    x += 0.0004 * Vector3(std::sin(90 * x[1]), std::sin(80 * x[2]), std::sin(70 * x[0] + tick));
+                }
+                if (tick == 3) x += Vector3(0.3, -0.1, 0.2);
+                world.frame.position.col(v) = x;
+            }
+            ++world.frame.tick;
+            world.frame.time += 0.001;
+            const ContactSet followed = answer(*detector, world);
+            failures +=
+                difference(fmt::format("{}, tick {}", world.name, tick), followed, answer_of(entry, world).pairs);
+        }
+        return failures;
+    });
+}
+
+std::string moved_ranges_are_honoured(const DetectorEntry& entry) {
+    // Frames that tell what moved: first nothing, then part of one body, then the other body.
+    World world = shaft_in_slab();
+    const auto detector = make(entry);
+    detector->prepare(world.topology, world.frame);
+    std::string failures = difference("first", answer(*detector, world), answer_of(entry, world).pairs);
+    const Range tool = world.topology.bodies[0].vertices;
+    const Range tissue = world.topology.bodies[1].vertices;
+    for (int tick = 1; tick < 7; ++tick) {
+        world.frame.previous = world.frame.position;
+        std::vector<Range> ranges;
+        if (tick == 2) ranges = {{tissue.first + 40, 30}};
+        if (tick == 3) ranges = {tool};
+        if (tick == 5) ranges = {tool, {tissue.first, 100}};
+        if (tick == 6) ranges = {{tool.first, tool.count + tissue.count}};
+        for (const Range& range : ranges) {
+            for (Index v = range.first; v < range.end(); ++v) {
+                world.frame.position.col(v) += Vector3(0.0007, -0.0003, -0.0011 * (v % 3));
+            }
+        }
+        world.frame.moved = ranges;
+        ++world.frame.tick;
+        World plain = world;
+        plain.frame.moved.reset();
+        failures += difference(fmt::format("tick {}", tick), answer(*detector, world), answer_of(entry, plain).pairs);
+    }
+    return failures;
+}
+
+std::string empty_scenes(const DetectorEntry& entry) {
+    const Shape nothing;
+    Shape points;
+    points.vertices = {{0, 0, 0}, {1, 0, 0}};
+    std::vector<World> worlds;
+    worlds.push_back(make_world("no bodies", {}));
+    worlds.push_back(make_world("one body", {{BodyKind::tissue, sheet(0.1, 3)}}));
+    worlds.push_back(make_world("an empty body", {{BodyKind::tissue, sheet(0.1, 3)}, {BodyKind::instrument, nothing}}));
+    worlds.push_back(make_world("two empty bodies", {{BodyKind::tissue, nothing}, {BodyKind::instrument, nothing}}));
+    worlds.push_back(
+        make_world("a body without triangles", {{BodyKind::tissue, sheet(0.1, 3)}, {BodyKind::instrument, points}}));
+    worlds.push_back(
+        make_world("only rigid bodies", {{BodyKind::rigid, sheet(0.1, 3)}, {BodyKind::rigid, sheet(0.1, 3)}}));
+    return over(worlds, [&entry](const World& world) { return difference(world.name, answer_of(entry, world), {}); });
+}
+
+std::string single_triangles(const DetectorEntry& entry) {
+    const Shape flat = triangle({0.0, 0.0, 0.001}, {0.03, 0.001, 0.0}, {0.002, 0.03, 0.0005});
+    const Shape through = triangle({0.01, 0.01, -0.02}, {0.012, 0.011, 0.02}, {0.02, 0.03, 0.021});
+    const Shape away = triangle({0.01, 0.01, 0.002}, {0.012, 0.011, 0.02}, {0.02, 0.03, 0.021});
+    return over({make_world("two that cross", {{BodyKind::tissue, flat}, {BodyKind::instrument, through}}),
+                 make_world("two apart", {{BodyKind::tissue, flat}, {BodyKind::instrument, away}}),
+                 make_world("one through a sheet",
+                            {{BodyKind::tissue, sheet(0.1, 4).shake(0.0005, 3)}, {BodyKind::instrument, through}})},
+                [&entry](const World& world) { return compare(entry, world); });
+}
+
+std::string not_finite_is_told(const DetectorEntry& entry) {
+    std::string failures;
+    for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+                             -std::numeric_limits<double>::infinity()}) {
+        const World good = sphere_in_sheet();
+        const Pairs expected = answer_of(entry, good).pairs;
+        World world = good;
+        world.frame.position(1, 17) = bad;
+        const auto refused = [&failures](std::string_view where, const ContactSet& contacts) {
+            if (contacts.outcome.kind != OutcomeKind::not_finite || !contacts.pairs.empty()) {
+                failures += fmt::format("{}: outcome {}, {} pairs\n", where, name_of(contacts.outcome.kind),
+                                        contacts.pairs.size());
+            }
+        };
+        const auto from_bad = make(entry);
+        from_bad->prepare(world.topology, world.frame);
+        refused("prepared with it", answer(*from_bad, world));
+        failures += difference("after a bad start", answer(*from_bad, good), expected);
+        const auto from_good = make(entry);
+        from_good->prepare(good.topology, good.frame);
+        failures += difference("before", answer(*from_good, good), expected);
+        refused("in a tick", answer(*from_good, world));
+        failures += difference("after", answer(*from_good, good), expected);
+    }
+    return failures;
+}
+
+std::string inputs_are_untouched(const DetectorEntry& entry) {
+    return over(general_scenes(), [&entry](const World& world) -> std::string {
+        const World copy = world;
+        (void)answer_of(entry, copy);
+        const bool same = copy.frame.hash() == world.frame.hash() && copy.frame.previous == world.frame.previous &&
+                          copy.topology.triangles == world.topology.triangles &&
+                          copy.topology.body_pairs == world.topology.body_pairs;
+        return same ? "" : world.name + ": an input changed\n";
+    });
+}
+
+std::string same_answer_twice(const DetectorEntry& entry) {
+    return over(general_scenes(), [&entry](const World& world) {
+        const ContactSet first = answer_of(entry, world);
+        std::string failures = difference("a second instance on " + world.name, answer_of(entry, world), first.pairs);
+        const auto detector = make(entry);
+        detector->prepare(world.topology, world.frame);
+        for (int k = 0; k < 3; ++k) {
+            const ContactSet again = answer(*detector, world);
+            failures += difference("again on " + world.name, again, first.pairs);
+            if (again.work.work() != answer_of(entry, world).work.work()) {
+                failures += world.name + ": other work counters for the same frame\n";
+            }
+            if (again.native.size() != first.native.size()) failures += world.name + ": other native contacts\n";
+        }
+        return failures;
+    });
+}
+
+std::string pairs_are_well_formed(const DetectorEntry& entry) {
+    std::vector<World> worlds = general_scenes();
+    worlds.push_back(integer_lattice());
+    return over(worlds, [&entry](const World& world) {
+        std::string failures;
+        const Pairs pairs = answer_of(entry, world).pairs;
+        for (std::size_t k = 0; k < pairs.size(); ++k) {
+            const auto [a, b] = pairs[k];
+            if (a < 0 || b <= a || b >= world.topology.triangle_count()) {
+                return fmt::format("{}: pair ({}, {})\n", world.name, a, b);
+            }
+            if (k > 0 && !(pairs[k - 1] < pairs[k])) failures = world.name + ": not sorted, or a pair twice\n";
+            const Index body_a = world.topology.body_of_triangle[static_cast<std::size_t>(a)];
+            const Index body_b = world.topology.body_of_triangle[static_cast<std::size_t>(b)];
+            if (world.topology.body_pair(body_a, body_b) < 0) {
+                failures = fmt::format("{}: bodies {} and {} are not to be tested\n", world.name, body_a, body_b);
+            }
+        }
+        return failures;
+    });
+}
+
+std::string every_choice_answers_alike(const DetectorEntry& entry) {
+    std::string failures;
+    const World world = shaft_in_slab();
+    const Pairs expected = expected_pairs(world);
+    for (const Parameter& parameter : entry.parameters) {
+        std::vector<std::string> values = parameter.choices;
+        values.insert(values.end(), parameter.words.begin(), parameter.words.end());
+        values.push_back(parameter.default_value);
+        for (const std::string& value : values) {
+            const Settings settings{{parameter.name, value}};
+            failures +=
+                difference(fmt::format("{}={}", parameter.name, value), answer_of(entry, world, settings), expected);
+        }
+        if (parameter.meaning.empty()) failures += parameter.name + ": no meaning given\n";
+    }
+    return failures;
+}
+
+std::string native_contacts_are_plausible(const DetectorEntry& entry) {
+    const World world = sphere_in_sheet();
+    const ContactSet contacts = answer_of(entry, world);
+    if (!entry.native_contacts) return contacts.native.empty() ? "" : "undeclared native contacts\n";
+    if (contacts.native.empty()) return "native contacts declared, none given\n";
+    Box box;
+    for (Index v = 0; v < world.topology.vertex_count; ++v) box.add(world.frame.position.col(v));
+    std::string failures;
+    for (const Contact& contact : contacts.native) {
+        if (!contact.point.allFinite() || !contact.normal.allFinite() || !std::isfinite(contact.depth)) {
+            failures = "a contact that is not finite\n";
+        } else if (std::abs(contact.normal.norm() - 1.0) > 1e-4 || contact.depth < 0.0 || contact.depth > 0.2 ||
+                   ((contact.point - box.min).array() < -1e-3).any() ||
+                   ((box.max - contact.point).array() < -1e-3).any()) {
+            failures = fmt::format("normal length {}, depth {}, point ({})\n", contact.normal.norm(), contact.depth,
+                                   fmt::join(contact.point, ", "));
+        }
+    }
+    return failures;
+}
+
+std::string native_normals_point_from_a_to_b(const DetectorEntry& entry) {
+    // A sphere whose upper part is sunk into another from below: whatever a library's convention, from a to b is up.
+    const World world = make_world(
+        "two spheres", {{BodyKind::instrument, sphere(0.02, 16)},
+                        {BodyKind::tissue, sphere(0.02, 16).rotate({1, 0, 0}, 0.1).move({0.0, 0.0, 0.037})}});
+    const ContactSet contacts = answer_of(entry, world);
+    if (!entry.native_contacts) return "";
+    Vector3 sum = Vector3::Zero();
+    for (const Contact& contact : contacts.native) sum += contact.normal;
+    return sum[2] > 0.0 && !contacts.native.empty()
+               ? ""
+               : fmt::format("sum of {} normals: {}\n", contacts.native.size(), fmt::join(sum, ", "));
+}
+
+struct Check {
+    const char* name;
+    std::string (*run)(const DetectorEntry&);
+};
+constexpr Check checks[] = {
+    {"SamePairsAsTheOracle", same_pairs_as_the_oracle},
+    {"LongTrianglesAreFound", long_triangles},
+    {"TouchingPairsAreFound", touching_pairs_are_found},
+    {"ZeroAreaTrianglesAreFound", zero_area_triangles_are_found},
+    {"SeventyBodiesGiveAllPairs", seventy_bodies},
+    {"FarFromTheOriginNothingIsLost", far_from_the_origin},
+    {"MicrometresMakeNoDifference", micrometre_scene},
+    {"KilometresMakeNoDifference", kilometre_scene},
+    {"OrderOfTrianglesAndVerticesMakesNoDifference", order_of_triangles_and_vertices},
+    {"WindingMakesNoDifference", winding},
+    {"ExactTranslationMakesNoDifference", exact_translation},
+    {"SwappedBodiesGiveTheSamePairs", swapped_bodies},
+    {"UpdateThenDetectEqualsFreshPrepare", update_equals_fresh_prepare},
+    {"MovedRangesAreHonoured", moved_ranges_are_honoured},
+    {"EmptyScenesHaveNoPairs", empty_scenes},
+    {"SingleTrianglesAreFound", single_triangles},
+    {"NotFiniteVertexIsTold", not_finite_is_told},
+    {"InputsAreUntouched", inputs_are_untouched},
+    {"SameAnswerTwice", same_answer_twice},
+    {"PairsAreWellFormed", pairs_are_well_formed},
+    {"EveryChoiceAnswersAlike", every_choice_answers_alike},
+    {"NativeContactsArePlausible", native_contacts_are_plausible},
+    {"NativeNormalsPointFromAToB", native_normals_point_from_a_to_b},
+};
+
+/// (method, check) -> reason, of the gaps that are known.
+std::map<std::pair<std::string, std::string>, std::string> known_gaps() {
+    std::map<std::pair<std::string, std::string>, std::string> gaps;
+    const auto list = nlohmann::json::parse(read_file(std::string(TROCAR_SOURCE_DIR) + "/tests/known_gaps.json"));
+    for (const auto& gap : list.at("detectors")) {
+        gaps[{gap.at("method").get<std::string>(), gap.at("check").get<std::string>()}] =
+            gap.at("reason").get<std::string>();
+    }
+    return gaps;
+}
+
+class DetectorContract : public testing::TestWithParam<std::tuple<std::size_t, std::size_t>> {};
+
+TEST_P(DetectorContract, Holds) {
+    const auto& [method, number] = GetParam();
+    const DetectorEntry& entry = registry().detectors()[method];
+    const Check& check = checks[number];
+    const std::string failures = check.run(entry);
+    const auto gaps = known_gaps();
+    const auto gap = gaps.find({entry.name, check.name});
+    if (gap == gaps.end()) {
+        EXPECT_TRUE(failures.empty()) << failures;
+    } else {
+        EXPECT_FALSE(failures.empty()) << "the known gap is closed, remove the gap: " << gap->second;
+        std::cout << "known gap: " << gap->second << "\n" << failures;
+    }
+}
+
+std::string test_name(const testing::TestParamInfo<std::tuple<std::size_t, std::size_t>>& info) {
+    return fmt::format("{}_{}", registry().detectors()[std::get<0>(info.param)].name,
+                       checks[std::get<1>(info.param)].name);
+}
+
+INSTANTIATE_TEST_SUITE_P(Every, DetectorContract,
+                         testing::Combine(testing::Range(std::size_t{0}, registry().detectors().size()),
+                                          testing::Range(std::size_t{0}, std::size(checks))),
+                         test_name);
+
+TEST(KnownGaps, NameOnlyChecksThatExist) {
+    for (const auto& [key, reason] : known_gaps()) {
+        EXPECT_TRUE(std::any_of(std::begin(checks), std::end(checks), [&key = key](const Check& c) {
+            return key.second == c.name;
+        })) << key.second;
+        EXPECT_FALSE(reason.empty()) << key.first << " " << key.second;
+    }
+}
+
+}  // namespace
+}  // namespace trocar::test
