@@ -1,7 +1,8 @@
-// The one table of everything that is measured: name, unit, meaning, which way is better. Rows, summaries, reports and
-// documents print from it, so that a figure is explained the same way everywhere.
+// The figures of a run's summary: name, unit, meaning, which way is better, and how they follow from the rows. One
+// list, so that a figure is explained the same way wherever it is printed.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <string>
 #include <string_view>
@@ -13,24 +14,21 @@ namespace trocar {
 
 enum class Better : std::uint8_t { lower, higher, neither };
 
-struct Metric {
+struct SummaryFigure {
     std::string name;  ///< key of Record::summary
     std::string unit;  ///< SI or "ns", "1" for a pure number
     Better better = Better::neither;
     std::string meaning;
 };
 
-/// Every key that Record::summary may hold, in the order in which reports print them.
-const std::vector<Metric>& metrics();
+/// Every key that Record::summary may hold, in the order in which they are printed.
+const std::vector<SummaryFigure>& summary_figures();
 
 /// Throws std::logic_error for an unknown name.
-const Metric& metric(std::string_view name);
+const SummaryFigure& summary_figure(std::string_view name);
 
-/// Figures of a run from its rows alone; a figure that does not apply is NaN ("n/a"). The first `warm_up` rows stay out
-/// of the time figures and the allocation counts, and of nothing else.
-std::map<std::string, double> summarize(const std::vector<StepRow>& rows, std::int64_t warm_up = 0);
-
-/// Warm-up rule for a run of that many ticks: a twentieth of it, at least 1 and at most 50 ticks.
-std::int64_t warm_up_ticks(std::int64_t ticks);
+/// Figures of a run from its rows alone; a figure that does not apply is NaN ("n/a"). The first warm_up_ticks rows stay
+/// out of the time figures and the allocation counts, and of nothing else.
+std::map<std::string, double> summarize(const std::vector<StepRow>& rows);
 
 }  // namespace trocar

@@ -17,7 +17,7 @@ inline constexpr std::array<const char*, stage_count> stage_names{"move",   "upd
 
 struct StepRow {
     std::int64_t tick = -1;
-    double time = 0.0;                                 ///< s
+    double time = 0.0;                                                       ///< s
     std::array<std::int64_t, stage_count> stage_ns{-1, -1, -1, -1, -1, -1};  ///< -1: stage not present in this run
     std::int64_t pairs = 0;
     std::int64_t contacts = 0;
@@ -33,10 +33,12 @@ struct StepRow {
     double depth_error =
         std::numeric_limits<double>::quiet_NaN();  ///< m, worst |contact depth - true depth| on the frame detect saw
     std::int64_t wrong_side = -1;  ///< samples inside a body or beyond a sheet, after the step; -1: not computed
-    Vector3 tool_force = Vector3::Zero();          ///< N, on the instruments, mean over the tick
+    Vector3 tool_force = Vector3::Constant(
+        std::numeric_limits<double>::quiet_NaN());  ///< N, on the instruments, mean over the tick; NaN in a replay
     double max_strain = std::numeric_limits<double>::quiet_NaN();  ///< 1
     std::int64_t ruptures = 0;
     std::int64_t skipped = 0;        ///< contacts without a response (touch, coplanar, degenerate, class not handled)
+    std::int64_t no_hit = 0;         ///< projections without a contact point
     std::int64_t limited_edges = 0;  ///< edges that the strain limiter acted on
     std::int64_t allocations = -1;   ///< heap allocations inside timed stages; -1: not counted in this build
     WorkCounters work;

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <set>
 
+#include "measure/statistics.hpp"
+
 namespace trocar {
 namespace {
 
@@ -36,7 +38,7 @@ void add_times(const Record& record, RunFigures& figures) {
         if (static_cast<std::int64_t>(i) < warm_up_ticks) continue;
         times.push_back(time);
         work.push_back(static_cast<double>(row.work.work()));
-        allocations += static_cast<double>(row.allocations);
+        allocations += row.allocations < 0 ? not_known : static_cast<double>(row.allocations);
         for (std::size_t s = 0; s < stage_count; ++s) {
             if (row.stage_ns.at(s) >= 0) stages.at(s).push_back(static_cast<double>(row.stage_ns.at(s)));
         }
@@ -216,25 +218,6 @@ RunFigures figures_of(const Record& record) {
 }
 
 std::span<const Metric> metrics() { return metric_list; }
-
-double quantile(std::vector<double> values, double q) {
-    if (values.empty()) return not_known;
-    std::sort(values.begin(), values.end());
-    const double place = q * static_cast<double>(values.size() - 1);
-    const auto below = static_cast<std::size_t>(place);
-    if (below + 1 >= values.size()) return values.back();
-    const double part = place - static_cast<double>(below);
-    return values[below] + part * (values[below + 1] - values[below]);
-}
-
-double geometric_mean(const std::vector<double>& values) {
-    double sum = 0.0;
-    for (const double value : values) {
-        if (!(value > 0.0)) return not_known;
-        sum += std::log(value);
-    }
-    return values.empty() ? not_known : std::exp(sum / static_cast<double>(values.size()));
-}
 
 Interval across_processes(const std::vector<double>& by_process) {
     Interval result;

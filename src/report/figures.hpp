@@ -15,7 +15,6 @@
 
 namespace trocar {
 
-inline constexpr std::int64_t warm_up_ticks = 10;    ///< dropped from every time figure
 inline constexpr std::int64_t ticks_for_p99 = 1000;  ///< fewer: "n too small"
 inline constexpr int processes_for_interval = 10;    ///< fewer: minimum to maximum over processes
 inline constexpr double haptic_deadline_ns = 1.0e6;  ///< ns, 1 kHz
@@ -77,11 +76,6 @@ struct Interval {
     int processes = 0;
 };
 Interval across_processes(const std::vector<double>& by_process);
-
-/// Value at fraction q of the sorted values, linear between neighbours (Hyndman and Fan 1996, type 7). NaN when empty.
-double quantile(std::vector<double> values, double q);
-/// exp(mean(log)); NaN when empty or any is not positive.
-double geometric_mean(const std::vector<double>& values);
 
 /// Who is compared: everything of a specification but scene and repetition.
 struct Contestant {

@@ -1,0 +1,259 @@
+#include "measure/metrics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "measure/statistics.hpp"
+
+namespace trocar {
+namespace {
+
+constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
+
+std::vector<SummaryFigure> make_figures() {
+    std::vector<SummaryFigure> list{
+        {"ticks", "1", Better::neither, "Ticks done"},
+        {"failed_ticks", "1", Better::lower, "Ticks whose outcome is not ok"},
+        {"truncated_ticks", "1", Better::lower, "Ticks on which a limit cut the list of pairs"},
+        {"total_median_ns", "ns", Better::lower, "Median time of a tick: all stages present, truth never included"},
+        {"total_p99_ns", "ns", Better::lower, "99 % of the ticks take at most this long; n/a below 1000 timed ticks"},
+        {"total_max_ns", "ns", Better::lower, "Longest tick"},
+        {"total_cold_ns", "ns", Better::lower, "Time of the first tick with a pair, warm-up included"},
+    };
+    for (const char* stage : stage_names) {
+        const std::string name = stage;
+        list.push_back({name + "_median_ns", "ns", Better::lower, "Median time of the stage " + name});
+        list.push_back({name + "_p99_ns", "ns", Better::lower,
+                        "99 % of the ticks spend at most this long in the stage " + name + "; n/a below 1000 ticks"});
+    }
+    const std::vector<SummaryFigure> rest{
+        {"allocations_median", "1", Better::lower, "Median number of heap allocations inside the stages of a tick"},
+        {"allocations_max", "1", Better::lower, "Most heap allocations inside the stages of a tick"},
+        {"work_median", "1", Better::lower,
+         "Median work of a tick: vertices read + cells visited + box tests + triangle tests"},
+        {"work_max", "1", Better::lower, "Largest work of a tick"},
+        {"pairs_median", "1", Better::neither, "Median number of pairs over the ticks that have one"},
+        {"pairs_max", "1", Better::neither, "Most pairs in a tick"},
+        {"judged_ticks", "1", Better::neither, "Ticks on which truth was computed"},
+        {"true_pairs", "1", Better::neither, "True pairs, summed over the judged ticks"},
+        {"missing", "1", Better::lower, "True pairs not reported, summed over the judged ticks"},
+        {"missing_touch", "1", Better::lower, "Of these, pairs that only touch"},
+        {"extra", "1", Better::lower, "Reported pairs that are not true, summed over the judged ticks"},
+        {"precision", "1", Better::higher, "Share of the reported pairs that are true"},
+        {"recall", "1", Better::higher, "Share of the true pairs that are reported, touches included"},
+        {"recall_without_touches", "1", Better::higher, "The same over pairs that do more than touch"},
+        {"f1", "1", Better::higher, "Harmonic mean of precision and recall"},
+        {"depth_error_median_m", "m", Better::lower,
+         "Median over ticks with a contact of the worst difference between a contact's depth and the true depth of the "
+         "penetrating vertex"},
+        {"depth_error_max_m", "m", Better::lower, "Largest of the same"},
+        {"residual_median_m", "m", Better::lower,
+         "True depth left after the tick: median over ticks with a pair or a depth"},
+        {"residual_max_m", "m", Better::lower, "Largest true depth left after a tick"},
+        {"residual_last_m", "m", Better::lower, "True depth left after the last judged tick"},
+        {"wrong_side_max", "1", Better::lower, "Most sample points left on the wrong side after a tick"},
+        {"wrong_side_last", "1", Better::lower, "Sample points on the wrong side after the last judged tick"},
+        {"force_rms_n", "N", Better::neither, "Root mean square of the tool force"},
+        {"force_max_n", "N", Better::neither, "Largest tool force (mean over a tick)"},
+        {"force_error_rms_n", "N", Better::lower,
+         "Root mean square difference to the analytic force; n/a without an analytic answer"},
+        {"force_jump_max_n", "N", Better::lower, "Largest change of the tool force from one tick to the next"},
+        {"max_strain", "1", Better::lower, "Largest edge strain of the tissue (1 = doubled length)"},
+        {"ruptures", "1", Better::neither, "Ruptures that the response declared"},
+        {"skipped", "1", Better::neither, "Contacts without a response, summed over the ticks"},
+        {"no_hit", "1", Better::lower, "Projections for which no contact point was found, summed over the ticks"},
+        {"limited_edges", "1", Better::lower, "Edges that the strain limiter acted on, summed over the ticks"},
+        {"iterations", "1", Better::neither, "Triangle-pair study: ticks with at least one pair"},
+        {"pairs_per_iteration", "1", Better::neither, "Triangle-pair study: mean number of pairs in those ticks"},
+        {"candidates_per_iteration", "1", Better::neither,
+         "Triangle-pair study: mean number of triangle pairs with overlapping boxes, which the triangle test decides"},
+    };
+    list.insert(list.end(), rest.begin(), rest.end());
+    for (const auto& [variant, span] :
+         {std::pair{"without", "response alone, the intersecting pairs given"},
+          std::pair{"with", "response and the triangle test that finds the pairs among those whose boxes overlap"}}) {
+        for (const auto& [unit, meaning] :
+             {std::pair{"pair", "one triangle pair"}, std::pair{"iteration", "one iteration"}}) {
+            for (const auto& [kind, word] : {std::pair{"median", "median"}, std::pair{"p99", "99 %"}}) {
+                list.push_back({std::string(variant) + "_per_" + unit + "_" + kind + "_ns", "ns", Better::lower,
+                                std::string("Triangle-pair study: time for ") + meaning + ", " + word + ": " + span});
+            }
+        }
+    }
+    return list;
+}
+
+double ratio(double part, double whole) { return whole > 0.0 ? part / whole : not_known; }
+
+double largest(const std::vector<double>& values) { return quantile(values, 1.0); }
+
+double p99(const std::vector<double>& values) { return tail_quantile(values, 0.99).value_or(not_known); }
+
+using Figures = std::map<std::string, double>;
+
+void add_times(const std::vector<StepRow>& rows, Figures& figures) {
+    std::vector<double> total;
+    std::array<std::vector<double>, stage_count> stages;
+    std::vector<double> allocations;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const StepRow& row = rows[i];
+        if (row.outcome != OutcomeKind::ok) continue;
+        if (row.pairs > 0 && !figures.contains("total_cold_ns")) {
+            figures["total_cold_ns"] = static_cast<double>(row.total_ns());
+        }
+        if (static_cast<std::int64_t>(i) < warm_up_ticks) continue;
+        total.push_back(static_cast<double>(row.total_ns()));
+        allocations.push_back(row.allocations < 0 ? not_known : static_cast<double>(row.allocations));
+        for (std::size_t stage = 0; stage < stage_count; ++stage) {
+            const std::int64_t ns = row.stage_ns.at(stage);
+            if (ns >= 0) stages.at(stage).push_back(static_cast<double>(ns));
+        }
+    }
+    figures.emplace("total_cold_ns", not_known);
+    figures["total_median_ns"] = median(total);
+    figures["total_p99_ns"] = p99(total);
+    figures["total_max_ns"] = largest(total);
+    for (std::size_t stage = 0; stage < stage_count; ++stage) {
+        const std::string name = stage_names.at(stage);
+        figures[name + "_median_ns"] = median(stages.at(stage));
+        figures[name + "_p99_ns"] = p99(stages.at(stage));
+    }
+    figures["allocations_median"] = median(allocations);
+    figures["allocations_max"] = largest(allocations);
+}
+
+void add_pairs(const std::vector<StepRow>& rows, Figures& figures) {
+    std::vector<double> work;
+    std::vector<double> pairs;
+    double judged = 0;
+    double reported = 0;
+    double truth = 0;
+    double touch = 0;
+    double missing = 0;
+    double missing_touch = 0;
+    double extra = 0;
+    for (const StepRow& row : rows) {
+        work.push_back(static_cast<double>(row.work.work()));
+        if (row.pairs > 0) pairs.push_back(static_cast<double>(row.pairs));
+        if (row.true_pairs < 0) continue;
+        judged += 1;
+        reported += static_cast<double>(row.pairs);
+        truth += static_cast<double>(row.true_pairs);
+        touch += static_cast<double>(row.true_touch);
+        missing += static_cast<double>(row.missing);
+        missing_touch += static_cast<double>(row.missing_touch);
+        extra += static_cast<double>(row.extra);
+    }
+    figures["work_median"] = median(work);
+    figures["work_max"] = largest(work);
+    figures["pairs_median"] = median(pairs);
+    figures["pairs_max"] = pairs.empty() ? 0.0 : largest(pairs);
+    figures["judged_ticks"] = judged;
+    const bool known = judged > 0;
+    const double precision = ratio(reported - extra, reported);
+    const double recall = ratio(truth - missing, truth);
+    figures["true_pairs"] = known ? truth : not_known;
+    figures["missing"] = known ? missing : not_known;
+    figures["missing_touch"] = known ? missing_touch : not_known;
+    figures["extra"] = known ? extra : not_known;
+    figures["precision"] = precision;
+    figures["recall"] = recall;
+    figures["recall_without_touches"] = ratio((truth - touch) - (missing - missing_touch), truth - touch);
+    figures["f1"] = ratio(2.0 * (truth - missing), 2.0 * (truth - missing) + missing + extra);
+}
+
+void add_geometry(const std::vector<StepRow>& rows, Figures& figures) {
+    std::vector<double> errors;
+    std::vector<double> residual;
+    std::vector<double> wrong_side;
+    std::vector<double> strain;
+    double residual_max = not_known;
+    double residual_last = not_known;
+    for (const StepRow& row : rows) {
+        errors.push_back(row.depth_error);
+        strain.push_back(row.max_strain);
+        if (row.wrong_side >= 0) wrong_side.push_back(static_cast<double>(row.wrong_side));
+        if (std::isnan(row.max_depth)) continue;
+        residual_last = row.max_depth;
+        residual_max = std::fmax(residual_max, row.max_depth);
+        if (row.pairs > 0 || row.max_depth > 0.0) residual.push_back(row.max_depth);
+    }
+    figures["depth_error_median_m"] = median(errors);
+    figures["depth_error_max_m"] = largest(errors);
+    // A run without any contact has left nothing, which is an answer; a run without truth has none.
+    figures["residual_median_m"] = residual.empty() && !std::isnan(residual_max) ? 0.0 : median(residual);
+    figures["residual_max_m"] = residual_max;
+    figures["residual_last_m"] = residual_last;
+    figures["wrong_side_max"] = largest(wrong_side);
+    figures["wrong_side_last"] = wrong_side.empty() ? not_known : wrong_side.back();
+    figures["max_strain"] = largest(strain);
+}
+
+void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
+    double squares = 0.0;
+    double count = 0.0;
+    double force_max = not_known;
+    double jump_max = not_known;
+    double ruptures = 0.0;
+    double skipped = 0.0;
+    double no_hit = 0.0;
+    double limited = 0.0;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const StepRow& row = rows[i];
+        ruptures += static_cast<double>(row.ruptures);
+        skipped += static_cast<double>(row.skipped);
+        no_hit += static_cast<double>(row.no_hit);
+        limited += static_cast<double>(row.limited_edges);
+        if (!row.tool_force.allFinite()) continue;
+        squares += row.tool_force.squaredNorm();
+        count += 1.0;
+        force_max = std::fmax(force_max, row.tool_force.norm());
+        if (i > 0 && rows[i - 1].tool_force.allFinite()) {
+            jump_max = std::fmax(jump_max, (row.tool_force - rows[i - 1].tool_force).norm());
+        }
+    }
+    figures["force_rms_n"] = std::sqrt(ratio(squares, count));
+    figures["force_max_n"] = force_max;
+    figures["force_error_rms_n"] = not_known;
+    figures["force_jump_max_n"] = jump_max;
+    figures["ruptures"] = ruptures;
+    figures["skipped"] = skipped;
+    figures["no_hit"] = no_hit;
+    figures["limited_edges"] = limited;
+}
+
+}  // namespace
+
+const std::vector<SummaryFigure>& summary_figures() {
+    static const std::vector<SummaryFigure> list = make_figures();
+    return list;
+}
+
+const SummaryFigure& summary_figure(std::string_view name) {
+    for (const SummaryFigure& figure : summary_figures()) {
+        if (figure.name == name) return figure;
+    }
+    throw std::logic_error("no figure is named " + std::string(name));
+}
+
+std::map<std::string, double> summarize(const std::vector<StepRow>& rows) {
+    Figures figures;
+    figures["ticks"] = static_cast<double>(rows.size());
+    double failed = 0;
+    double truncated = 0;
+    for (const StepRow& row : rows) {
+        failed += row.outcome == OutcomeKind::ok ? 0.0 : 1.0;
+        truncated += row.truncated ? 1.0 : 0.0;
+    }
+    figures["failed_ticks"] = failed;
+    figures["truncated_ticks"] = truncated;
+    add_times(rows, figures);
+    add_pairs(rows, figures);
+    add_geometry(rows, figures);
+    add_forces(rows, figures);
+    return figures;
+}
+
+}  // namespace trocar

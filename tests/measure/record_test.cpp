@@ -1,0 +1,143 @@
+#include "measure/record.hpp"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+
+#include "geometry/input_error.hpp"
+
+namespace trocar {
+namespace {
+
+Record sample() {
+    Record record;
+    record.spec = {.study = "default",
+                   .mode = "closed_loop",
+                   .scene = "i2t_poke",
+                   .scene_file = "../../scenes/i2t_poke.json",
+                   .scene_hash = "00ff00ff00ff00ff",
+                   .pair_class = "I2T",
+                   .detector = "some:bv=AABB",
+                   .response = "other",
+                   .contacts = "canonical",
+                   .setting = "tuned",
+                   .repetition = 3,
+                   .seed = 0xFFFFFFFFFFFFFFFFULL,
+                   .ticks = 500,
+                   .truth_stride = 7};
+    record.environment = {{"cpu", "a \"quoted\" name"}, {"dirty", "no"}};
+    record.outcome = {OutcomeKind::unstable, "blew up at tick 219"};
+    record.frames_hash = "0123456789abcdef";
+    record.state_hash = "fedcba9876543210";
+    record.summary = {{"recall", 1.0 / 3.0}, {"force_error_rms_n", std::nan("")}};
+    for (int i = 0; i < 3; ++i) {
+        StepRow row;
+        row.tick = i;
+        row.time = 0.1 * i;
+        row.stage_ns = {10 + i, 20, 30, 40, -1, -1};
+        row.pairs = 5;
+        row.max_depth = std::nextafter(1e-3, 1.0);
+        row.tool_force = Vector3(1e-300, -0.0, 0.1 + 0.2);
+        row.work.cells_visited = 7;
+        row.truncated = i == 1;
+        row.outcome = i == 2 ? OutcomeKind::unstable : OutcomeKind::ok;
+        record.rows.push_back(row);
+    }
+    return record;
+}
+
+void expect_same_bits(double a, double b) {
+    if (std::isnan(a) && std::isnan(b)) return;
+    EXPECT_EQ(std::bit_cast<std::uint64_t>(a), std::bit_cast<std::uint64_t>(b)) << a << " " << b;
+}
+
+TEST(RecordLine, ReadsBackBitForBit) {
+    const Record record = sample();
+    const std::string line = to_json_line(record);
+    EXPECT_EQ(line.find('\n'), std::string::npos);
+    const Record back = record_from_json_line(line, "records.jsonl", 1);
+    EXPECT_EQ(to_json_line(back), line);
+    EXPECT_EQ(back.spec.seed, record.spec.seed);
+    EXPECT_EQ(back.spec.truth_stride, 7);
+    EXPECT_EQ(back.spec.response, "other");
+    EXPECT_EQ(back.environment, record.environment);
+    EXPECT_EQ(back.outcome.kind, OutcomeKind::unstable);
+    EXPECT_EQ(back.outcome.message, record.outcome.message);
+    EXPECT_EQ(back.state_hash, record.state_hash);
+    expect_same_bits(back.summary.at("recall"), 1.0 / 3.0);
+    EXPECT_TRUE(std::isnan(back.summary.at("force_error_rms_n")));
+    ASSERT_EQ(back.rows.size(), 3U);
+    for (std::size_t i = 0; i < 3; ++i) {
+        const StepRow& a = record.rows[i];
+        const StepRow& b = back.rows[i];
+        EXPECT_EQ(b.tick, a.tick);
+        EXPECT_EQ(b.stage_ns, a.stage_ns);
+        EXPECT_EQ(b.work.cells_visited, 7);
+        EXPECT_EQ(b.truncated, a.truncated);
+        EXPECT_EQ(b.outcome, a.outcome);
+        EXPECT_EQ(b.true_pairs, -1);
+        expect_same_bits(b.time, a.time);
+        expect_same_bits(b.max_depth, a.max_depth);
+        expect_same_bits(b.depth_error, a.depth_error);
+        for (int axis = 0; axis < 3; ++axis) expect_same_bits(b.tool_force[axis], a.tool_force[axis]);
+    }
+}
+
+TEST(RecordLine, NonFiniteNumbersBecomeNullAndNaN) {
+    Record record = sample();
+    record.rows[0].max_depth = std::numeric_limits<double>::infinity();
+    const std::string line = to_json_line(record);
+    EXPECT_NE(line.find("\"max_depth\":[null,"), std::string::npos) << line;
+    EXPECT_TRUE(std::isnan(record_from_json_line(line, "f", 1).rows[0].max_depth));
+}
+
+TEST(RecordLine, RunWithoutRowsReadsBack) {
+    Record record = sample();
+    record.rows.clear();
+    const std::string line = to_json_line(record);
+    EXPECT_TRUE(record_from_json_line(line, "f", 1).rows.empty());
+}
+
+TEST(RecordLine, BytesThatAreNoTextDoNotBreakIt) {
+    Record record = sample();
+    record.outcome.message = "library said \xff";
+    EXPECT_NO_THROW(record_from_json_line(to_json_line(record), "f", 1));
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return text.replace(at, from.size(), to);
+}
+
+TEST(RecordLine, BadRecordIsRefusedWithFileLineAndPlace) {
+    const std::string line = to_json_line(sample());
+    const struct {
+        std::string text;
+        std::string place;
+    } cases[] = {
+        {line.substr(0, line.size() / 2), "byte"},
+        {"[1,2]", "object"},
+        {replaced(line, "\"repetition\":3", "\"repetition\":\"3\""), "/spec/repetition"},
+        {replaced(line, "\"repetition\":3,", ""), "/spec/repetition"},
+        {replaced(line, "\"repetition\":3", "\"repetition\":3,\"extra\":1"), "extra"},
+        {replaced(line, "\"pairs\":[5,5,5]", "\"pairs\":[5,5]"), "/rows/pairs"},
+        {replaced(line, "\"pairs\":[5,5,5]", "\"pairs\":[5,null,5]"), "/rows/pairs/1"},
+        {replaced(line, "\"pairs\":", "\"pears\":"), "pears"},
+        {replaced(line, "\"outcome\":\"unstable\"", "\"outcome\":\"fine\""), "/outcome"},
+    };
+    for (const auto& bad : cases) {
+        try {
+            record_from_json_line(bad.text, "records.jsonl", 12);
+            FAIL() << bad.text;
+        } catch (const InputError& error) {
+            const std::string what = error.what();
+            EXPECT_EQ(what.find("records.jsonl: line 12"), 0U) << what;
+            EXPECT_NE(what.find(bad.place), std::string::npos) << what;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace trocar
