@@ -7,8 +7,22 @@
 
 namespace trocar {
 
-/// Fills contacts.contacts, one per entry of contacts.pairs in the same order (METHODS §3.1: case, point, normal from a
-/// to b, plane depth, interval length and direction, nearest vertices). Allocates only while the buffer grows.
+/// Fills contacts.contacts, one per entry of contacts.pairs in the same order. Allocates only while the buffer grows.
+///
+/// | kind        | vertex_a, vertex_b            | normal (a to b)  | depth               | point            |
+/// |-------------|-------------------------------|------------------|---------------------|------------------|
+/// | a_enters_b  | deepest of a; nearest of b    | -normal of b     | of vertex_a below b | vertex_a         |
+/// | b_enters_a  | nearest of a; deepest of b    | normal of a      | of vertex_b below a | vertex_b         |
+/// | edges_cross | closest two corners           | n_ee (METHODS §6)| d_ee                | overlap's middle |
+///
+/// Depth is plane depth (METHODS §1), the lowest vertex number wins ties. n_ee is normal to the two edges that cross,
+/// on the side of interval_direction; d_ee = interval_length · (n_ee · interval_direction) is how far b must move along
+/// n_ee until the edges' lines touch; for nearly parallel edges (sine below 1e-3) n_ee is interval_direction itself.
+/// touch: geometry of the case it would be, no response. coplanar and degenerate: only a, b and kind are set.
+/// A pair of rivals' making whose triangles share no point keeps kind `unset`.
 void derive(const Topology& topology, const Frame& frame, ContactSet& contacts);
+
+/// The canonical contact of one pair; what derive does for each.
+Contact derive_contact(const Topology& topology, const Frame& frame, TrianglePair pair);
 
 }  // namespace trocar

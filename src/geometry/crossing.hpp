@@ -11,8 +11,11 @@
 
 namespace trocar {
 
+/// degenerate: an altitude of either triangle is below 1 µm. coplanar: one triangle lies in the other's plane (within
+/// the tolerance) and the two overlap there. touch: overlap and depth both at most 1 nm.
 enum class CrossingKind : std::uint8_t { none, touch, crossing, coplanar, degenerate };
-/// first_enters_second: first's interval lies inside second's (a vertex of first pierces face second).
+/// first_enters_second: first's interval lies inside second's (a vertex of first pierces face second). Inclusion has a
+/// tolerance of 1 nm; equal intervals count as second_enters_first.
 enum class CrossingCase : std::uint8_t { unset, first_enters_second, second_enters_first, edges_cross };
 
 /// Where an end of an interval comes from: edge `edge` (from corner edge to corner edge+1 mod 3) of triangle 0 or 1.
@@ -22,22 +25,33 @@ struct CrossingEnd {
     Vector3 point = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());  ///< m, world
 };
 
+/// All fields are set for kinds touch and crossing, depths and normals for all but degenerate; the rest stays NaN.
 struct Crossing {
+    static constexpr double unset = std::numeric_limits<double>::quiet_NaN();
     CrossingKind kind = CrossingKind::none;
     CrossingCase overlap_case = CrossingCase::unset;
-    std::array<double, 3> first_depth{};     ///< depth of first's corners below second's plane, m, positive inside
-    std::array<double, 3> second_depth{};    ///< depth of second's corners below first's plane, m
-    Vector3 first_normal = Vector3::Zero();  ///< unit outer normal of first
-    Vector3 second_normal = Vector3::Zero();
-    Vector3 direction = Vector3::Zero();  ///< unit; +L or -L such that moving second along it by `length` parts the two
-    double length = 0.0;                  ///< m, metric length of the overlap of the two intervals
-    std::array<double, 2> first_interval{};  ///< m, along `direction`
-    std::array<double, 2> second_interval{};
-    std::array<CrossingEnd, 2> ends{};  ///< ends of the overlap
+    std::array<double, 3> first_depth{unset, unset, unset};   ///< of first's corners below second's plane, m, + inside
+    std::array<double, 3> second_depth{unset, unset, unset};  ///< of second's corners below first's plane, m
+    Vector3 first_normal = Vector3::Constant(unset);          ///< unit outer normal of first
+    Vector3 second_normal = Vector3::Constant(unset);
+    /// Unit, along the common line of the planes, from the middle of first's interval to the middle of second's:
+    /// moving second along it by `length` parts the two (thesis eq. 3.5 and 3.9; orientation METHODS §6).
+    Vector3 direction = Vector3::Constant(unset);
+    double length = unset;                               ///< m, metric length of the overlap of the two intervals, >= 0
+    std::array<double, 2> first_interval{unset, unset};  ///< m, along `direction` from first's corner 0, ascending
+    std::array<double, 2> second_interval{unset, unset};
+    /// Ends of the overlap along `direction`: both of the entering triangle, or one of each where edges cross.
+    std::array<CrossingEnd, 2> ends{};
 };
 
-/// Double precision, tolerance 1e-12 m × |N| on plane distances, translated to first's corner 0 before crossing.
+/// Double precision, translated to first's corner 0 before crossing; plane distances up to 1e-12 m count as 0 and
+/// interval ends up to 1e-12 m apart as touching. Precondition: finite coordinates.
 Crossing cross_triangles(const Corners& first, const Corners& second);
+
+/// Verdict of the same test without the altitude rule: what `interval` answers for a bare pair. May err where the
+/// margin is within 1e-12 m + 1e-15·size²/(altitude·sine), with the largest distance between corners, the smallest
+/// altitude and the angle between the planes; always for triangles without area.
+bool interval_intersect(const Corners& first, const Corners& second);
 
 /// The thesis' yardstick: Möller's routine in float with its absolute 1e-6, coordinates taken as metres and scaled to
 /// millimetres inside (METHODS §3.2). Fails on near-coplanar, touching and huge-offset pairs; kept so it can be shown.
