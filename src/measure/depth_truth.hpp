@@ -1,28 +1,47 @@
-// The independent answer about depth: how far points of one body lie inside another, from the frame alone. Never reads
-// derive, a contact set or a method's state.
+// The independent answer about depth: how far points of one body lie inside another, or beyond an open sheet, from the
+// frames alone. Never reads derive, a contact set or a method's state.
 #pragma once
 
 #include <cstdint>
 #include <memory>
+#include <span>
 
 #include "scene/world.hpp"
 
 namespace trocar {
 
-/// Depth of instrument (or first-body) vertices and area samples inside closed bodies: exact inside/outside by winding
-/// number, then distance to the nearest surface point. For open sheets: side by the exact crossing history since the
-/// side the scene declares; the object keeps that history, so feed it every frame in order.
+/// Judges sample points (all vertices of a body, plus points spread evenly over its area) of either body of a pair
+/// against the other body of the pair.
+///
+/// Which side a point is on is decided by exact predicates alone. Closed body: inside where the signed number of
+/// surface crossings of the upward ray (the winding number) is not 0. Open sheet: the winding number of the sheet's and
+/// the point's motion since the first frame, that is the upward ray's signed crossings now minus those at the start,
+/// minus what the sheet's rim contributed by passing over the ray; the side of the first frame counts as right. Points
+/// that go around the rim, or through the sheet and back, are therefore on the right side. Ties are broken by thinking
+/// every sample moved by the same infinitesimal step, upwards first (Edelsbrunner and Mücke 1990).
+/// Depth is then the distance to the nearest point of the surface.
 class DepthTruth {
 public:
-    DepthTruth(const Topology& topology, const Frame& first);
+    /// `counted` says which of Topology::body_pairs enter a Result (one flag each; empty = all).
+    /// The topology outlives the object.
+    DepthTruth(const Topology& topology, const Frame& first, std::span<const std::uint8_t> counted = {},
+               Index area_samples = default_area_samples);
+
+    static constexpr Index default_area_samples = 1000;  ///< per body
+
     struct Result {
-        double max_depth = 0.0;       ///< m, over all body pairs
-        double mean_depth = 0.0;      ///< m, area mean over penetrating samples, 0 when none
-        std::int64_t wrong_side = 0;  ///< samples on the wrong side
+        double max_depth = 0.0;       ///< m, over the samples of all counted body pairs
+        double mean_depth = 0.0;      ///< m, area mean over penetrating area samples, 0 when none
+        std::int64_t wrong_side = 0;  ///< samples inside a closed body or beyond a sheet
     };
+    /// Feed the frames in order: sheets need the history. A frame with a non-finite number gives NaN and −1, and leaves
+    /// the history as it was.
     Result measure(const Frame& frame);
-    /// True depth of one point of body `from` against body `into` on the current frame (0 when outside).
-    double depth_of(const Vector3& point, Index from, Index into) const;
+
+    /// Depth of one vertex against body `into` on the last measured frame, m; 0 when it is on the right side. NaN when
+    /// the two bodies are not tested against each other.
+    [[nodiscard]] double depth_of_vertex(Index vertex, Index into) const;
+
     ~DepthTruth();
     DepthTruth(const DepthTruth&) = delete;
     DepthTruth& operator=(const DepthTruth&) = delete;

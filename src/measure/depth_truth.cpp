@@ -1,0 +1,362 @@
+#include "measure/depth_truth.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "measure/surface_distance.hpp"
+#include "measure/vertical_crossings.hpp"
+
+namespace trocar {
+namespace {
+
+/// A directed edge of a surface's boundary chain: edges that the triangles on both sides cancel do not appear.
+struct RimEdge {
+    Index from = -1;
+    Index to = -1;
+    int count = 0;  ///< net number of times that triangles run along it
+};
+
+std::vector<RimEdge> rim_of(const Triangles& triangles, Range range) {
+    std::map<std::pair<Index, Index>, int> net;
+    for (Index t = range.first; t < range.end(); ++t) {
+        for (int corner = 0; corner < 3; ++corner) {
+            const Index u = triangles(corner, t);
+            const Index v = triangles((corner + 1) % 3, t);
+            if (u < v) ++net[{u, v}];
+            if (v < u) --net[{v, u}];
+        }
+    }
+    std::vector<RimEdge> rim;
+    for (const auto& [edge, count] : net) {
+        if (count != 0) rim.push_back({edge.first, edge.second, count});
+    }
+    return rim;
+}
+
+/// A point that rides on a triangle.
+struct AreaSample {
+    Index triangle = -1;
+    Vector3 weights = Vector3::Zero();  ///< barycentric
+};
+
+/// Evenly by area over the triangles of the range, the same on every machine: strata along the summed area, and within
+/// the triangles the additive recurrence of Roberts (2018), folded into the triangle.
+std::vector<AreaSample> spread(const Triangles& triangles, Range range, const Matrix3X& position, Index count,
+                               double& total_area) {
+    std::vector<double> area_up_to;
+    total_area = 0.0;
+    for (Index t = range.first; t < range.end(); ++t) {
+        const Vector3 a = position.col(triangles(0, t));
+        const Vector3 b = position.col(triangles(1, t));
+        const Vector3 c = position.col(triangles(2, t));
+        total_area += 0.5 * (b - a).cross(c - a).norm();
+        area_up_to.push_back(total_area);
+    }
+    std::vector<AreaSample> samples;
+    if (!(total_area > 0.0)) return samples;
+    constexpr double step_u = 0.7548776662466927;
+    constexpr double step_v = 0.5698402909980532;
+    for (Index i = 0; i < count; ++i) {
+        const double wanted = total_area * (i + 0.5) / count;
+        const auto found = std::upper_bound(area_up_to.begin(), area_up_to.end() - 1, wanted);
+        double u = std::fmod(0.5 + step_u * (i + 1), 1.0);
+        double v = std::fmod(0.5 + step_v * (i + 1), 1.0);
+        if (u + v > 1.0) {
+            u = 1.0 - u;
+            v = 1.0 - v;
+        }
+        samples.push_back({range.first + static_cast<Index>(found - area_up_to.begin()), Vector3(1.0 - u - v, u, v)});
+    }
+    return samples;
+}
+
+/// The triangles of one body sorted into cells of the xy plane, for the rays of one frame.
+class RayGrid {
+public:
+    void build(const Triangles& triangles, Range range, const Matrix3X& position, const Box& box) {
+        box_ = box;
+        cells_ = std::clamp<Index>(static_cast<Index>(std::sqrt(static_cast<double>(range.count))), 1, 1024);
+        scale_ = Eigen::Vector2d(cells_ / std::max(box.max.x() - box.min.x(), 1e-300),
+                                 cells_ / std::max(box.max.y() - box.min.y(), 1e-300));
+        starts_.assign(static_cast<std::size_t>(cells_) * static_cast<std::size_t>(cells_) + 1, 0);
+        for_each_cell(triangles, range, position, [this](std::size_t cell, Index) { ++starts_[cell + 1]; });
+        for (std::size_t i = 1; i < starts_.size(); ++i) starts_[i] += starts_[i - 1];
+        fill_.assign(starts_.begin(), starts_.end() - 1);
+        entries_.resize(static_cast<std::size_t>(starts_.back()));
+        for_each_cell(triangles, range, position, [this](std::size_t cell, Index triangle) {
+            entries_[static_cast<std::size_t>(fill_[cell]++)] = triangle;
+        });
+    }
+
+    /// Signed crossings of the upward ray from p with the body's surface.
+    [[nodiscard]] int crossings(const Triangles& triangles, const Matrix3X& position, const Vector3& p) const {
+        if (p.x() < box_.min.x() || p.x() > box_.max.x() || p.y() < box_.min.y() || p.y() > box_.max.y() ||
+            p.z() > box_.max.z()) {
+            return 0;
+        }
+        const std::size_t cell = cell_at(index(p, 0), index(p, 1));
+        int sum = 0;
+        for (Index i = starts_[cell]; i < starts_[cell + 1]; ++i) {
+            const Index t = entries_[static_cast<std::size_t>(i)];
+            sum += upward_crossing(position.col(triangles(0, t)), position.col(triangles(1, t)),
+                                   position.col(triangles(2, t)), p);
+        }
+        return sum;
+    }
+
+private:
+    /// Monotone in the coordinate: a point within a triangle's range of coordinates is within its range of cells.
+    [[nodiscard]] Index index(const Vector3& p, int axis) const {
+        const double cell = std::floor((p[axis] - box_.min[axis]) * scale_[axis]);
+        return static_cast<Index>(std::clamp(cell, 0.0, static_cast<double>(cells_ - 1)));
+    }
+    [[nodiscard]] std::size_t cell_at(Index x, Index y) const {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(cells_) + static_cast<std::size_t>(x);
+    }
+    template <typename Visit>
+    void for_each_cell(const Triangles& triangles, Range range, const Matrix3X& position, Visit&& visit) const {
+        for (Index t = range.first; t < range.end(); ++t) {
+            const Vector3 a = position.col(triangles(0, t));
+            const Vector3 b = position.col(triangles(1, t));
+            const Vector3 c = position.col(triangles(2, t));
+            const Vector3 low = a.cwiseMin(b).cwiseMin(c);
+            const Vector3 high = a.cwiseMax(b).cwiseMax(c);
+            for (Index y = index(low, 1); y <= index(high, 1); ++y) {
+                for (Index x = index(low, 0); x <= index(high, 0); ++x) visit(cell_at(x, y), t);
+            }
+        }
+    }
+
+    Box box_;
+    Index cells_ = 0;
+    Eigen::Vector2d scale_ = Eigen::Vector2d::Zero();
+    std::vector<Index> starts_;
+    std::vector<Index> fill_;
+    std::vector<Index> entries_;
+};
+
+struct BodySamples {
+    std::vector<AreaSample> area;
+    double area_weight = 0.0;  ///< m², surface that one area sample stands for
+    Box box;                   ///< of the vertices, on the current frame
+    Box swept;                 ///< the same together with the frame before
+    RayGrid grid;
+    bool grid_is_current = false;
+    SurfaceDistance distance;
+    bool distance_is_current = false;
+    std::vector<RimEdge> rim;  ///< empty for a watertight surface
+    std::vector<RimEdge> moved_rim;
+};
+
+/// Samples of one body judged against another body.
+struct Direction {
+    Index from = -1;
+    Index into = -1;
+    bool counted = true;
+    std::vector<int> crossings;  ///< per sample (vertices, then area samples), of the upward ray on the current frame
+    std::vector<int> side;       ///< per sample, open sheets: 0 = the side of the first frame
+    std::vector<std::uint8_t> wrong;
+};
+
+}  // namespace
+
+struct DepthTruth::State {
+    const Topology* topology = nullptr;
+    Matrix3X position;  ///< of the current frame
+    Matrix3X previous;  ///< of the frame measured before
+    std::vector<BodySamples> bodies;
+    std::vector<Direction> directions;
+
+    [[nodiscard]] const BodyRange& range(Index body) const { return topology->bodies[static_cast<std::size_t>(body)]; }
+    [[nodiscard]] BodySamples& samples(Index body) { return bodies[static_cast<std::size_t>(body)]; }
+
+    [[nodiscard]] std::size_t sample_count(Index body) {
+        return static_cast<std::size_t>(range(body).vertices.count) + samples(body).area.size();
+    }
+
+    [[nodiscard]] Vector3 point(Index body, std::size_t sample, const Matrix3X& at) {
+        const Range vertices = range(body).vertices;
+        if (sample < static_cast<std::size_t>(vertices.count)) {
+            return at.col(vertices.first + static_cast<Index>(sample));
+        }
+        const AreaSample& area = samples(body).area[sample - static_cast<std::size_t>(vertices.count)];
+        const auto corners = topology->triangles.col(area.triangle);
+        return area.weights[0] * at.col(corners[0]) + area.weights[1] * at.col(corners[1]) +
+               area.weights[2] * at.col(corners[2]);
+    }
+
+    /// Takes over the positions and brings boxes and moved rim edges up to date.
+    void advance_to(const Matrix3X& now) {
+        previous.swap(position);
+        position = now;
+        for (std::size_t b = 0; b < bodies.size(); ++b) {
+            BodySamples& body = bodies[b];
+            body.swept = body.box;
+            body.box = Box{};
+            const Range vertices = topology->bodies[b].vertices;
+            for (Index v = vertices.first; v < vertices.end(); ++v) body.box.add(position.col(v));
+            if (vertices.count > 0) {
+                body.swept.add(body.box.min);
+                body.swept.add(body.box.max);
+            }
+            body.grid_is_current = false;
+            body.distance_is_current = false;
+            body.moved_rim.clear();
+            for (const RimEdge& edge : body.rim) {
+                if (position.col(edge.from) != previous.col(edge.from) ||
+                    position.col(edge.to) != previous.col(edge.to)) {
+                    body.moved_rim.push_back(edge);
+                }
+            }
+        }
+    }
+
+    [[nodiscard]] int crossings(Index into, const Vector3& p) {
+        BodySamples& body = samples(into);
+        if (!body.grid_is_current) {
+            body.grid.build(topology->triangles, range(into).triangles, position, body.box);
+            body.grid_is_current = true;
+        }
+        return body.grid.crossings(topology->triangles, position, p);
+    }
+
+    [[nodiscard]] double distance(Index into, const Vector3& p) {
+        BodySamples& body = samples(into);
+        if (!body.distance_is_current) {
+            body.distance.refit(topology->triangles, position);
+            body.distance_is_current = true;
+        }
+        return body.distance.distance(topology->triangles, position, p);
+    }
+
+    /// What the rim contributed to the ray's crossings while the point went p → q past the old rim, and the rim then
+    /// moved over the point at q (the sheet's sweep is closed by walls along its rim).
+    [[nodiscard]] int rim_contribution(const BodySamples& sheet, const Vector3& p, const Vector3& q) const {
+        int sum = 0;
+        const double low_x = std::min(p.x(), q.x());
+        const double high_x = std::max(p.x(), q.x());
+        const double low_y = std::min(p.y(), q.y());
+        const double high_y = std::max(p.y(), q.y());
+        for (const RimEdge& edge : sheet.rim) {
+            const Vector3 u = previous.col(edge.from);
+            const Vector3 v = previous.col(edge.to);
+            if (std::max(u.x(), v.x()) < low_x || std::min(u.x(), v.x()) > high_x || std::max(u.y(), v.y()) < low_y ||
+                std::min(u.y(), v.y()) > high_y) {
+                continue;
+            }
+            sum += edge.count * edge_passage(u, v, p, q);
+        }
+        for (const RimEdge& edge : sheet.moved_rim) {
+            const Vector3 u0 = previous.col(edge.from);
+            const Vector3 v0 = previous.col(edge.to);
+            const Vector3 u1 = position.col(edge.from);
+            const Vector3 v1 = position.col(edge.to);
+            sum -= edge.count * (upward_crossing(u0, v0, v1, q) + upward_crossing(u0, v1, u1, q));
+        }
+        return sum;
+    }
+
+    void judge(Direction& direction, bool first) {
+        const BodySamples& from = samples(direction.from);
+        const BodySamples& into = samples(direction.into);
+        const bool closed = range(direction.into).closed;
+        // Rays that start above everything, or beside everything, meet nothing, neither now nor on the way.
+        const Box& ways = first ? from.box : from.swept;
+        const Box& surface = first ? into.box : into.swept;
+        const bool apart = ways.max.x() < surface.min.x() || ways.min.x() > surface.max.x() ||
+                           ways.max.y() < surface.min.y() || ways.min.y() > surface.max.y() ||
+                           ways.min.z() > surface.max.z() || (closed && ways.max.z() < surface.min.z());
+        for (std::size_t i = 0; i < direction.wrong.size(); ++i) {
+            const int before = direction.crossings[i];
+            const Vector3 q = point(direction.from, i, position);
+            const int now = apart ? 0 : crossings(direction.into, q);
+            direction.crossings[i] = now;
+            if (closed) {
+                direction.wrong[i] = now != 0;
+                continue;
+            }
+            if (first) continue;
+            int change = now - before;
+            if (!apart && !into.rim.empty()) {
+                change -= rim_contribution(into, point(direction.from, i, previous), q);
+            }
+            direction.side[i] += change;
+            direction.wrong[i] = direction.side[i] != 0;
+        }
+    }
+};
+
+DepthTruth::DepthTruth(const Topology& topology, const Frame& first, std::span<const std::uint8_t> counted,
+                       Index area_samples)
+    : state_(std::make_unique<State>()) {
+    State& s = *state_;
+    s.topology = &topology;
+    s.position = first.position;
+    s.bodies.resize(topology.bodies.size());
+    for (Index body = 0; body < topology.body_count(); ++body) {
+        const BodyRange& range = s.range(body);
+        BodySamples& samples = s.samples(body);
+        double area = 0.0;
+        samples.area = spread(topology.triangles, range.triangles, first.position, area_samples, area);
+        if (!samples.area.empty()) samples.area_weight = area / static_cast<double>(samples.area.size());
+        if (!range.closed) samples.rim = rim_of(topology.triangles, range.triangles);
+        samples.distance.prepare(topology.triangles, range.triangles, first.position);
+    }
+    for (std::size_t pair = 0; pair < topology.body_pairs.size(); ++pair) {
+        const auto [a, b] = topology.body_pairs[pair];
+        for (const auto& [from, into] : {std::array{a, b}, std::array{b, a}}) {
+            Direction direction;
+            direction.from = from;
+            direction.into = into;
+            direction.counted = counted.empty() || counted[pair] != 0;
+            direction.crossings.resize(s.sample_count(from), 0);
+            direction.side.resize(s.sample_count(from), 0);
+            direction.wrong.resize(s.sample_count(from), 0);
+            s.directions.push_back(std::move(direction));
+        }
+    }
+    s.advance_to(first.position);
+    for (Direction& direction : s.directions) s.judge(direction, true);
+}
+
+DepthTruth::~DepthTruth() = default;
+
+DepthTruth::Result DepthTruth::measure(const Frame& frame) {
+    if (!frame.all_finite()) return {std::nan(""), std::nan(""), -1};
+    State& s = *state_;
+    s.advance_to(frame.position);
+    Result result;
+    double weighted_depth = 0.0;
+    double weight = 0.0;
+    for (Direction& direction : s.directions) {
+        s.judge(direction, false);
+        if (!direction.counted) continue;
+        const auto vertex_count = static_cast<std::size_t>(s.range(direction.from).vertices.count);
+        for (std::size_t i = 0; i < direction.wrong.size(); ++i) {
+            if (direction.wrong[i] == 0) continue;
+            const double depth = s.distance(direction.into, s.point(direction.from, i, s.position));
+            ++result.wrong_side;
+            result.max_depth = std::max(result.max_depth, depth);
+            if (i < vertex_count) continue;
+            weighted_depth += s.samples(direction.from).area_weight * depth;
+            weight += s.samples(direction.from).area_weight;
+        }
+    }
+    if (weight > 0.0) result.mean_depth = weighted_depth / weight;
+    return result;
+}
+
+double DepthTruth::depth_of_vertex(Index vertex, Index into) const {
+    State& s = *state_;
+    const Index from = s.topology->body_of_vertex(vertex);
+    for (const Direction& direction : s.directions) {
+        if (direction.from != from || direction.into != into) continue;
+        const auto sample = static_cast<std::size_t>(vertex - s.range(from).vertices.first);
+        return direction.wrong[sample] == 0 ? 0.0 : s.distance(into, s.position.col(vertex));
+    }
+    return std::nan("");
+}
+
+}  // namespace trocar

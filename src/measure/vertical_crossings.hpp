@@ -1,0 +1,19 @@
+// Exact counting along the upward ray of a point: which triangles it crosses, and what an edge contributes that passes
+// over it. The basis of every inside/outside decision of truth.
+#pragma once
+
+#include "geometry/types.hpp"
+
+namespace trocar {
+
+/// Signed crossing of the ray from p in direction +z with triangle a, b, c: +1 where the triangle is counter-clockwise
+/// seen from above, −1 where it is clockwise, 0 where the ray misses it. Exact; p is thought moved by the
+/// infinitesimal step (e³, e², e), so that a ray through shared edges and corners still counts each surface once.
+int upward_crossing(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& p);
+
+/// Signed change of the upward ray's crossings that the directed edge u→v makes while the point moves from p to q in a
+/// straight line: +1 when the ray passes the edge from its right to its left (seen from above), −1 the other way, 0
+/// when it does not meet the edge. Same thought step as upward_crossing.
+int edge_passage(const Vector3& u, const Vector3& v, const Vector3& p, const Vector3& q);
+
+}  // namespace trocar

@@ -1,0 +1,341 @@
+#include "measure/depth_truth.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <map>
+#include <numbers>
+#include <random>
+
+#include "measure/surface_distance.hpp"
+#include "measure/vertical_crossings.hpp"
+
+namespace trocar {
+namespace {
+
+struct Shape {
+    std::vector<Vector3> points;
+    std::vector<std::array<Index, 3>> faces;
+};
+
+/// Octahedron split `levels` times and blown up to a ball.
+Shape ball(double radius, int levels) {
+    Shape shape{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}},
+                {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}}};
+    for (int level = 0; level < levels; ++level) {
+        std::map<std::pair<Index, Index>, Index> middle;
+        const auto middle_of = [&](Index a, Index b) {
+            const auto [place, is_new] = middle.try_emplace(std::minmax(a, b), static_cast<Index>(shape.points.size()));
+            if (is_new) {
+                const Vector3 sum =
+                    shape.points[static_cast<std::size_t>(a)] + shape.points[static_cast<std::size_t>(b)];
+                shape.points.push_back(sum.normalized());
+            }
+            return place->second;
+        };
+        std::vector<std::array<Index, 3>> faces;
+        for (const auto& [a, b, c] : shape.faces) {
+            const Index ab = middle_of(a, b);
+            const Index bc = middle_of(b, c);
+            const Index ca = middle_of(c, a);
+            faces.insert(faces.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
+        }
+        shape.faces = faces;
+    }
+    for (Vector3& p : shape.points) p *= radius;
+    return shape;
+}
+
+/// Flat square of n × n cells in the plane z = 0, normal up, centred on the origin.
+Shape sheet(double size, int n) {
+    Shape shape;
+    for (int y = 0; y <= n; ++y) {
+        for (int x = 0; x <= n; ++x) shape.points.emplace_back(size * x / n - size / 2, size * y / n - size / 2, 0.0);
+    }
+    for (Index y = 0; y < n; ++y) {
+        for (Index x = 0; x < n; ++x) {
+            const Index a = y * (n + 1) + x;
+            const Index c = a + n + 1;
+            shape.faces.push_back({a, a + 1, c + 1});
+            shape.faces.push_back({a, c + 1, c});
+        }
+    }
+    return shape;
+}
+
+Shape torus(double large, double small, int around, int across) {
+    Shape shape;
+    for (int i = 0; i < around; ++i) {
+        for (int j = 0; j < across; ++j) {
+            const double u = 2.0 * std::numbers::pi * i / around;
+            const double v = 2.0 * std::numbers::pi * j / across;
+            const double r = large + small * std::cos(v);
+            shape.points.emplace_back(r * std::cos(u), r * std::sin(u), small * std::sin(v));
+        }
+    }
+    const auto at = [&](int i, int j) { return static_cast<Index>((i % around) * across + j % across); };
+    for (int i = 0; i < around; ++i) {
+        for (int j = 0; j < across; ++j) {
+            shape.faces.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+            shape.faces.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+        }
+    }
+    return shape;
+}
+
+Shape points_only(std::vector<Vector3> points) { return {std::move(points), {}}; }
+
+/// Two bodies; the first moves, the second stands still unless a test moves it.
+struct World {
+    Topology topology;
+    Frame frame;
+    Matrix3X start;
+
+    World(const Shape& first, const Shape& second, bool second_closed) {
+        std::vector<Body> bodies;
+        for (const auto& [shape, name, closed] :
+             {std::tuple{&first, "tool", true}, {&second, "other", second_closed}}) {
+            Body body{.name = name, .kind = BodyKind::instrument, .closed = closed};
+            body.vertex_count = static_cast<Index>(shape->points.size());
+            body.triangles.resize(3, static_cast<Eigen::Index>(shape->faces.size()));
+            for (std::size_t i = 0; i < shape->faces.size(); ++i) {
+                for (int corner = 0; corner < 3; ++corner) {
+                    body.triangles(corner, static_cast<Eigen::Index>(i)) =
+                        shape->faces[i][static_cast<std::size_t>(corner)];
+                }
+            }
+            bodies.push_back(body);
+        }
+        topology = make_topology(bodies);
+        start.resize(3, topology.vertex_count);
+        Eigen::Index column = 0;
+        for (const Shape* shape : {&first, &second}) {
+            for (const Vector3& p : shape->points) start.col(column++) = p;
+        }
+        place(Vector3::Zero());
+    }
+    void place(const Vector3& offset, const std::function<Vector3(const Vector3&)>& deform = {}) {
+        frame.position = start;
+        const Range tool = topology.bodies[0].vertices;
+        for (Index v = 0; v < topology.vertex_count; ++v) {
+            if (tool.contains(v)) {
+                frame.position.col(v) += offset;
+            } else if (deform) {
+                frame.position.col(v) = deform(start.col(v));
+            }
+        }
+    }
+};
+
+TEST(DepthTruth, SinkingBallReportsTrueDepth) {
+    // A fine ball of 10 mm sinks into the tip of a coarse octahedron of 50 mm below it.
+    const double radius = 0.01;
+    World world(ball(radius, 3), ball(0.05, 0), true);
+    for (Index v = world.topology.bodies[1].vertices.first; v < world.topology.vertex_count; ++v) {
+        world.start.col(v).z() -= 0.05;  // tip of the octahedron at the origin
+    }
+    world.place({0, 0, 0.02});
+    DepthTruth truth(world.topology, world.frame);
+    EXPECT_EQ(truth.measure(world.frame).max_depth, 0.0);
+    // Faces of the octahedron |x| + |y| + |z| <= r: a point on the axis `below` under the tip is below/sqrt(3) deep.
+    for (const double below : {0.001, 0.004, 0.009}) {
+        world.place({0, 0, radius - below});
+        const DepthTruth::Result result = truth.measure(world.frame);
+        EXPECT_NEAR(truth.depth_of_vertex(5, 1), below / std::sqrt(3.0), 1e-15) << "lowest point of the ball";
+        // The tip is inside the ball too, and deeper there: `below` from the ball's lowest point, less the chords.
+        EXPECT_LE(result.max_depth, below);
+        EXPECT_GT(result.max_depth, 0.985 * below);
+        EXPECT_GT(result.wrong_side, 0);
+        EXPECT_EQ(truth.depth_of_vertex(4, 1), 0.0) << "vertex 4 is its highest";
+    }
+}
+
+TEST(DepthTruth, PokeIntoASheetReportsTheKnownDepth) {
+    // Heights include exact touch and samples right above vertices and edges of the sheet.
+    for (const double size : {0.1, 0.08, 1.0 / 3.0}) {
+        World world(points_only({{0, 0, 0.01}, {0.01, 0.01, 0.02}}), sheet(size, 10), false);
+        world.place(Vector3::Zero());
+        DepthTruth truth(world.topology, world.frame);
+        for (const double down : {0.005, 0.01, 0.0105, 0.014, 0.0199, 0.02, 0.025, 0.013, 0.01, 0.0}) {
+            world.place({0, 0, -down});
+            const DepthTruth::Result result = truth.measure(world.frame);
+            const double expected = std::max(0.0, down - 0.01);
+            EXPECT_NEAR(result.max_depth, expected, 1e-15) << down;
+            EXPECT_EQ(result.wrong_side, (down > 0.01 ? 1 : 0) + (down > 0.02 ? 1 : 0)) << down;
+        }
+    }
+}
+
+TEST(DepthTruth, SheetThatMovesOverThePointIsTheSameAsThePointMoving) {
+    World world(points_only({{0.003, 0.002, 0.01}}), sheet(0.1, 10), false);
+    DepthTruth truth(world.topology, world.frame);
+    // Pinned rim, middle pulled up over the point and back.
+    for (const double height : {0.005, 0.02, 0.03, 0.012, 0.002}) {
+        world.place(Vector3::Zero(), [height](const Vector3& p) {
+            const bool rim = std::abs(p.x()) > 0.0499 || std::abs(p.y()) > 0.0499;
+            return Vector3(p.x(), p.y(), rim ? 0.0 : height);
+        });
+        const DepthTruth::Result result = truth.measure(world.frame);
+        EXPECT_NEAR(result.max_depth, std::max(0.0, height - 0.01), 1e-15) << height;
+    }
+    // The whole sheet, rim included, moves up, then sideways beneath it and back up from there.
+    for (const auto& [offset, expected] : {std::pair{Vector3(0, 0, 0.015), 0.005},
+                                           {Vector3(0, 0, 0.0), 0.0},
+                                           {Vector3(0.2, 0, 0.0), 0.0},
+                                           {Vector3(0.2, 0, 0.02), 0.0},
+                                           {Vector3(0, 0, 0.02), 0.0},
+                                           {Vector3(0, 0, 0.004), 0.006}}) {
+        world.place(Vector3::Zero(), [&offset = offset](const Vector3& p) { return Vector3(p + offset); });
+        const DepthTruth::Result result = truth.measure(world.frame);
+        EXPECT_NEAR(result.max_depth, expected, 1e-15) << offset.transpose();
+    }
+}
+
+TEST(DepthTruth, GoingAroundTheRimIsNoPenetration) {
+    World world(points_only({{0, 0, 0.01}}), sheet(0.1, 10), false);
+    DepthTruth truth(world.topology, world.frame);
+    for (const Vector3& offset : {Vector3(0.2, 0, 0), Vector3(0.2, 0, -0.03), Vector3(0, 0, -0.03)}) {
+        world.place(offset);
+        EXPECT_EQ(truth.measure(world.frame).wrong_side, 0) << offset.transpose();
+    }
+    // From below it is now above that is wrong; exactly along a row of vertices, through a rim vertex and a corner.
+    world.place(Vector3(0, 0, 0.01));
+    EXPECT_EQ(truth.measure(world.frame).wrong_side, 1);
+    for (const Vector3& offset : {Vector3(0.05, 0.05, 0.01), Vector3(0.2, 0.2, 0.01), Vector3(0.2, 0.2, -0.03),
+                                  Vector3(0.05, 0.05, -0.03), Vector3(0, 0, -0.03)}) {
+        world.place(offset);
+        truth.measure(world.frame);
+    }
+    EXPECT_EQ(truth.measure(world.frame).wrong_side, 1) << "through the sheet and around the rim is one crossing";
+}
+
+TEST(DepthTruth, CrossingsOfARandomWalkAgreeWithTheSideOfThePlane) {
+    // The flat sheet is huge: the side is the sign of z. Steps land on the plane, on vertices and on edges all the
+    // time.
+    World world(points_only({{0, 0, 1}}), sheet(64.0, 16), false);
+    DepthTruth truth(world.topology, world.frame);
+    std::mt19937_64 random(11);
+    for (int i = 0; i < 3000; ++i) {
+        const Vector3 at(static_cast<double>(random() % 41) - 20.0, static_cast<double>(random() % 41) - 20.0,
+                         static_cast<double>(random() % 7) - 3.0);
+        world.place(at - Vector3(0, 0, 1));
+        const DepthTruth::Result result = truth.measure(world.frame);
+        ASSERT_EQ(result.wrong_side, at.z() < 0.0 ? 1 : 0) << i << ": " << at.transpose();
+        ASSERT_EQ(result.max_depth, at.z() < 0.0 ? -at.z() : 0.0);
+    }
+}
+
+TEST(DepthTruth, TorusHoleIsOutside) {
+    const double large = 0.03;
+    const double small = 0.01;
+    World world(points_only({{0, 0, 0}, {large, 0, 0}, {0, large + 0.009, 0.001}, {large + 0.011, 0, 0}}),
+                torus(large, small, 64, 32), true);
+    DepthTruth truth(world.topology, world.frame);
+    truth.measure(world.frame);
+    EXPECT_EQ(truth.depth_of_vertex(0, 1), 0.0);
+    EXPECT_NEAR(truth.depth_of_vertex(1, 1), small, 2e-4) << "chords of the tessellation";
+    EXPECT_NEAR(truth.depth_of_vertex(2, 1), small - std::hypot(0.009, 0.001), 2e-4);
+    EXPECT_EQ(truth.depth_of_vertex(3, 1), 0.0);
+    EXPECT_TRUE(std::isnan(truth.depth_of_vertex(0, 0)));
+}
+
+TEST(DepthTruth, InvertedNormalsDoNotTurnAClosedBodyInsideOut) {
+    Shape inside_out = ball(0.02, 2);
+    for (auto& face : inside_out.faces) std::swap(face[0], face[1]);
+    World world(points_only({{0, 0, 0}, {0, 0, 0.03}}), inside_out, true);
+    DepthTruth truth(world.topology, world.frame);
+    truth.measure(world.frame);
+    EXPECT_GT(truth.depth_of_vertex(0, 1), 0.015);
+    EXPECT_EQ(truth.depth_of_vertex(1, 1), 0.0);
+}
+
+TEST(DepthTruth, MeanIsTheAreaMeanOverPenetratingSamples) {
+    // A big flat triangle at depth 2 mm under a sheet: every sample is exactly that deep.
+    World world({{{-0.01, -0.01, 0.01}, {0.01, -0.01, 0.01}, {0, 0.01, 0.01}}, {{0, 1, 2}}}, sheet(0.1, 10), false);
+    DepthTruth truth(world.topology, world.frame);
+    world.place({0, 0, -0.012});
+    const DepthTruth::Result result = truth.measure(world.frame);
+    EXPECT_NEAR(result.mean_depth, 0.002, 1e-15);
+    EXPECT_NEAR(result.max_depth, 0.002, 1e-15);
+    EXPECT_EQ(result.wrong_side, 3 + DepthTruth::default_area_samples);
+}
+
+TEST(DepthTruth, UncountedBodyPairsStayOutOfTheResult) {
+    World world(points_only({{0, 0, 0}}), ball(0.02, 2), true);
+    const std::vector<std::uint8_t> counted{0};
+    DepthTruth truth(world.topology, world.frame, counted);
+    EXPECT_EQ(truth.measure(world.frame).max_depth, 0.0);
+    EXPECT_GT(truth.depth_of_vertex(0, 1), 0.0);
+}
+
+TEST(DepthTruth, NonFiniteFrameHasNoAnswerAndLeavesNoTrace) {
+    World world(points_only({{0, 0, 0.01}}), sheet(0.1, 10), false);
+    DepthTruth truth(world.topology, world.frame);
+    Frame broken = world.frame;
+    broken.position(0, 5) = std::nan("");
+    EXPECT_TRUE(std::isnan(truth.measure(broken).max_depth));
+    EXPECT_EQ(truth.measure(broken).wrong_side, -1);
+    world.place({0, 0, -0.02});
+    EXPECT_NEAR(truth.measure(world.frame).max_depth, 0.01, 1e-15);
+}
+
+TEST(SurfaceDistance, TreeAgreesWithEveryTriangle) {
+    const Shape shape = torus(0.03, 0.01, 24, 12);
+    World world(points_only({}), shape, true);
+    std::mt19937_64 random(5);
+    std::uniform_real_distribution<double> uniform(-0.06, 0.06);
+    SurfaceDistance tree;
+    tree.prepare(world.topology.triangles, world.topology.bodies[1].triangles, world.frame.position);
+    for (Index v = 0; v < world.topology.vertex_count; ++v) {
+        for (int axis = 0; axis < 3; ++axis) world.frame.position(axis, v) += 0.1 * uniform(random);
+    }
+    tree.refit(world.topology.triangles, world.frame.position);
+    for (int i = 0; i < 300; ++i) {
+        const Vector3 p(uniform(random), uniform(random), uniform(random));
+        double best = 1e9;
+        for (Index t = 0; t < world.topology.triangle_count(); ++t) {
+            const auto corners = world.topology.triangles.col(t);
+            best = std::min(best, squared_distance_to_triangle(world.frame.position.col(corners[0]),
+                                                               world.frame.position.col(corners[1]),
+                                                               world.frame.position.col(corners[2]), p));
+        }
+        EXPECT_EQ(tree.distance(world.topology.triangles, world.frame.position, p), std::sqrt(best));
+    }
+}
+
+TEST(SurfaceDistance, TriangleDistanceHasTheClosedForms) {
+    const Vector3 a(0, 0, 0);
+    const Vector3 b(1, 0, 0);
+    const Vector3 c(0, 1, 0);
+    EXPECT_DOUBLE_EQ(squared_distance_to_triangle(a, b, c, {0.25, 0.25, 2}), 4.0);
+    EXPECT_DOUBLE_EQ(squared_distance_to_triangle(a, b, c, {0.5, -1, 1}), 2.0);
+    EXPECT_DOUBLE_EQ(squared_distance_to_triangle(a, b, c, {1, 1, 0}), 0.5);
+    EXPECT_DOUBLE_EQ(squared_distance_to_triangle(a, b, c, {-3, -4, 0}), 25.0);
+    EXPECT_DOUBLE_EQ(squared_distance_to_triangle(a, b, b, {2, 0, 1}), 2.0);
+    EXPECT_DOUBLE_EQ(squared_distance_to_triangle(a, a, a, {0, 3, 4}), 25.0);
+}
+
+TEST(UpwardCrossing, ClosedSurfaceIsCrossedEvenlyFromAnyPointHoweverAligned) {
+    // All rays of a lattice through a lattice-aligned octahedron: the sum must be 1 strictly inside and 0 strictly
+    // outside.
+    const Shape shape = ball(4.0, 0);
+    for (int x = -5; x <= 5; ++x) {
+        for (int y = -5; y <= 5; ++y) {
+            for (int z = -5; z <= 5; ++z) {
+                const int norm = std::abs(x) + std::abs(y) + std::abs(z);
+                if (norm == 4) continue;
+                int sum = 0;
+                for (const auto& [a, b, c] : shape.faces) {
+                    sum += upward_crossing(shape.points[static_cast<std::size_t>(a)],
+                                           shape.points[static_cast<std::size_t>(b)],
+                                           shape.points[static_cast<std::size_t>(c)], Vector3(x, y, z));
+                }
+                EXPECT_EQ(sum, norm < 4 ? 1 : 0) << x << ' ' << y << ' ' << z;
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace trocar
