@@ -10,6 +10,9 @@ target_include_directories(trocar PUBLIC
     $<INSTALL_INTERFACE:include>
     $<INSTALL_INTERFACE:include/trocar>)
 target_compile_features(trocar PUBLIC cxx_std_20)
+# Eigen's alignment and allocator follow -march; fixing both lets a program built with -march=native share matrices with
+# this library, which is built for generic x86-64. (Without them such a mix ends in a double free.)
+target_compile_definitions(trocar PUBLIC EIGEN_MAX_ALIGN_BYTES=16 EIGEN_MALLOC_ALREADY_ALIGNED=1)
 set_target_properties(trocar PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR})
 
 include(GNUInstallDirs)

@@ -34,6 +34,7 @@ if(TROCAR_SANITIZE)
     target_compile_options(trocar_options INTERFACE -fsanitize=${TROCAR_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
     target_link_options(trocar_options INTERFACE -fsanitize=${TROCAR_SANITIZE})
 endif()
+target_compile_definitions(trocar_options INTERFACE EIGEN_MAX_ALIGN_BYTES=16 EIGEN_MALLOC_ALREADY_ALIGNED=1)  # see library.cmake
 target_include_directories(trocar_options INTERFACE ${CMAKE_SOURCE_DIR}/src)
 target_link_libraries(trocar_options INTERFACE Eigen3::Eigen Threads::Threads)
 

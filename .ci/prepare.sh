@@ -1,0 +1,68 @@
+# Sourced by run.sh and test.sh: installs what is missing, finds the data, configures and builds.
+# The lists of packages stand here and nowhere else.
+
+# What the build and the default study need.
+base_packages=(
+    g++ cmake ninja-build pkg-config git ca-certificates
+    libeigen3-dev libfmt-dev nlohmann-json3-dev libcli11-dev libboost-dev libhwy-dev
+    libfcl-dev libccd-dev libode-dev
+    libgtest-dev libbenchmark-dev
+)
+# Optional rivals (./run.sh --rivals): several hundred megabytes, no default figure needs them.
+rival_packages=(libembree-dev libbullet-dev libcgal-dev)
+# Checks beyond the tests.
+check_packages=(clang-format-14 clang-tidy-14)
+# ./test.sh full
+full_packages=(clang-16 libclang-rt-16-dev)
+
+say() { printf '\n== %s\n' "$*"; }
+
+install_missing() {
+    local missing=() package
+    for package in "$@"; do
+        dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package")
+    done
+    [ ${#missing[@]} -eq 0 ] && return 0
+    say "installing ${missing[*]}"
+    local sudo=()
+    if [ "$(id -u)" -ne 0 ]; then
+        command -v sudo >/dev/null || { echo "these packages need root or sudo: ${missing[*]}" >&2; exit 2; }
+        sudo=(sudo)
+    fi
+    "${sudo[@]}" apt-get update -qq
+    "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+}
+
+# Data outside the project: --data, else $TROCAR_DATA, else the folder beside the project if there is one.
+find_data() {
+    if [ -z "${TROCAR_DATA:-}" ] && [ -d ../shared/data ]; then
+        TROCAR_DATA=$(cd ../shared/data && pwd)
+        export TROCAR_DATA
+    fi
+}
+
+# configure PRESET [cmake arguments]
+configure() {
+    local preset=$1
+    shift
+    say "configuring $preset"
+    mkdir -p "build/$preset"
+    cmake --preset "$preset" "$@" >"build/$preset/configure.log" 2>&1 ||
+        { cat "build/$preset/configure.log" >&2; exit 1; }
+    grep -E '^-- trocar:' "build/$preset/configure.log" || true
+}
+
+# build PRESET [targets]
+build() {
+    local preset=$1
+    shift
+    say "building $preset"
+    local arguments=()
+    [ $# -gt 0 ] && arguments=(--target "$@")
+    if [ -t 1 ]; then
+        cmake --build --preset "$preset" "${arguments[@]}"
+    else
+        cmake --build --preset "$preset" "${arguments[@]}" >"build/$preset/build.log" 2>&1 ||
+            { grep -vE '^\[[0-9]+/[0-9]+\] (Building|Linking)' "build/$preset/build.log" | tail -n 100 >&2; exit 1; }
+    fi
+}

@@ -1,0 +1,105 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds and tests.
+#   ./test.sh          release tests, contract tests under ASan and UBSan, format, tidy on what changed, bare build
+#   ./test.sh full     the same with every file tidied, all tests under ASan, clang, TSan and long fuzzing
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")"
+source .ci/prepare.sh
+
+mode=${1:-quick}
+case $mode in quick | full) ;; *) echo "usage: ./test.sh [full]" >&2; exit 2 ;; esac
+
+passed=0 failed=0 skipped=0 without_data=0
+
+# run_tests PRESET [ctest arguments]: runs on after a failure, so that one run tells everything.
+run_tests() {
+    local preset=$1
+    shift
+    say "tests, $preset"
+    local results=$PWD/build/$preset/results.xml
+    rm -f "$results"
+    ctest --preset "$preset" --output-junit "$results" -j2 "$@" >"build/$preset/tests.log" 2>&1 || true
+    [ -s "$results" ] || { cat "build/$preset/tests.log" >&2; echo "no test ran in $preset" >&2; exit 1; }
+    local head tests failures skips
+    head=$(tr '\n' ' ' <"$results" | sed 's/<testcase.*//')
+    tests=$(sed -E 's/.* tests="([0-9]+)".*/\1/' <<<"$head")
+    failures=$(sed -E 's/.* failures="([0-9]+)".*/\1/' <<<"$head")
+    skips=$(sed -E 's/.* skipped="([0-9]+)".*/\1/' <<<"$head")
+    passed=$((passed + tests - failures - skips)) failed=$((failed + failures)) skipped=$((skipped + skips))
+    without_data=$((without_data + $(grep -c 'no data: ' "$results" || true)))
+    [ "$failures" -eq 0 ] || tail -n 200 "build/$preset/tests.log"
+    tail -n 3 "build/$preset/tests.log"
+}
+
+# check NAME command…: one more test that is not ctest's.
+check() {
+    local name=$1
+    shift
+    say "$name"
+    if "$@"; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "FAILED: $name"; fi
+}
+
+format_is_clean() {
+    git ls-files -z -- '*.cpp' '*.hpp' | xargs -0 clang-format-14 --dry-run --Werror
+}
+
+tidy_is_clean() {
+    local files
+    if [ "$mode" = full ]; then
+        files=$(git ls-files -- 'src/*.cpp' 'baselines/*.cpp')
+    else
+        # What the last commit and the work tree changed; headers are seen through the files that include them.
+        files=$( { git diff --name-only --diff-filter=d HEAD; git diff --name-only --diff-filter=d HEAD~1 HEAD; } 2>/dev/null |
+            sort -u | grep -E '^(src|baselines)/.*\.cpp$' || true)
+    fi
+    [ -n "$files" ] || { echo "nothing changed"; return 0; }
+    # Only files that this build compiles: a method whose library is absent has no compile command.
+    local built=()
+    for file in $files; do
+        grep -q "/$file\"" build/release/compile_commands.json && built+=("$file")
+    done
+    [ ${#built[@]} -gt 0 ] || { echo "nothing built changed"; return 0; }
+    printf '%s\n' "${built[@]}" | xargs -P2 -n1 clang-tidy-14 --quiet -p build/release
+}
+
+install_missing "${base_packages[@]}" "${check_packages[@]}"
+find_data
+started=$SECONDS
+
+configure release
+build release
+run_tests release
+
+configure dev
+if [ "$mode" = full ]; then
+    install_missing "${full_packages[@]}"
+    build dev
+    run_tests dev
+else
+    build dev contract_test
+    run_tests dev -R '^Contract'
+fi
+
+check "format" format_is_clean
+check "tidy" tidy_is_clean
+
+configure bare
+build bare trocar_program contract_test
+run_tests bare -R '^Contract'
+
+if [ "$mode" = full ]; then
+    configure clang
+    build clang
+    run_tests clang
+    configure tsan
+    build tsan
+    run_tests tsan
+    say "long fuzzing"
+    export TROCAR_FUZZ_ROUNDS=200
+    run_tests release -R 'Fuzz'
+fi
+
+say "done in $((SECONDS - started)) s"
+[ "$without_data" -eq 0 ] || echo "skipped: $without_data checks, no data"
+echo "$passed passed, $failed failed, $skipped skipped"
+[ "$failed" -eq 0 ]

@@ -1,0 +1,44 @@
+# Installs the build into an empty folder, takes the C++ example and the CMake example out of README.md, builds them
+# against the installed package and compares the output with the one that README shows.
+set(work ${BUILD_DIR}/readme_example)
+file(REMOVE_RECURSE ${work})
+file(MAKE_DIRECTORY ${work}/program)
+
+function(step)
+    execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
+    if(NOT status EQUAL 0)
+        message(FATAL_ERROR "${ARGN}\n${output}")
+    endif()
+endfunction()
+
+# Text between ```LANGUAGE after the marker and the next ```.
+function(code_block readme marker language result)
+    string(FIND "${readme}" "${marker}" position)
+    if(position EQUAL -1)
+        message(FATAL_ERROR "README.md lacks ${marker}")
+    endif()
+    string(SUBSTRING "${readme}" ${position} -1 rest)
+    string(FIND "${rest}" "```${language}\n" start)
+    string(LENGTH "```${language}\n" skip)
+    math(EXPR start "${start} + ${skip}")
+    string(SUBSTRING "${rest}" ${start} -1 rest)
+    string(FIND "${rest}" "```" end)
+    string(SUBSTRING "${rest}" 0 ${end} code)
+    set(${result} "${code}" PARENT_SCOPE)
+endfunction()
+
+file(READ ${SOURCE_DIR}/README.md readme)
+code_block("${readme}" "<!-- example: program -->" cpp program)
+code_block("${readme}" "<!-- example: build -->" cmake build)
+code_block("${readme}" "<!-- example: output -->" text expected)
+file(WRITE ${work}/program/main.cpp "${program}")
+file(WRITE ${work}/program/CMakeLists.txt "${build}")
+
+step(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${work}/installed)
+step(${CMAKE_COMMAND} -G ${GENERATOR} -S ${work}/program -B ${work}/build
+    -D CMAKE_PREFIX_PATH=${work}/installed -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_BUILD_TYPE=Release)
+step(${CMAKE_COMMAND} --build ${work}/build)
+execute_process(COMMAND ${work}/build/two_tetrahedra RESULT_VARIABLE status OUTPUT_VARIABLE output)
+if(NOT status EQUAL 0 OR NOT output STREQUAL expected)
+    message(FATAL_ERROR "the example printed\n${output}\nREADME shows\n${expected}")
+endif()
