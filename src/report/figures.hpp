@@ -15,7 +15,6 @@
 
 namespace trocar {
 
-inline constexpr std::int64_t ticks_for_p99 = 1000;  ///< fewer: "n too small"
 inline constexpr int processes_for_interval = 10;    ///< fewer: minimum to maximum over processes
 inline constexpr double haptic_deadline_ns = 1.0e6;  ///< ns, 1 kHz
 inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
@@ -35,7 +34,6 @@ struct RunFigures {
     double work_p50 = not_known;
     double work_max = not_known;
     double allocations = not_known;  ///< mean per tick after the warm-up
-    double judged_ticks = 0.0;       ///< ticks on which truth was computed
     double true_pairs = not_known;   ///< sums over judged ticks
     double missing = not_known;
     double missing_touch = not_known;
@@ -46,9 +44,11 @@ struct RunFigures {
     double left_p50 = not_known;         ///< m, over ticks with a pair or a depth
     double left_max = not_known;         ///< m
     double left_last = not_known;        ///< m, after the last tick
+    double native_mean = 0.0;            ///< native contacts per tick
     double pairs_mean = 0.0;             ///< per tick
     double pairs_max = 0.0;
     double force_max = not_known;       ///< N
+    double force_error = not_known;     ///< N, RMS difference to the analytic force
     double force_jump_p99 = not_known;  ///< N per tick
     double force_jump_max = not_known;  ///< N per tick
     double force_flips = not_known;     ///< ticks on which the force turned by more than 90 degrees
@@ -61,21 +61,21 @@ struct RunFigures {
 RunFigures figures_of(const Record& record);
 
 /// A figure of a run by name: the one list behind results.csv and the glossary.
-struct Metric {
+struct FigureColumn {
     std::string_view key;  ///< column name with the unit: "tick_p50_us"
     std::string_view meaning;
     double (*of)(const RunFigures&);
 };
-std::span<const Metric> metrics();
+std::span<const FigureColumn> figure_columns();
 
 /// The same figure from several processes: the median, and 95 % (from 10 processes up) or minimum to maximum.
-struct Interval {
+struct Estimate {
     double value = not_known;
     double low = not_known;
     double high = not_known;
     int processes = 0;
 };
-Interval across_processes(const std::vector<double>& by_process);
+Estimate across_processes(const std::vector<double>& by_process);
 
 /// Who is compared: everything of a specification but scene and repetition.
 struct Contestant {
@@ -94,7 +94,7 @@ struct SceneResult {
     [[nodiscard]] bool ok() const;
     /// Not made or not applicable (absent, unsupported): neither a number nor a failure.
     [[nodiscard]] bool not_applicable() const;
-    [[nodiscard]] Interval of(double RunFigures::*figure) const;
+    [[nodiscard]] Estimate of(double RunFigures::*figure) const;
     /// Of the first process: for figures that do not depend on the clock.
     [[nodiscard]] double first(double RunFigures::*figure) const;
     /// True when every process ended on the same state and the same pairs.

@@ -1,0 +1,388 @@
+#include "report/verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <tuple>
+
+#include "measure/statistics.hpp"
+#include "report/chart.hpp"
+
+namespace trocar {
+namespace {
+
+constexpr double us = 1.0e-3;  // ns to µs
+constexpr double mm = 1.0e3;   // m to mm
+
+/// Adds where both are known; the first known value replaces NaN.
+void add(double& sum, double value) {
+    if (!std::isnan(value)) sum = std::isnan(sum) ? value : sum + value;
+}
+void take_larger(double& largest, double value) {
+    if (!std::isnan(value)) largest = std::isnan(largest) ? value : std::max(largest, value);
+}
+
+/// Geometric mean over scenes for each process, then across processes. n/a as soon as one value is.
+Estimate over_scenes(const std::vector<std::vector<double>>& by_scene) {
+    std::size_t processes = by_scene.empty() ? 0 : by_scene.front().size();
+    for (const auto& scene : by_scene) processes = std::min(processes, scene.size());
+    std::vector<double> by_process;
+    for (std::size_t process = 0; process < processes; ++process) {
+        std::vector<double> values;
+        for (const auto& scene : by_scene) values.push_back(scene[process]);
+        const bool known = std::none_of(values.begin(), values.end(), [](double v) { return std::isnan(v); });
+        by_process.push_back(known ? geometric_mean(values) : not_known);
+    }
+    return across_processes(by_process);
+}
+
+std::vector<double> by_process(const SceneResult& result, double RunFigures::*figure) {
+    std::vector<double> values;
+    for (const RunFigures& run : result.runs) values.push_back(run.*figure);
+    return values;
+}
+
+VerdictRow make_row(const Results& results, const Contestant& contestant, const std::string& reference,
+                    const std::vector<std::string>& scenes) {
+    VerdictRow row;
+    row.contestant = contestant;
+    row.own = results.fact(contestant, "detector.own") == "yes" &&
+              (contestant.response.empty() || results.fact(contestant, "response.own") == "yes");
+    row.reference = !reference.empty() && contestant.detector == reference;
+    Contestant yardstick = contestant;
+    yardstick.detector = reference;
+    if (contestant.mode == "closed_loop") yardstick.contacts = "canonical";
+
+    std::vector<std::vector<double>> p50;
+    std::vector<std::vector<double>> p99;
+    std::vector<std::vector<double>> ratio;
+    std::vector<double> depth_errors;
+    std::vector<double> left;
+    for (const std::string& scene : scenes) {
+        const SceneResult* result = results.find(contestant, scene);
+        if (result == nullptr) continue;
+        if (result->not_applicable()) {
+            row.not_applicable = true;
+            continue;
+        }
+        ++row.scenes;
+        for (const RunFigures& run : result->runs) {
+            ++row.runs;
+            if (!run.ok()) ++row.failed_runs;
+            row.deadline_misses += run.deadline_misses;
+            row.timed_ticks += run.timed_ticks;
+        }
+        add(row.true_pairs, result->first(&RunFigures::true_pairs));
+        add(row.missing, result->first(&RunFigures::missing));
+        add(row.extra, result->first(&RunFigures::extra));
+        if (!result->ok()) continue;
+        ++row.scenes_ok;
+        take_larger(row.depth_error_max, result->first(&RunFigures::depth_error_max));
+        take_larger(row.left_max, result->first(&RunFigures::left_max));
+        take_larger(row.force_error, result->first(&RunFigures::force_error));
+        if (const double value = result->first(&RunFigures::depth_error_p50); !std::isnan(value)) {
+            depth_errors.push_back(value);
+        }
+        if (const double value = result->first(&RunFigures::left_p50); !std::isnan(value)) left.push_back(value);
+        p50.push_back(by_process(*result, &RunFigures::tick_p50));
+        p99.push_back(by_process(*result, &RunFigures::tick_p99));
+        const SceneResult* other = reference.empty() ? nullptr : results.find(yardstick, scene);
+        std::vector<double> ratios;
+        if (other != nullptr && other->ok()) {
+            const std::vector<double> base = by_process(*other, &RunFigures::tick_p50);
+            for (std::size_t i = 0; i < std::min(base.size(), p50.back().size()); ++i) {
+                ratios.push_back(p50.back()[i] / base[i]);
+            }
+        } else {
+            ratios.assign(p50.back().size(), not_known);
+        }
+        ratio.push_back(ratios);
+    }
+    row.depth_error_p50 = quantile(depth_errors, 0.5);
+    row.left_p50 = quantile(left, 0.5);
+    // A contestant that failed somewhere has no mean over the scenes: leaving the scene out would flatter it.
+    if (row.scenes_ok == row.scenes && row.scenes > 0 && !row.not_applicable) {
+        row.p50 = over_scenes(p50);
+        row.p99 = over_scenes(p99);
+        row.ratio = over_scenes(ratio);
+    }
+    return row;
+}
+
+bool same_motion(const Results& results, const VerdictRow& a, const VerdictRow& b,
+                 const std::vector<std::string>& scenes) {
+    if (a.contestant.response != b.contestant.response) return false;
+    bool any = false;
+    for (const std::string& scene : scenes) {
+        const SceneResult* first = results.find(a.contestant, scene);
+        const SceneResult* second = results.find(b.contestant, scene);
+        if ((first == nullptr) != (second == nullptr)) return false;
+        if (first == nullptr) continue;
+        if (!first->ok() || !second->ok()) return false;
+        const std::string& hash = first->runs.front().record->state_hash;
+        if (hash.empty() || hash != second->runs.front().record->state_hash) return false;
+        any = true;
+    }
+    return any;
+}
+
+std::string method_name(const std::string& text) { return text.substr(0, text.find(':')); }
+
+double time_of(const VerdictRow& row) { return row.p50.value; }
+
+std::string kind_text(const VerdictRow& row) {
+    if (row.reference) return "foreign, reference";
+    return row.own ? "own" : "foreign";
+}
+
+std::string pairs_text(const VerdictRow& row) {
+    if (std::isnan(row.true_pairs)) return "n/a";
+    return fmt::format("{:.0f} / {:.0f} of {:.0f}", row.missing, row.extra, row.true_pairs);
+}
+
+std::string two_numbers(double first, double second, double scale) {
+    if (std::isnan(first) && std::isnan(second)) return "n/a";
+    return format_number(first * scale) + " / " + format_number(second * scale);
+}
+
+std::string failures_text(const VerdictRow& row) {
+    std::string text = row.failed_runs == 0 ? "0" : fmt::format("{} of {} runs", row.failed_runs, row.runs);
+    if (row.not_applicable) text += " (n/a on some scenes)";
+    return text;
+}
+
+std::string time_text(const VerdictRow& row, const Estimate& interval, bool is_p99) {
+    if (row.scenes_ok < row.scenes) return fmt::format("fails ({} of {} scenes ok)", row.scenes_ok, row.scenes);
+    if (std::isnan(interval.value)) return is_p99 && !std::isnan(row.p50.value) ? "n too small" : "n/a";
+    return estimate_text(interval, us);
+}
+
+std::string ratio_text(const VerdictRow& row, double noise_floor) {
+    if (std::isnan(row.ratio.value)) return "n/a";
+    if (row.reference && row.contestant.contacts != "native") return "1";
+    const bool equal = row.ratio.value <= noise_floor && row.ratio.value >= 1.0 / noise_floor;
+    return (equal ? "≈ " : "") + estimate_text(row.ratio, 1.0);
+}
+
+}  // namespace
+
+double VerdictRow::error() const {
+    if (!std::isnan(left_max)) return left_max;
+    return not_known;
+}
+
+bool Verdict::error_is_depth() const {
+    return std::any_of(rows.begin(), rows.end(), [](const VerdictRow& row) { return !std::isnan(row.left_max); });
+}
+
+namespace {
+
+/// Depth where the table has depths, else pairs wrong; NaN = no answer.
+double error_of(const VerdictRow& row, bool depth) { return depth ? row.left_max : row.missing + row.extra; }
+
+}  // namespace
+
+std::string estimate_text(const Estimate& interval, double scale) {
+    if (std::isnan(interval.value)) return "n/a";
+    std::string text = format_number(interval.value * scale);
+    if (interval.processes > 1) {
+        text += fmt::format(" [{}–{}]", format_number(interval.low * scale), format_number(interval.high * scale));
+    }
+    return text;
+}
+
+Verdict make_verdict(const Results& results, const std::string& reference, const std::string& mode,
+                     const std::vector<std::string>& scenes) {
+    Verdict verdict;
+    verdict.mode = mode;
+    for (const std::string& scene : scenes) {
+        // A scene that nobody could run (no data) is told elsewhere and takes no part.
+        const std::vector<Contestant> all = results.contestants(mode);
+        const bool possible = std::any_of(all.begin(), all.end(), [&](const Contestant& contestant) {
+            const SceneResult* result = results.find(contestant, scene);
+            return result != nullptr && !result->not_applicable();
+        });
+        if (possible) verdict.scenes.push_back(scene);
+    }
+    for (const Contestant& contestant : results.contestants(mode)) {
+        VerdictRow row = make_row(results, contestant, reference, verdict.scenes);
+        if (row.scenes > 0) verdict.rows.push_back(std::move(row));
+    }
+    const bool depth = verdict.error_is_depth();
+    const auto rank = [depth](const VerdictRow& row) {
+        const double error = error_of(row, depth);
+        const double time = time_of(row);
+        constexpr double last = std::numeric_limits<double>::infinity();
+        return std::tuple(std::isnan(time), std::isnan(error) ? last : error, std::isnan(time) ? last : time,
+                          row.contestant);
+    };
+    std::sort(verdict.rows.begin(), verdict.rows.end(),
+              [&rank](const VerdictRow& a, const VerdictRow& b) { return rank(a) < rank(b); });
+    for (std::size_t i = 0; i < verdict.rows.size(); ++i) {
+        VerdictRow& row = verdict.rows[i];
+        for (std::size_t j = 0; j < i && row.identical_to < 0; ++j) {
+            if (verdict.rows[j].identical_to < 0 && same_motion(results, row, verdict.rows[j], verdict.scenes)) {
+                row.identical_to = static_cast<int>(j);
+            }
+        }
+        const double error = error_of(row, depth);
+        const double time = time_of(row);
+        if (std::isnan(error) || std::isnan(time)) continue;
+        row.dominated = std::any_of(verdict.rows.begin(), verdict.rows.end(), [&](const VerdictRow& other) {
+            const double other_error = error_of(other, depth);
+            const double other_time = time_of(other);
+            return other_error <= error && other_time <= time && (other_error < error || other_time < time);
+        });
+    }
+    return verdict;
+}
+
+Table verdict_table(const Verdict& verdict, const std::string& caption, const std::string& reference,
+                    double noise_floor) {
+    const bool closed_loop = verdict.mode == "closed_loop";
+    Table table;
+    table.caption = caption;
+    table.columns = {{"row", true},
+                     {closed_loop ? "detector + response (contact source)" : "detector", false},
+                     {"kind", false},
+                     {"pairs missed / extra of true", true},
+                     {"depth error, median / worst (mm)", true},
+                     {"left after the tick, median / max (mm)", true},
+                     {"force error to the analytic answer (N RMS)", true},
+                     {"tick p50 (µs)", true},
+                     {"tick p99 (µs)", true},
+                     {"ratio to " + (reference.empty() ? std::string("reference") : "`" + reference + "`"), true},
+                     {"1 kHz misses (ticks of ticks)", true},
+                     {"failures", true}};
+    int number = 0;
+    for (const VerdictRow& row : verdict.rows) {
+        ++number;
+        std::string left = two_numbers(row.left_p50, row.left_max, mm);
+        if (row.identical_to >= 0) left = fmt::format("identical to {}", row.identical_to + 1);
+        table.rows.push_back(
+            {.cells = {
+                 std::to_string(number) + (row.dominated ? "†" : ""), "`" + row.contestant.label() + "`",
+                 kind_text(row), pairs_text(row), two_numbers(row.depth_error_p50, row.depth_error_max, mm), left,
+                 std::isnan(row.force_error) ? (closed_loop ? "no reference" : "n/a") : format_number(row.force_error),
+                 time_text(row, row.p50, false), time_text(row, row.p99, true), ratio_text(row, noise_floor),
+                 fmt::format("{:.0f} of {:.0f}", row.deadline_misses, row.timed_ticks), failures_text(row)}});
+        TableRow& printed = table.rows.back();
+        if (row.failed_runs > 0) {
+            printed.style = TableRow::Style::failed;
+        } else if (row.dominated) {
+            printed.style = TableRow::Style::dominated;
+        } else if (row.own) {
+            printed.style = TableRow::Style::own;
+        }
+    }
+    return table;
+}
+
+std::string verdict_chart(const Verdict& verdict) {
+    const bool depth = verdict.error_is_depth();
+    const bool p99 = std::all_of(verdict.rows.begin(), verdict.rows.end(), [](const VerdictRow& row) {
+        return std::isnan(row.p50.value) || !std::isnan(row.p99.value);
+    });
+    struct Key {
+        std::string detector;
+        std::string response;
+        std::string contacts;
+        auto operator<=>(const Key&) const = default;
+    };
+    std::map<Key, ChartSeries> series;
+    std::map<std::string, int> colours;
+    std::map<std::string, int> shapes;
+    for (const VerdictRow& row : verdict.rows) {
+        colours.emplace(method_name(row.contestant.detector), 0);
+        shapes.emplace(row.contestant.response, 0);
+    }
+    int next = 0;
+    for (auto& [name, colour] : colours) colour = next++;
+    next = 0;
+    for (auto& [name, shape] : shapes) shape = next++;
+
+    ScatterChart chart;
+    std::vector<std::pair<double, double>> all;
+    int number = 0;
+    for (const VerdictRow& row : verdict.rows) {
+        ++number;
+        const double error = error_of(row, depth);
+        const double time = (p99 ? row.p99.value : row.p50.value) * us;
+        if (std::isnan(error) || std::isnan(time)) continue;
+        const Key key{method_name(row.contestant.detector), row.contestant.response, row.contestant.contacts};
+        ChartSeries& one = series[key];
+        one.style = {
+            .colour = colours.at(key.detector), .shape = shapes.at(key.response), .hollow = key.contacts == "native"};
+        one.name = key.detector + (key.response.empty() ? "" : " + " + key.response) +
+                   (key.contacts == "native" ? " (native)" : "");
+        const double y = depth ? error * mm : error;
+        one.points.push_back({.x = time,
+                              .y = y,
+                              .name = fmt::format("{}. {}: {} µs, {} {}", number, row.contestant.label(),
+                                                  format_number(time), format_number(y), depth ? "mm" : "pairs wrong"),
+                              .label = std::to_string(number)});
+        all.emplace_back(time, y);
+    }
+    if (all.empty()) return {};
+    for (auto& [key, one] : series) {
+        std::sort(one.points.begin(), one.points.end(),
+                  [](const ChartPoint& a, const ChartPoint& b) { return std::pair(a.x, a.y) < std::pair(b.x, b.y); });
+        one.connected = one.points.size() > 1;
+        chart.series.push_back(one);
+    }
+    std::sort(all.begin(), all.end());
+    for (const auto& point : all) {
+        if (chart.front.empty() || point.second < chart.front.back().second) chart.front.push_back(point);
+    }
+    chart.x_title = fmt::format("{} time per tick (µs, {})", p99 ? "p99" : "median",
+                                verdict.scenes.size() == 1 ? verdict.scenes.front() : "geometric mean over scenes");
+    chart.y_title = depth ? "left after the tick, worst (mm)" : "pairs missed + extra";
+    chart.x_limit = 1000.0;
+    chart.x_limit_name = "1 ms";
+    return draw(chart);
+}
+
+std::string verdict_sentence(const Verdict& verdict, const std::string& where, const std::string& reference) {
+    const bool depth = verdict.error_is_depth();
+    const VerdictRow* own = nullptr;
+    const VerdictRow* foreign = nullptr;
+    for (const VerdictRow& row : verdict.rows) {
+        if (std::isnan(row.p50.value) || std::isnan(error_of(row, depth))) continue;
+        if (row.own && own == nullptr) own = &row;
+        if (!row.own && foreign == nullptr) foreign = &row;
+    }
+    const auto tell = [depth](const VerdictRow& row) {
+        const std::string time = std::isnan(row.p99.value) ? format_number(row.p50.value * us) + " µs median per tick"
+                                                           : format_number(row.p99.value * us) + " µs p99 per tick";
+        if (depth) {
+            return fmt::format("leaves {} mm in the median and {} mm at worst, at {}", format_number(row.left_p50 * mm),
+                               format_number(row.left_max * mm), time);
+        }
+        return fmt::format("misses {:.0f} and adds {:.0f} of {:.0f} true pairs, at {}", row.missing, row.extra,
+                           row.true_pairs, time);
+    };
+    const auto total = [](const VerdictRow& row) {
+        return row.failed_runs == 0 ? std::string() : fmt::format(" ({} of {} runs failed)", row.failed_runs, row.runs);
+    };
+    if (own == nullptr && foreign == nullptr) return {};
+    std::string text = "On " + where + ", ";
+    if (own != nullptr) text += "`" + own->contestant.label() + "` " + tell(*own) + total(*own);
+    if (foreign != nullptr) {
+        text += (own != nullptr ? "; the best foreign row, `" : "`") + foreign->contestant.label() + "`, " +
+                tell(*foreign) + total(*foreign);
+    }
+    if (own != nullptr && foreign != nullptr) {
+        const double ratio = foreign->p50.value / own->p50.value;
+        text += fmt::format("; median tick {} times that of ours", format_number(ratio));
+    }
+    if (own != nullptr && !reference.empty() && !std::isnan(own->ratio.value) &&
+        (foreign == nullptr || foreign->contestant.detector != reference)) {
+        text += fmt::format(" (ours: {} of `{}`)", format_number(own->ratio.value), reference);
+    }
+    return text + ".";
+}
+
+}  // namespace trocar

@@ -1,0 +1,62 @@
+// Page 1 of a report: who is how fast and how wrong, over a set of scenes, in one table, one chart and one sentence
+// that may be quoted. All of it is computed from records.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "report/document.hpp"
+#include "report/figures.hpp"
+
+namespace trocar {
+
+/// One contestant over a set of scenes. Times: geometric mean over the scenes, per process, then across processes.
+struct VerdictRow {
+    Contestant contestant;
+    bool own = false;        ///< every method of it is ours
+    bool reference = false;  ///< its detector is the one that ratios are taken to
+    int scenes = 0;          ///< scenes it was planned on and that could be run
+    int scenes_ok = 0;
+    int runs = 0;
+    int failed_runs = 0;
+    bool not_applicable = false;    ///< absent or unsupported on at least one scene
+    double true_pairs = not_known;  ///< sum over scenes
+    double missing = not_known;
+    double extra = not_known;
+    double depth_error_p50 = not_known;  ///< m, median over scenes of the median
+    double depth_error_max = not_known;  ///< m, worst over scenes
+    double left_p50 = not_known;         ///< m, median over scenes of the median
+    double left_max = not_known;         ///< m, worst over scenes
+    double force_error = not_known;      ///< N RMS to the analytic answer, worst over scenes
+    Estimate p50;                        ///< ns
+    Estimate p99;                        ///< ns; NaN: n too small, or a scene failed
+    Estimate ratio;                      ///< of p50 to the reference detector with the same response
+    double deadline_misses = 0.0;        ///< of all processes
+    double timed_ticks = 0.0;
+    int identical_to = -1;   ///< row with the same motion, bit by bit, on every scene; -1: none
+    bool dominated = false;  ///< another row is at least as fast and as good, and better in one
+    /// What rows are sorted by: depth left at worst (m); pairs wrong where no depth was judged. NaN last.
+    [[nodiscard]] double error() const;
+};
+
+struct Verdict {
+    std::string mode;  ///< "closed_loop", or "replay" in a study of detectors alone
+    std::vector<std::string> scenes;
+    std::vector<VerdictRow> rows;  ///< by error, fastest of equals first, failed ones last
+    [[nodiscard]] bool error_is_depth() const;
+};
+
+Verdict make_verdict(const Results& results, const std::string& reference, const std::string& mode,
+                     const std::vector<std::string>& scenes);
+
+Table verdict_table(const Verdict& verdict, const std::string& caption, const std::string& reference,
+                    double noise_floor);
+/// Empty when no row has both a time and an error.
+std::string verdict_chart(const Verdict& verdict);
+/// The best own row against the best foreign row, each the first of its kind in the table.
+std::string verdict_sentence(const Verdict& verdict, const std::string& where, const std::string& reference);
+
+/// "12.3 [11.9–12.8]"; without brackets for one process.
+std::string estimate_text(const Estimate& interval, double scale);
+
+}  // namespace trocar

@@ -1,0 +1,73 @@
+#include "report/document.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace trocar {
+namespace {
+
+TEST(FormatNumber, KeepsThreeDigitsAndTellsZeroFromUnknown) {
+    EXPECT_EQ(format_number(0.0), "0");
+    EXPECT_EQ(format_number(std::numeric_limits<double>::quiet_NaN()), "n/a");
+    EXPECT_EQ(format_number(std::numeric_limits<double>::infinity()), "inf");
+    EXPECT_EQ(format_number(1.23456), "1.23");
+    EXPECT_EQ(format_number(-12.3456), "-12.3");
+    EXPECT_EQ(format_number(123456.7), "123457");
+    EXPECT_EQ(format_number(0.000123456), "0.000123");
+    EXPECT_EQ(format_number(1.5e-7), "1.50e-07");
+}
+
+TEST(FormatExact, ReadsBackAsTheSameNumber) {
+    for (const double value : {0.1, 1.0 / 3.0, 6.02214076e23, -5e-324}) {
+        EXPECT_EQ(std::stold(format_exact(value)) == static_cast<long double>(value) ||
+                      std::strtod(format_exact(value).c_str(), nullptr) == value,
+                  true);
+    }
+    EXPECT_EQ(format_exact(std::numeric_limits<double>::quiet_NaN()), "");
+}
+
+Document sample() {
+    Document document{.title = "a < b", .blocks = {}};
+    document.blocks.emplace_back(Heading{2, "Part & parcel"});
+    document.blocks.emplace_back(Paragraph{"50 % of `x_1` <b>", Paragraph::Style::normal});
+    document.blocks.emplace_back(Table{.caption = "c",
+                                       .columns = {{"name", false}, {"time (µs)", true}},
+                                       .rows = {{.cells = {"a|b", "1"}, .style = TableRow::Style::dominated}},
+                                       .note = "n"});
+    return document;
+}
+
+TEST(Markdown, PipesInCellsDoNotBreakATable) {
+    const std::string text = to_markdown(sample());
+    EXPECT_NE(text.find("| a\\|b | 1 |"), std::string::npos) << text;
+    EXPECT_NE(text.find("|---|---:|"), std::string::npos);
+}
+
+TEST(Html, EscapesEverythingThatIsNotMarkup) {
+    const std::string text = to_html(sample());
+    EXPECT_NE(text.find("50 % of <code>x_1</code> &lt;b&gt;"), std::string::npos);
+    EXPECT_NE(text.find("<h1>a &lt; b</h1>"), std::string::npos);
+    EXPECT_EQ(text.find("http://"), std::string::npos) << "no part of the page comes from elsewhere";
+    EXPECT_EQ(text.find("src="), std::string::npos);
+    EXPECT_NE(text.find("<tr class=\"dominated\">"), std::string::npos);
+}
+
+TEST(Latex, EscapesWhatLatexReadsAsCommands) {
+    const std::string text = to_latex(sample());
+    EXPECT_NE(text.find("50 \\% of \\texttt{x\\_\\allowbreak{}1} \\textless{}b\\textgreater{}"), std::string::npos)
+        << text;
+    EXPECT_NE(text.find("Part \\& parcel"), std::string::npos);
+    EXPECT_NE(text.find("\\toprule"), std::string::npos);
+    EXPECT_NE(text.find("\\end{document}"), std::string::npos);
+}
+
+TEST(Csv, QuotesFieldsThatNeedIt) {
+    EXPECT_EQ(csv_field("plain"), "plain");
+    EXPECT_EQ(csv_field("a,b"), "\"a,b\"");
+    EXPECT_EQ(csv_field("say \"no\""), "\"say \"\"no\"\"\"");
+}
+
+}  // namespace
+}  // namespace trocar

@@ -1,0 +1,293 @@
+#include "report/report.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "geometry/input_error.hpp"
+#include "report/figures.hpp"
+#include "report/verdict.hpp"
+#include "support/program.hpp"
+#include "synthetic.hpp"
+
+namespace trocar {
+namespace {
+
+using test::synthetic;
+using test::SyntheticRun;
+
+/// mine: 100 µs and 0.5 mm left; theirs: 400 µs and 0.5 mm, same motion; theirs native: 200 µs and 2 mm.
+/// Two processes each; the second is twice as slow for everybody.
+std::vector<Record> three_contestants() {
+    std::vector<Record> records;
+    for (const std::int64_t process : {0, 1}) {
+        const std::int64_t factor = process + 1;
+        records.push_back(synthetic({.repetition = process, .first_tick_us = 100 * factor}));
+        records.push_back(
+            synthetic({.detector = "theirs", .own = false, .repetition = process, .first_tick_us = 400 * factor}));
+        records.push_back(synthetic({.detector = "theirs",
+                                     .contacts = "native",
+                                     .own = false,
+                                     .repetition = process,
+                                     .first_tick_us = 200 * factor,
+                                     .left_mm = 2.0,
+                                     .missing = 2,
+                                     .extra = 1,
+                                     .state_hash = "00000000000000bb"}));
+    }
+    return records;
+}
+
+Verdict verdict_of(const Results& results) {
+    return make_verdict(results, "theirs", "closed_loop", results.scenes("closed_loop"));
+}
+
+TEST(RunFigures, QuantilesLeaveTheWarmUpOut) {
+    // Tick i takes i µs: after 10 ticks of warm-up the times are 10, 11 ... 1109 µs.
+    const Record record = synthetic({.first_tick_us = 0, .step_us = 1});
+    const RunFigures figures = figures_of(record);
+    EXPECT_EQ(figures.timed_ticks, 1100.0);
+    EXPECT_DOUBLE_EQ(figures.tick_p50, 559.5e3);
+    EXPECT_NEAR(figures.tick_p99, (10.0 + 0.99 * 1099.0) * 1e3, 1e-6);
+    EXPECT_EQ(figures.tick_max, 1109e3);
+    EXPECT_EQ(figures.deadline_misses, 109.0) << "1001 to 1109 µs";
+    EXPECT_EQ(figures.longest_burst, 109.0);
+    EXPECT_EQ(figures.force_flips, 1109.0);
+}
+
+TEST(RunFigures, TooFewTicksHaveNoP99) {
+    const Record record = synthetic({.ticks = 1009});
+    EXPECT_TRUE(std::isnan(figures_of(record).tick_p99));
+    EXPECT_FALSE(std::isnan(figures_of(synthetic({.ticks = 1010})).tick_p99));
+}
+
+TEST(RunFigures, ReplayCountsOnlyTheDetectorsStages) {
+    Record record = synthetic({.mode = "replay", .first_tick_us = 70});
+    for (StepRow& row : record.rows) row.stage_ns.at(static_cast<std::size_t>(Stage::derive)) = 5'000'000;
+    EXPECT_EQ(figures_of(record).tick_p50, 70e3);
+    record.spec.mode = "closed_loop";
+    EXPECT_EQ(figures_of(record).tick_p50, 5070e3);
+}
+
+TEST(Processes, FewAreToldByMinimumAndMaximum) {
+    const Estimate estimate = across_processes({3.0, 1.0, 2.0});
+    EXPECT_EQ(estimate.value, 2.0);
+    EXPECT_EQ(estimate.low, 1.0);
+    EXPECT_EQ(estimate.high, 3.0);
+    EXPECT_EQ(estimate.processes, 3);
+}
+
+TEST(Processes, OneUnknownLeavesTheEstimateUnknown) {
+    EXPECT_TRUE(std::isnan(across_processes({1.0, not_known}).value));
+    EXPECT_TRUE(std::isnan(across_processes({}).value));
+}
+
+TEST(Processes, TenOrMoreGetAnIntervalInsideTheRange) {
+    std::vector<double> values;
+    for (int i = 1; i <= 20; ++i) values.push_back(i);
+    const Estimate estimate = across_processes(values);
+    EXPECT_EQ(estimate.value, 10.5);
+    EXPECT_GT(estimate.low, 1.0);
+    EXPECT_LT(estimate.low, 10.5);
+    EXPECT_GT(estimate.high, 10.5);
+    EXPECT_LT(estimate.high, 20.0);
+}
+
+TEST(Verdict, RowsAreSortedByErrorThenTime) {
+    const std::vector<Record> records = three_contestants();
+    const Results results(records);
+    const Verdict verdict = verdict_of(results);
+    ASSERT_EQ(verdict.rows.size(), 3U);
+    EXPECT_EQ(verdict.rows[0].contestant.label(), "mine + push (canonical)");
+    EXPECT_EQ(verdict.rows[1].contestant.label(), "theirs + push (canonical)");
+    EXPECT_EQ(verdict.rows[2].contestant.label(), "theirs + push (native)");
+    EXPECT_FALSE(verdict.rows[0].dominated);
+    EXPECT_TRUE(verdict.rows[1].dominated) << "as good and slower";
+    EXPECT_TRUE(verdict.rows[2].dominated);
+    EXPECT_EQ(verdict.rows[1].identical_to, 0);
+    EXPECT_EQ(verdict.rows[2].identical_to, -1);
+    EXPECT_TRUE(verdict.rows[0].own);
+    EXPECT_FALSE(verdict.rows[1].own);
+}
+
+TEST(Verdict, NumbersAreThoseOfTheRecords) {
+    const std::vector<Record> records = three_contestants();
+    const Results results(records);
+    const Verdict verdict = verdict_of(results);
+    // Processes at 100 and 200 µs: median 150.
+    EXPECT_EQ(estimate_text(verdict.rows[0].p50, 1e-3), "150 [100–200]");
+    EXPECT_EQ(estimate_text(verdict.rows[0].p99, 1e-3), "150 [100–200]");
+    // 100/400 and 200/800: the ratio is paired by process, so the slow second process cancels.
+    EXPECT_EQ(estimate_text(verdict.rows[0].ratio, 1.0), "0.250 [0.250–0.250]");
+    EXPECT_EQ(estimate_text(verdict.rows[2].ratio, 1.0), "0.500 [0.500–0.500]");
+    EXPECT_EQ(verdict.rows[2].true_pairs, 4.0 * 1110);
+    EXPECT_EQ(verdict.rows[2].missing, 2.0 * 1110);
+    EXPECT_EQ(verdict.rows[2].extra, 1110.0);
+    EXPECT_DOUBLE_EQ(verdict.rows[2].left_max, 2e-3);
+    // Process against process of the same contestant is a factor 2 everywhere.
+    EXPECT_DOUBLE_EQ(results.noise_floor(), 2.0);
+}
+
+TEST(Verdict, SentenceQuotesTheRecords) {
+    const std::vector<Record> records = three_contestants();
+    const Results results(records);
+    EXPECT_EQ(
+        verdict_sentence(verdict_of(results), "the I2T scenes (poke)", "theirs"),
+        "On the I2T scenes (poke), `mine + push (canonical)` leaves 0.500 mm in the median and 0.500 mm at worst, "
+        "at 150 µs p99 per tick; the best foreign row, `theirs + push (canonical)`, leaves 0.500 mm in the median "
+        "and 0.500 mm at worst, at 600 µs p99 per tick; median tick 4.00 times that of ours.");
+}
+
+TEST(Verdict, TimesOverScenesAreGeometricMeans) {
+    // 100 and 400 µs: geometric mean 200. Reference 200 and 3200: ratios 1/2 and 1/8, mean 1/4.
+    const std::vector<Record> records{synthetic({.scene = "a", .first_tick_us = 100}),
+                                      synthetic({.scene = "b", .first_tick_us = 400}),
+                                      synthetic({.scene = "a", .detector = "theirs", .first_tick_us = 200}),
+                                      synthetic({.scene = "b", .detector = "theirs", .first_tick_us = 3200})};
+    const Results results(records);
+    const Verdict verdict = verdict_of(results);
+    EXPECT_NEAR(verdict.rows[0].p50.value, 200e3, 1e-6);
+    EXPECT_NEAR(verdict.rows[0].ratio.value, 0.25, 1e-12);
+}
+
+TEST(Verdict, AFailedSceneLeavesNoMeanAndGoesLast) {
+    std::vector<Record> records = three_contestants();
+    records.push_back(synthetic({.scene = "stab", .first_tick_us = 1000, .left_mm = 9.0}));
+    records.push_back(synthetic({.scene = "stab",
+                                 .detector = "theirs",
+                                 .own = false,
+                                 .outcome = {OutcomeKind::crashed, "signal 11 (Segmentation fault)"}}));
+    const Results results(records);
+    const Verdict verdict = verdict_of(results);
+    const VerdictRow& last = verdict.rows.back();
+    EXPECT_EQ(last.contestant.label(), "theirs + push (canonical)");
+    EXPECT_EQ(last.failed_runs, 1);
+    EXPECT_TRUE(std::isnan(last.p50.value));
+    const Table table = verdict_table(verdict, "", "theirs", 1.0);
+    EXPECT_EQ(table.rows.back().cells.at(7), "fails (1 of 2 scenes ok)");
+    EXPECT_EQ(table.rows.back().cells.back(), "1 of 3 runs");
+}
+
+TEST(Report, TellsNotApplicableFromZeroAndFailure) {
+    std::vector<Record> records = three_contestants();
+    records.push_back(synthetic({.detector = "lost", .outcome = {OutcomeKind::absent, "lost: library not found"}}));
+    records.push_back(synthetic({.scene = "liver", .outcome = {OutcomeKind::unsupported, "no data"}}));
+    records.push_back(
+        synthetic({.scene = "stab", .outcome = {OutcomeKind::timed_out, "ended after the limit of 5 s"}}));
+    const std::string markdown = make_report(records).files.at("report.md");
+    EXPECT_NE(markdown.find("absent (lost: library not found)"), std::string::npos);
+    EXPECT_NE(markdown.find("| closed_loop | `mine + push (canonical)` | liver | unsupported (no data) | 1 |"),
+              std::string::npos);
+    EXPECT_NE(
+        markdown.find("| closed_loop | `mine + push (canonical)` | stab | timed_out (ended after the limit of 5 s) "
+                      "| 1 |"),
+        std::string::npos);
+    EXPECT_EQ(markdown.find("No run failed"), std::string::npos);
+}
+
+TEST(Report, RecallIsGivenWithAndWithoutTouches) {
+    // Per tick 4 true pairs, 1 of them touching; 2 missed, 1 of these touching; 1 extra: precision 2/3, recall 2/4,
+    // without touches 2/3, F1 = 2 * 2 / (4 + 3).
+    const std::vector<Record> records{synthetic({.mode = "replay", .missing = 2, .extra = 1})};
+    const std::string markdown = make_report(records).files.at("report.md");
+    EXPECT_NE(markdown.find("| `mine` | 4440 | 1110 | 0.667 | 0.500 | 0.667 | 0.571 | 2220 / 1110 | 1 of 1 |"),
+              std::string::npos)
+        << markdown;
+    EXPECT_NE(markdown.find("misses 2220 of 4440, adds 1110"), std::string::npos);
+}
+
+TEST(Report, AlmostAllIsNeverPrintedAsAll) {
+    Record record = synthetic({.mode = "replay", .true_pairs = 1000});
+    record.rows[0].missing = 1;
+    record.rows[0].missing_touch = 0;
+    record.rows[0].pairs -= 1;
+    record.summary = summarize(record.rows);
+    const std::string markdown = make_report({record}).files.at("report.md");
+    EXPECT_NE(markdown.find("| 0.999999 |"), std::string::npos) << "1 of 1 110 000 pairs is missing";
+}
+
+TEST(Report, ThesisTableStandsBesideThePublishedFigures) {
+    Record record = synthetic({.mode = "triangle_pair", .detector = ""});
+    record.rows.clear();
+    record.summary = {{"pairs_per_iteration", 44.0},
+                      {"without_per_pair_median_ns", 250.0},
+                      {"with_per_pair_median_ns", 750.0},
+                      {"without_per_iteration_median_ns", 11000.0},
+                      {"with_per_iteration_median_ns", 33000.0},
+                      {"without_per_iteration_p99_ns", 12000.0},
+                      {"with_per_iteration_p99_ns", not_known}};
+    const std::string markdown = make_report({record}).files.at("report.md");
+    EXPECT_NE(markdown.find("| I2T | poke | `push` | 44.0 | 0.250 | 0.750 | 11.0 / 12.0 | 33.0 / n too small |"),
+              std::string::npos)
+        << markdown;
+    // § 5.2.3 of the thesis: 0.032 and 0.034 ms per pair, 1.416 and 1.495 ms per iteration.
+    EXPECT_NE(markdown.find("| 32.0 | 34.0 | 1416 (mean) | 1495 (mean) |"), std::string::npos);
+}
+
+TEST(Report, CsvHasOneRowPerRunAndUnitsInTheHeader) {
+    const std::vector<Record> records = three_contestants();
+    const std::string csv = make_report(records).files.at("results.csv");
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 7);
+    const std::string header = csv.substr(0, csv.find('\n'));
+    for (const char* column : {"tick_p50_us", "residual_max_m", "force_max_n"}) {
+        EXPECT_NE(header.find(column), std::string::npos) << column;
+    }
+}
+
+TEST(Report, DirtyTreeAndNoisyMachineAreStamped) {
+    std::vector<Record> records = three_contestants();
+    EXPECT_NE(make_report(records).files.at("report.md").find("Noisy machine"), std::string::npos);
+    EXPECT_EQ(make_report(records).files.at("report.md").find("uncommitted changes"), std::string::npos);
+    for (Record& record : records) record.environment["dirty"] = "yes";
+    EXPECT_NE(make_report(records).files.at("report.md").find("uncommitted changes"), std::string::npos);
+}
+
+TEST(Report, DifferentFramesForDifferentDetectorsAreTold) {
+    std::vector<Record> records{synthetic({.mode = "replay"}), synthetic({.mode = "replay", .detector = "theirs"})};
+    EXPECT_NE(make_report(records).files.at("report.md").find("`00000000000000ff` | yes |"), std::string::npos);
+    records[1].frames_hash = "00000000000000fe";
+    EXPECT_NE(make_report(records).files.at("report.md").find("| no |"), std::string::npos);
+}
+
+TEST(Report, RebuiltFromStoredRecordsItIsTheSameToTheByte) {
+    const test::TemporaryFolder folder;
+    {
+        std::ofstream stream(folder.path() / "records.jsonl");
+        for (const Record& record : three_contestants()) stream << to_json_line(record) << "\n";
+    }
+    const Report first = write_report(folder.path());
+    std::map<std::string, std::string> on_disk;
+    for (const auto& [name, content] : first.files) {
+        on_disk[name] = test::read_file(folder.path() / name);
+        EXPECT_EQ(on_disk[name], content) << name;
+    }
+    // What was written from memory equals what is written from the file: nothing is lost in the records.
+    EXPECT_EQ(make_report(three_contestants()).files, first.files);
+    std::ofstream(folder.path() / "charts" / "of_yesterday.svg") << "<svg/>";
+    const test::ProgramResult again = test::run_program("report " + folder.path().string());
+    EXPECT_EQ(again.status, 0) << again.err;
+    for (const auto& [name, content] : on_disk) EXPECT_EQ(test::read_file(folder.path() / name), content) << name;
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "charts" / "of_yesterday.svg"));
+}
+
+TEST(Report, OfAFolderWithoutRecordsIsBadInput) {
+    const test::TemporaryFolder folder;
+    const test::ProgramResult result = test::run_program("report " + folder.path().string());
+    EXPECT_EQ(result.status, 2);
+    EXPECT_NE(result.err.find("records.jsonl"), std::string::npos);
+    EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(Report, HalfALineIsBadInputWithItsNumber) {
+    const test::TemporaryFolder folder;
+    const std::string line = to_json_line(synthetic({.ticks = 3}));
+    std::ofstream(folder.path() / "records.jsonl") << line << "\n" << line.substr(0, line.size() / 2) << "\n";
+    const test::ProgramResult result = test::run_program("report " + folder.path().string());
+    EXPECT_EQ(result.status, 2);
+    EXPECT_NE(result.err.find("line 2"), std::string::npos) << result.err;
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "report.md"));
+}
+
+}  // namespace
+}  // namespace trocar
