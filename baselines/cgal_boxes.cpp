@@ -1,0 +1,79 @@
+// CGAL's box_intersection_d (hybrid of segment trees and sweep) on the triangles' boxes, followed by our exact triangle
+// test. The header is GPL-3: built only with -DTROCAR_GPL=ON, and such a binary must not be redistributed under
+// Apache-2.0.
+//
+// Settings, and where they depart from the library's default:
+// * boxes are rebuilt each tick in double; the algorithm has no state to keep.
+// * closed boxes (the default topology) and the default cutoff of 10.
+// * the algorithm permutes its arrays: they are refilled each tick, so the order of one tick cannot speed up the next.
+#include <CGAL/box_intersection_d.h>
+
+#include <memory>
+#include <vector>
+
+#include "candidates.hpp"
+#include "method/entry.hpp"
+
+namespace trocar {
+namespace {
+
+using TriangleBox = CGAL::Box_intersection_d::Box_with_info_d<double, 3, Index>;
+
+class CgalBoxes final : public Detector {
+public:
+    void prepare(const Topology& topology, const Frame& /*frame*/) override {
+        topology_ = &topology;
+        boxes_.assign(topology.bodies.size(), {});
+        for (std::size_t i = 0; i < boxes_.size(); ++i) {
+            boxes_[i].reserve(static_cast<std::size_t>(topology.bodies[i].triangles.count));
+        }
+    }
+
+    void update(const Frame& frame) override {
+        if (!frame.all_finite()) return;
+        for (std::size_t i = 0; i < boxes_.size(); ++i) {
+            fill(frame, i, boxes_[i]);
+        }
+    }
+
+    void detect(const Frame& frame, ContactSet& contacts) override {
+        contacts.clear();
+        if (baselines::refuse_not_finite(frame, contacts)) return;
+        const auto test = [this, &frame, &contacts](const TriangleBox& a, const TriangleBox& b) {
+            baselines::test_candidate(*topology_, frame, a.info(), b.info(), contacts);
+        };
+        for (auto [a, b] : topology_->body_pairs) {
+            auto& boxes_a = boxes_[static_cast<std::size_t>(a)];
+            auto& boxes_b = boxes_[static_cast<std::size_t>(b)];
+            CGAL::box_intersection_d(boxes_a.begin(), boxes_a.end(), boxes_b.begin(), boxes_b.end(), test);
+        }
+        contacts.sort_pairs();
+    }
+
+private:
+    void fill(const Frame& frame, std::size_t body, std::vector<TriangleBox>& boxes) const {
+        boxes.clear();
+        const Range triangles = topology_->bodies[body].triangles;
+        for (Index t = triangles.first; t < triangles.end(); ++t) {
+            const Box box = baselines::box_of(*topology_, frame, t);
+            boxes.emplace_back(
+                CGAL::Bbox_3(box.min.x(), box.min.y(), box.min.z(), box.max.x(), box.max.y(), box.max.z()), t);
+        }
+    }
+
+    const Topology* topology_ = nullptr;
+    std::vector<std::vector<TriangleBox>> boxes_;
+};
+
+}  // namespace
+
+DetectorEntry cgal_boxes_detector();
+DetectorEntry cgal_boxes_detector() {
+    return {.name = "cgal_boxes",
+            .library = "CGAL",
+            .version = CGAL_VERSION_STR,
+            .configuration = "box_intersection_d (GPL-3), double boxes; candidates decided by trocar's exact test",
+            .make = [](const ParameterValues& /*parameters*/) { return std::make_unique<CgalBoxes>(); }};
+}
+
+}  // namespace trocar
