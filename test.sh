@@ -77,7 +77,7 @@ if [ "$mode" = full ]; then
     run_tests dev
 else
     build dev contract_test
-    run_tests dev -R '^Contract'
+    run_tests dev -R Contract
 fi
 
 check "format" format_is_clean
@@ -85,7 +85,7 @@ check "tidy" tidy_is_clean
 
 configure bare
 build bare trocar_program contract_test
-run_tests bare -R '^Contract'
+run_tests bare -R Contract
 
 if [ "$mode" = full ]; then
     configure clang

@@ -16,6 +16,7 @@
 
 #include "candidates.hpp"
 #include "method/entry.hpp"
+#include "method/frame_check.hpp"
 
 namespace trocar {
 namespace {
@@ -65,7 +66,7 @@ public:
     void prepare(const Topology& topology, const Frame& frame) override {
         topology_ = &topology;
         trees_.clear();
-        if (!frame.all_finite()) return;
+        if (!is_answerable(*topology_, frame)) return;
         for (const BodyRange& body : topology.bodies) {
             auto tree = std::make_unique<Tree>();
             tree->leaves.reserve(static_cast<std::size_t>(body.triangles.count));
@@ -81,7 +82,7 @@ public:
     }
 
     void update(const Frame& frame) override {
-        if (!frame.all_finite()) return;
+        if (!is_answerable(*topology_, frame)) return;
         if (trees_.empty() && !topology_->bodies.empty()) prepare(*topology_, frame);
         for (std::size_t i = 0; i < trees_.size(); ++i) {
             const BodyRange& body = topology_->bodies[i];
@@ -103,7 +104,7 @@ public:
 
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
-        if (baselines::refuse_not_finite(frame, contacts)) return;
+        if (!check_frame(*topology_, frame, contacts)) return;
         ExactTest test;
         test.topology = topology_;
         test.frame = &frame;

@@ -19,6 +19,7 @@
 
 #include "candidates.hpp"
 #include "method/entry.hpp"
+#include "method/frame_check.hpp"
 
 namespace trocar {
 namespace {
@@ -79,7 +80,7 @@ public:
     void prepare(const Topology& topology, const Frame& frame) override {
         topology_ = &topology;
         bodies_.clear();
-        if (!frame.all_finite()) return;
+        if (!is_answerable(*topology_, frame)) return;
         for (const BodyRange& body : topology.bodies) {
             bodies_.push_back(std::make_unique<BodyTree>(topology, body));
             if (body.triangles.count > 0) build(topology, frame, *bodies_.back());
@@ -87,7 +88,7 @@ public:
     }
 
     void update(const Frame& frame) override {
-        if (!frame.all_finite()) return;
+        if (!is_answerable(*topology_, frame)) return;
         if (bodies_.empty() && !topology_->bodies.empty()) prepare(*topology_, frame);
         for (const auto& body : bodies_) {
             if (body->boxes.body().triangles.count == 0) continue;
@@ -105,7 +106,7 @@ public:
 
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
-        if (baselines::refuse_not_finite(frame, contacts)) return;
+        if (!check_frame(*topology_, frame, contacts)) return;
         for (auto [a, b] : topology_->body_pairs) {
             const BodyTree& body_a = *bodies_[static_cast<std::size_t>(a)];
             const BodyTree& body_b = *bodies_[static_cast<std::size_t>(b)];

@@ -50,11 +50,4 @@ inline void test_candidate(const Topology& topology, const Frame& frame, Index a
         contacts.pairs.push_back({a, b});
 }
 
-/// A frame with a non-finite vertex ends the tick before any library sees it.
-inline bool refuse_not_finite(const Frame& frame, ContactSet& contacts) {
-    if (frame.all_finite()) return false;
-    contacts.outcome = {OutcomeKind::not_finite, "a vertex of the frame is not finite"};
-    return true;
-}
-
 }  // namespace trocar::baselines

@@ -13,6 +13,7 @@
 
 #include "candidates.hpp"
 #include "method/entry.hpp"
+#include "method/frame_check.hpp"
 
 namespace trocar {
 namespace {
@@ -30,7 +31,7 @@ public:
     }
 
     void update(const Frame& frame) override {
-        if (!frame.all_finite()) return;
+        if (!is_answerable(*topology_, frame)) return;
         for (std::size_t i = 0; i < boxes_.size(); ++i) {
             fill(frame, i, boxes_[i]);
         }
@@ -38,7 +39,7 @@ public:
 
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
-        if (baselines::refuse_not_finite(frame, contacts)) return;
+        if (!check_frame(*topology_, frame, contacts)) return;
         const auto test = [this, &frame, &contacts](const TriangleBox& a, const TriangleBox& b) {
             baselines::test_candidate(*topology_, frame, a.info(), b.info(), contacts);
         };

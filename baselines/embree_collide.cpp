@@ -15,12 +15,12 @@
 
 #include "candidates.hpp"
 #include "method/entry.hpp"
+#include "method/frame_check.hpp"
 
 namespace trocar {
 namespace {
 
 using baselines::box_of_body;
-using baselines::refuse_not_finite;
 
 constexpr Index cluster_size = 32;
 
@@ -108,7 +108,7 @@ public:
         release();
         topology_ = &topology;
         device_ = rtcNewDevice("threads=1");
-        if (device_ == nullptr || !frame.all_finite()) return;
+        if (device_ == nullptr || !is_answerable(topology, frame)) return;
         for (const BodyRange& range : topology.bodies) {
             auto body = std::make_unique<EmbreeBody>();
             body->topology = &topology;
@@ -132,7 +132,7 @@ public:
     }
 
     void update(const Frame& frame) override {
-        if (!frame.all_finite()) return;
+        if (!is_answerable(*topology_, frame)) return;
         if (bodies_.empty() && !topology_->bodies.empty()) prepare(*topology_, frame);
         for (std::size_t i = 0; i < bodies_.size(); ++i) {
             EmbreeBody& body = *bodies_[i];
@@ -152,7 +152,7 @@ public:
 
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
-        if (refuse_not_finite(frame, contacts)) return;
+        if (!check_frame(*topology_, frame, contacts)) return;
         if (device_ == nullptr) {
             contacts.outcome = {OutcomeKind::unsupported, "Embree could not make a device"};
             return;
