@@ -1,11 +1,209 @@
-#include <stdexcept>
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "app/commands.hpp"
+#include "geometry/crossing.hpp"
+#include "geometry/exact.hpp"
+#include "geometry/input_error.hpp"
 
 namespace trocar::app {
+namespace {
 
-int tritri(const CommonOptions& /*common*/, const TritriOptions& /*options*/) {
-    throw std::runtime_error("tritri is not built yet");
+constexpr std::array<PairClass, 6> all_classes{PairClass::disjoint,    PairClass::touch_vertex,
+                                               PairClass::touch_edge,  PairClass::coplanar_overlap,
+                                               PairClass::transversal, PairClass::degenerate};
+
+struct PairLine {
+    std::size_t number = 0;  ///< of the line in the file, from 1
+    Corners first;
+    Corners second;
+    std::optional<bool> truth;
+    std::optional<PairClass> pair_class;
+};
+
+std::vector<std::string_view> words_of(std::string_view line) {
+    constexpr std::string_view blanks = " \t\r\v\f";
+    std::vector<std::string_view> words;
+    for (std::size_t begin = line.find_first_not_of(blanks); begin != std::string_view::npos;) {
+        const std::size_t end = std::min(line.find_first_of(blanks, begin), line.size());
+        words.push_back(line.substr(begin, end - begin));
+        begin = line.find_first_not_of(blanks, end);
+    }
+    return words;
+}
+
+/// The double nearest to the decimal number `word`; nothing if it is not a number or not finite.
+std::optional<double> finite_number(std::string_view word) {
+    if (word.starts_with('+')) word.remove_prefix(1);
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (end != word.data() + word.size() || word.empty()) return std::nullopt;
+    // Out of range is too large, or so small that it rounds to 0 or to a subnormal number.
+    if (error == std::errc::result_out_of_range) value = std::strtod(std::string(word).c_str(), nullptr);
+    if ((error != std::errc{} && error != std::errc::result_out_of_range) || !std::isfinite(value)) return std::nullopt;
+    return value;
+}
+
+std::string in_quotes(std::string_view word) { return "'" + std::string(word.substr(0, 40)) + "'"; }
+
+PairLine parse_line(const std::string& file, std::size_t number, const std::vector<std::string_view>& words) {
+    const std::string where = "line " + std::to_string(number);
+    if (words.size() < 18 || words.size() > 20) {
+        throw InputError(file, where, "18 numbers, then optionally truth and class",
+                         std::to_string(words.size()) + (words.size() == 1 ? " word" : " words"));
+    }
+    PairLine line;
+    line.number = number;
+    for (std::size_t i = 0; i < 18; ++i) {
+        const std::optional<double> value = finite_number(words[i]);
+        if (!value)
+            throw InputError(file, where, "a finite number as word " + std::to_string(i + 1), in_quotes(words[i]));
+        (i < 9 ? line.first : line.second)[i % 9 / 3][static_cast<Eigen::Index>(i % 3)] = *value;
+    }
+    if (words.size() > 18) {
+        if (words[18] != "0" && words[18] != "1")
+            throw InputError(file, where, "0 or 1 as truth", in_quotes(words[18]));
+        line.truth = words[18] == "1";
+    }
+    if (words.size() > 19) {
+        const auto found = std::find_if(all_classes.begin(), all_classes.end(),
+                                        [&](PairClass pair_class) { return name_of(pair_class) == words[19]; });
+        if (found == all_classes.end()) {
+            throw InputError(file, where,
+                             "one of disjoint, touch-vertex, touch-edge, coplanar-overlap, transversal, degenerate",
+                             in_quotes(words[19]));
+        }
+        line.pair_class = *found;
+    }
+    return line;
+}
+
+std::vector<PairLine> read_pairs(const std::filesystem::path& path) {
+    const std::string file = path.string();
+    std::ifstream stream(path);
+    if (!stream || std::filesystem::is_directory(path)) {
+        throw InputError(file, "", "a readable text file", std::filesystem::exists(path) ? "none" : "no such file");
+    }
+    std::vector<PairLine> lines;
+    std::string text;
+    for (std::size_t number = 1; std::getline(stream, text); ++number) {
+        const std::vector<std::string_view> words = words_of(text);
+        if (!words.empty()) lines.push_back(parse_line(file, number, words));
+    }
+    return lines;
+}
+
+/// Verdicts against truth for the pairs of one class.
+struct Confusion {
+    std::string_view name;
+    std::int64_t true_positive = 0;
+    std::int64_t true_negative = 0;
+    std::int64_t false_positive = 0;
+    std::int64_t false_negative = 0;
+    [[nodiscard]] std::int64_t pairs() const { return true_positive + true_negative + false_positive + false_negative; }
+    void add(bool verdict, bool truth) {
+        ++(truth ? (verdict ? true_positive : false_negative) : (verdict ? false_positive : true_negative));
+    }
+};
+
+/// One row per class in the order of the classes, then pairs with truth but no class; only rows that have pairs.
+std::vector<Confusion> confusion_table(const std::vector<PairLine>& lines, const std::vector<bool>& verdicts) {
+    std::vector<Confusion> rows;
+    for (const PairClass pair_class : all_classes) rows.push_back({.name = name_of(pair_class)});
+    rows.push_back({.name = "no-class"});
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+        if (!lines[i].truth) continue;
+        const std::size_t row =
+            lines[i].pair_class ? static_cast<std::size_t>(*lines[i].pair_class) : all_classes.size();
+        rows[row].add(verdicts[i], *lines[i].truth);
+    }
+    std::erase_if(rows, [](const Confusion& row) { return row.pairs() == 0; });
+    return rows;
+}
+
+void print_table(const std::vector<Confusion>& rows, std::string_view test) {
+    fmt::print("\ntest {}\n{:<18}{:>8}{:>8}{:>8}{:>10}{:>10}\n", test, "class", "pairs", "meet", "apart", "false no",
+               "false yes");
+    Confusion all{.name = "all"};
+    for (const Confusion& row : rows) {
+        fmt::print("{:<18}{:>8}{:>8}{:>8}{:>10}{:>10}\n", row.name, row.pairs(), row.true_positive + row.false_negative,
+                   row.true_negative + row.false_positive, row.false_negative, row.false_positive);
+        all.true_positive += row.true_positive;
+        all.true_negative += row.true_negative;
+        all.false_positive += row.false_positive;
+        all.false_negative += row.false_negative;
+    }
+    fmt::print("{:<18}{:>8}{:>8}{:>8}{:>10}{:>10}\n", all.name, all.pairs(), all.true_positive + all.false_negative,
+               all.true_negative + all.false_positive, all.false_negative, all.false_positive);
+}
+
+}  // namespace
+
+int tritri(const CommonOptions& common, const TritriOptions& options) {
+    bool (*test)(const Corners&, const Corners&) = nullptr;
+    if (options.test == "exact") test = triangles_intersect;
+    if (options.test == "interval") test = interval_intersect;
+    if (options.test == "moller") test = moller_intersect;
+    if (test == nullptr) throw InputError("--test", "", "moller, interval or exact", in_quotes(options.test));
+    const bool claims_exactness = options.test == "exact";
+
+    const std::vector<PairLine> lines = read_pairs(options.file);
+    std::vector<bool> verdicts;
+    verdicts.reserve(lines.size());
+    std::vector<std::size_t> wrong;            // lines whose verdict differs from the given truth
+    std::vector<std::size_t> different_class;  // lines whose class differs; only the exact test names classes
+    for (const PairLine& line : lines) {
+        verdicts.push_back(test(line.first, line.second));
+        if (line.truth && *line.truth != verdicts.back()) wrong.push_back(line.number);
+        if (claims_exactness && line.pair_class && classify_pair(line.first, line.second) != *line.pair_class) {
+            different_class.push_back(line.number);
+        }
+    }
+    const std::vector<Confusion> rows = confusion_table(lines, verdicts);
+
+    if (common.json) {
+        nlohmann::ordered_json document;
+        document["test"] = options.test;
+        document["verdicts"] = nlohmann::ordered_json::array();
+        for (const bool verdict : verdicts) document["verdicts"].push_back(verdict ? 1 : 0);
+        document["confusion"] = nlohmann::ordered_json::object();
+        for (const Confusion& row : rows) {
+            document["confusion"][std::string(row.name)] = {{"pairs", row.pairs()},
+                                                            {"true_positive", row.true_positive},
+                                                            {"true_negative", row.true_negative},
+                                                            {"false_negative", row.false_negative},
+                                                            {"false_positive", row.false_positive}};
+        }
+        document["wrong_lines"] = wrong;
+        document["different_class_lines"] = different_class;
+        fmt::print("{}\n", document.dump());
+    } else {
+        for (const bool verdict : verdicts) fmt::print("{}\n", verdict ? 1 : 0);
+        if (!rows.empty()) print_table(rows, options.test);
+    }
+    const auto report = [](std::string_view what, const std::vector<std::size_t>& numbers) {
+        if (numbers.empty()) return;
+        std::string text;
+        constexpr std::size_t shown = 10;
+        for (std::size_t i = 0; i < std::min(shown, numbers.size()); ++i) text += fmt::format(" {}", numbers[i]);
+        fmt::print(stderr, "{} on {} line{}:{}{}\n", what, numbers.size(), numbers.size() == 1 ? "" : "s", text,
+                   numbers.size() > shown ? " …" : "");
+    };
+    report("verdict differs from the given truth", wrong);
+    report("class differs from the given one", different_class);
+    return claims_exactness && !(wrong.empty() && different_class.empty()) ? comparison_failed : done;
 }
 
 }  // namespace trocar::app

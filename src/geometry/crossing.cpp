@@ -102,7 +102,7 @@ bool planar_overlap(const Corners& first, const Corners& second, int axis) {
     return true;
 }
 
-/// The whole test but for the altitude rule; `normal_length` of both is handed out for it.
+/// The whole test but for the altitude rule; the smallest altitude of either triangle is handed out for it.
 Crossing interval_test(const Corners& world_first, const Corners& world_second,
                        std::array<double, 2>& smallest_altitudes) {
     const Vector3 shift = world_first[0];
@@ -133,9 +133,18 @@ Crossing interval_test(const Corners& world_first, const Corners& world_second,
         const Vector3& normal = first_norm >= second_norm ? first_area : second_area;
         int axis = 0;
         if (normal.cwiseAbs().maxCoeff(&axis) == 0.0) return result;
-        const bool flat =
-            (first_norm > 0.0 || all_zero(first_distance)) && (second_norm > 0.0 || all_zero(second_distance));
-        if (flat && planar_overlap(first, second, axis)) result.kind = CrossingKind::coplanar;
+        const bool first_stabs = first_norm == 0.0 && !all_zero(first_distance);
+        const bool second_stabs = second_norm == 0.0 && !all_zero(second_distance);
+        if (first_stabs || second_stabs) {
+            const Interval stab = first_stabs ? interval_of(first, 0, first_distance, line)
+                                              : interval_of(second, 1, second_distance, line);
+            const Vector3& point = stab.end[0].point;
+            if (planar_overlap(first_stabs ? second : first, {point, point, point}, axis)) {
+                result.kind = CrossingKind::crossing;
+            }
+            return result;
+        }
+        if (planar_overlap(first, second, axis)) result.kind = CrossingKind::coplanar;
         return result;
     }
 

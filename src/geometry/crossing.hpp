@@ -50,7 +50,7 @@ Crossing cross_triangles(const Corners& first, const Corners& second);
 
 /// Verdict of the same test without the altitude rule: what `interval` answers for a bare pair. May err where the
 /// margin is within 1e-12 m + 1e-15·size²/(altitude·sine), with the largest distance between corners, the smallest
-/// altitude and the angle between the planes; always for triangles without area.
+/// altitude and the angle between the planes; two segments or points never meet.
 bool interval_intersect(const Corners& first, const Corners& second);
 
 /// The thesis' yardstick: Möller's routine in float with its absolute 1e-6, coordinates taken as metres and scaled to

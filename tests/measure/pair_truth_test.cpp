@@ -1,0 +1,102 @@
+#include "measure/pair_truth.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "geometry/exact.hpp"
+
+namespace trocar {
+namespace {
+
+/// Three bodies of triangles with corners on a small lattice: many touches, coplanar and degenerate pairs.
+struct LatticeScene {
+    explicit LatticeScene(std::uint64_t seed) {
+        std::mt19937_64 random(seed);
+        std::uniform_int_distribution<int> coordinate(0, 3);
+        std::vector<Body> bodies(3);
+        for (std::size_t b = 0; b < bodies.size(); ++b) {
+            bodies[b].name = std::to_string(b);
+            bodies[b].kind = BodyKind::tissue;
+            bodies[b].vertex_count = 20;
+            bodies[b].triangles.resize(3, 25);
+            std::uniform_int_distribution<Index> vertex(0, 19);
+            for (Eigen::Index i = 0; i < bodies[b].triangles.size(); ++i) bodies[b].triangles(i) = vertex(random);
+        }
+        topology = make_topology(bodies);
+        frame.position.resize(3, topology.vertex_count);
+        for (Eigen::Index i = 0; i < frame.position.size(); ++i) frame.position(i) = coordinate(random) * 0.1;
+    }
+    [[nodiscard]] Corners corners(Index t) const {
+        const auto v = topology.triangles.col(t);
+        return {frame.position.col(v[0]), frame.position.col(v[1]), frame.position.col(v[2])};
+    }
+    Topology topology;
+    Frame frame;
+};
+
+TEST(TruePairs, AreAllPairsOfDifferentBodiesThatMeet) {
+    for (std::uint64_t seed = 0; seed < 5; ++seed) {
+        const LatticeScene scene(seed);
+        std::vector<TrianglePair> expected;
+        for (Index a = 0; a < scene.topology.triangle_count(); ++a) {
+            for (Index b = a + 1; b < scene.topology.triangle_count(); ++b) {
+                if (a / 25 == b / 25) continue;
+                if (triangles_intersect(scene.corners(a), scene.corners(b))) expected.push_back({a, b});
+            }
+        }
+        std::vector<TrianglePair> truth{{1, 2}};
+        true_pairs(scene.topology, scene.frame, truth);
+        EXPECT_GT(truth.size(), 100U);
+        EXPECT_EQ(truth, expected);
+    }
+}
+
+TEST(TruePairs, LeaveOutBodiesThatAreNotTestedAndNumbersThatAreNone) {
+    LatticeScene scene(7);
+    std::vector<TrianglePair> truth;
+    true_pairs(scene.topology, scene.frame, truth);
+    const auto first_two = std::count_if(truth.begin(), truth.end(), [](TrianglePair p) { return p.b < 50; });
+    scene.topology.body_pairs = {{0, 1}};
+    true_pairs(scene.topology, scene.frame, truth);
+    EXPECT_EQ(static_cast<std::ptrdiff_t>(truth.size()), first_two);
+    scene.frame.position.col(scene.topology.triangles(0, 3)).setConstant(std::numeric_limits<double>::quiet_NaN());
+    true_pairs(scene.topology, scene.frame, truth);
+    EXPECT_LT(static_cast<std::ptrdiff_t>(truth.size()), first_two);
+    for (const TrianglePair& pair : truth) EXPECT_NE(pair.a, 3);
+}
+
+TEST(TouchingPairs, AreThoseOfATouchClass) {
+    const LatticeScene scene(9);
+    std::vector<TrianglePair> truth;
+    true_pairs(scene.topology, scene.frame, truth);
+    std::vector<Index> expected;
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+        const PairClass pair_class = classify_pair(scene.corners(truth[i].a), scene.corners(truth[i].b));
+        if (pair_class == PairClass::touch_edge || pair_class == PairClass::touch_vertex) {
+            expected.push_back(static_cast<Index>(i));
+        }
+    }
+    EXPECT_GT(expected.size(), 10U);
+    EXPECT_LT(expected.size(), truth.size());
+    EXPECT_EQ(touching_pairs(scene.topology, scene.frame, truth), expected);
+}
+
+TEST(ComparePairs, CountsMissingExtraAndMissingTouchesApart) {
+    const std::vector<TrianglePair> truth{{0, 5}, {0, 7}, {1, 5}, {2, 9}};
+    const std::vector<Index> touch{1, 3};
+    const PairErrors same = compare_pairs({{2, 9}, {0, 5}, {1, 5}, {0, 7}}, truth, touch);
+    EXPECT_EQ(same.missing, 0);
+    EXPECT_EQ(same.extra, 0);
+    EXPECT_EQ(same.missing_touch, 0);
+    const PairErrors errors = compare_pairs({{0, 5}, {0, 5}, {3, 4}, {2, 9}, {9, 9}}, truth, touch);
+    EXPECT_EQ(errors.missing, 2);
+    EXPECT_EQ(errors.missing_touch, 1);
+    EXPECT_EQ(errors.extra, 2);
+    EXPECT_EQ(compare_pairs({}, truth, touch).missing, 4);
+    EXPECT_EQ(compare_pairs({}, truth, touch).missing_touch, 2);
+}
+
+}  // namespace
+}  // namespace trocar
