@@ -12,7 +12,6 @@
 
 #include "geometry/input_error.hpp"
 #include "method/registry.hpp"
-#include "scene/scene.hpp"
 
 namespace trocar {
 namespace {
@@ -159,6 +158,7 @@ template <typename Part>
 void read_counts(const Node& node, std::int64_t repetitions, Part& part) {
     part.repetitions = node.has("repetitions") ? node.at("repetitions").integer(1) : repetitions;
     part.ticks = node.has("ticks") ? node.at("ticks").integer(1) : 0;
+    part.truth_stride = node.has("truth_stride") ? node.at("truth_stride").integer(1) : 1;
 }
 
 Json parse_file(const std::filesystem::path& file) {
@@ -208,8 +208,8 @@ bool needs_native_contacts(const StudyMethod& response) {
 }
 
 PlannedRun planned(const Study& study, const std::string& mode, const std::string& scene_file, std::int64_t ticks,
-                   std::int64_t repetition, const StudyMethod& detector, const StudyMethod& response,
-                   const std::string& contacts) {
+                   std::int64_t truth_stride, std::int64_t repetition, const StudyMethod& detector,
+                   const StudyMethod& response, const std::string& contacts) {
     PlannedRun run;
     run.spec.study = study.name;
     run.spec.mode = mode;
@@ -222,6 +222,7 @@ PlannedRun planned(const Study& study, const std::string& mode, const std::strin
     run.spec.repetition = repetition;
     run.spec.seed = study.seed;
     run.spec.ticks = ticks;
+    run.spec.truth_stride = truth_stride;
     run.detector = detector;
     run.response = response;
     settle_absent(run);
@@ -235,8 +236,8 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
     if (study.replay && repetition < study.replay->repetitions) {
         for (const std::string& scene : study.replay->scenes) {
             for (const StudyMethod& detector : study.replay->detectors) {
-                PlannedRun run =
-                    planned(study, "replay", scene, study.replay->ticks, repetition, detector, StudyMethod{}, "");
+                PlannedRun run = planned(study, "replay", scene, study.replay->ticks, study.replay->truth_stride,
+                                         repetition, detector, StudyMethod{}, "");
                 if (wanted(run)) runs.push_back(std::move(run));
             }
         }
@@ -247,8 +248,8 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
             for (const StudyMethod& detector : part.detectors) {
                 if (contacts == "native" && !has_native_contacts(detector)) {
                     if (repetition > 0) continue;
-                    PlannedRun run =
-                        planned(study, "closed_loop", "", part.ticks, 0, detector, StudyMethod{}, contacts);
+                    PlannedRun run = planned(study, "closed_loop", "", part.ticks, part.truth_stride, 0, detector,
+                                             StudyMethod{}, contacts);
                     run.settled = Outcome{OutcomeKind::unsupported, "the detector has no contacts of its own"};
                     runs.push_back(std::move(run));
                     continue;
@@ -256,15 +257,15 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
                 for (const StudyMethod& response : part.responses) {
                     if (contacts == "canonical" && needs_native_contacts(response)) {
                         if (repetition > 0 || &detector != &part.detectors.front()) continue;
-                        PlannedRun run =
-                            planned(study, "closed_loop", "", part.ticks, 0, StudyMethod{}, response, contacts);
+                        PlannedRun run = planned(study, "closed_loop", "", part.ticks, part.truth_stride, 0,
+                                                 StudyMethod{}, response, contacts);
                         run.settled = Outcome{OutcomeKind::unsupported, "the response reads native contacts only"};
                         runs.push_back(std::move(run));
                         continue;
                     }
                     for (const std::string& scene : part.scenes) {
-                        PlannedRun run =
-                            planned(study, "closed_loop", scene, part.ticks, repetition, detector, response, contacts);
+                        PlannedRun run = planned(study, "closed_loop", scene, part.ticks, part.truth_stride, repetition,
+                                                 detector, response, contacts);
                         if (wanted(run)) runs.push_back(std::move(run));
                     }
                 }
@@ -273,8 +274,9 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
     }
     if (study.triangle_pair && repetition < study.triangle_pair->repetitions) {
         for (const std::string& scene : study.triangle_pair->scenes) {
-            PlannedRun run = planned(study, "triangle_pair", scene, study.triangle_pair->ticks, repetition,
-                                     StudyMethod{}, study.triangle_pair->response, "canonical");
+            PlannedRun run =
+                planned(study, "triangle_pair", scene, study.triangle_pair->ticks, study.triangle_pair->truth_stride,
+                        repetition, StudyMethod{}, study.triangle_pair->response, "canonical");
             if (wanted(run)) runs.push_back(std::move(run));
         }
     }
@@ -337,7 +339,7 @@ Study read_study(const std::filesystem::path& file) {
 
     if (root.has("replay")) {
         const Node node = root.at("replay");
-        node.expect_object({"scenes", "detectors", "ticks", "repetitions"}, {"scenes", "detectors"});
+        node.expect_object({"scenes", "detectors", "ticks", "repetitions", "truth_stride"}, {"scenes", "detectors"});
         ReplayPart part;
         part.scenes = read_scenes(node.at("scenes"), file);
         part.detectors = read_methods(node.at("detectors"), true);
@@ -346,7 +348,7 @@ Study read_study(const std::filesystem::path& file) {
     }
     if (root.has("closed_loop")) {
         const Node node = root.at("closed_loop");
-        node.expect_object({"scenes", "detectors", "responses", "contacts", "ticks", "repetitions"},
+        node.expect_object({"scenes", "detectors", "responses", "contacts", "ticks", "repetitions", "truth_stride"},
                            {"scenes", "detectors", "responses"});
         ClosedLoopPart part;
         part.scenes = read_scenes(node.at("scenes"), file);
@@ -369,7 +371,7 @@ Study read_study(const std::filesystem::path& file) {
     }
     if (root.has("triangle_pair")) {
         const Node node = root.at("triangle_pair");
-        node.expect_object({"scenes", "response", "ticks", "repetitions"}, {"scenes", "response"});
+        node.expect_object({"scenes", "response", "ticks", "repetitions", "truth_stride"}, {"scenes", "response"});
         TrianglePairPart part;
         part.scenes = read_scenes(node.at("scenes"), file);
         part.response = read_method(node.at("response"), false);
@@ -392,14 +394,8 @@ Study read_study(const std::filesystem::path& file) {
     return study;
 }
 
-SceneFacts read_scene_facts(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data) {
+SceneFacts facts_of(const Scene& scene) {
     SceneFacts facts;
-    facts.name = file.stem().string();
-    if (lacks_data(file, data)) {
-        facts.lacks_data = true;
-        return facts;
-    }
-    const Scene scene = read_scene(file, data);
     facts.name = scene.name;
     facts.hash = fmt::format("{:016x}", scene.hash);
     facts.ticks = scene.ticks;
@@ -412,6 +408,16 @@ SceneFacts read_scene_facts(const std::filesystem::path& file, const std::option
     }
     facts.pair_class = fmt::format("{}", fmt::join(classes, "+"));
     return facts;
+}
+
+SceneFacts read_scene_facts(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data) {
+    SceneFacts facts;
+    facts.name = file.stem().string();
+    if (lacks_data(file, data)) {
+        facts.lacks_data = true;
+        return facts;
+    }
+    return facts_of(read_scene(file, data));
 }
 
 std::vector<PlannedRun> make_plan(const Study& study) {
@@ -441,7 +447,8 @@ void complete_run(const SceneFacts& facts, PlannedRun& run) {
 
 std::map<std::string, std::string> method_facts(const Study& study, const PlannedRun& run) {
     std::map<std::string, std::string> facts;
-    facts["study.file"] = study.file.filename().string();
+    const bool outside = study.file.is_absolute() || study.file.generic_string().rfind("..", 0) == 0;
+    facts["study.file"] = (outside ? study.file.filename() : study.file).generic_string();
     facts["study.reference"] = study.reference;
     facts["study.time_limit_s"] = fmt::format("{}", study.time_limit_s);
     const Registry& all = registry();

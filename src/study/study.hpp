@@ -11,6 +11,7 @@
 
 #include "contact/outcome.hpp"
 #include "measure/record.hpp"
+#include "scene/scene.hpp"
 
 namespace trocar {
 
@@ -26,8 +27,9 @@ struct StudyMethod {
 struct ReplayPart {
     std::vector<std::string> scenes;  ///< files, relative to the study file
     std::vector<StudyMethod> detectors;
-    std::int64_t ticks = 0;        ///< 0: the scene's own number
-    std::int64_t repetitions = 1;  ///< fresh processes per contestant
+    std::int64_t ticks = 0;         ///< 0: the scene's own number
+    std::int64_t repetitions = 1;   ///< fresh processes per contestant
+    std::int64_t truth_stride = 1;  ///< truth is computed on every n-th tick
 };
 
 /// Detector × response × contact source, each driving its own copy of the scene.
@@ -38,6 +40,7 @@ struct ClosedLoopPart {
     std::vector<std::string> contacts;  ///< "canonical", "native"
     std::int64_t ticks = 0;
     std::int64_t repetitions = 1;
+    std::int64_t truth_stride = 1;
 };
 
 /// The thesis' own table: time of the response per triangle pair and per iteration, without and with the triangle test.
@@ -46,6 +49,7 @@ struct TrianglePairPart {
     StudyMethod response;
     std::int64_t ticks = 0;
     std::int64_t repetitions = 1;
+    std::int64_t truth_stride = 1;
 };
 
 struct Study {
@@ -74,6 +78,9 @@ struct SceneFacts {
     std::int64_t ticks = 0;  ///< the scene's own number
     bool lacks_data = false;
 };
+
+/// Facts of a scene that has been read.
+SceneFacts facts_of(const Scene& scene);
 
 /// Reads one scene. A scene that names data which is not there is a fact, any other fault is an InputError.
 SceneFacts read_scene_facts(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data);

@@ -23,7 +23,8 @@ std::string study_schema() {
       "type": "object", "additionalProperties": false, "required": ["scenes", "detectors"],
       "properties": {
         "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
-        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"}}},
+        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
+        "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
     "closed_loop": {
       "description": "Every detector with every response and contact source, each driving its own copy of the scene",
       "type": "object", "additionalProperties": false, "required": ["scenes", "detectors", "responses"],
@@ -31,13 +32,15 @@ std::string study_schema() {
         "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
         "responses": {"$ref": "#/$defs/methods"},
         "contacts": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["canonical"], "items": {"enum": ["canonical", "native"]}},
-        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"}}},
+        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
+        "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
     "triangle_pair": {
       "description": "Time of the response per triangle pair and per iteration, without and with the triangle test",
       "type": "object", "additionalProperties": false, "required": ["scenes", "response"],
       "properties": {
         "scenes": {"$ref": "#/$defs/scenes"}, "response": {"$ref": "#/$defs/method"},
-        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"}}}
+        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
+        "truth_stride": {"$ref": "#/$defs/truth_stride"}}}
   },
   "$defs": {
     "scenes": {"type": "array", "minItems": 1, "uniqueItems": true, "items": {"type": "string", "minLength": 1}},
@@ -50,7 +53,8 @@ std::string study_schema() {
          "setting": {"enum": ["default", "recommended", "tuned"], "default": "default"},
          "basis": {"type": "string", "minLength": 1, "description": "Who recommends the setting, or how it was searched and with what budget; required unless default"}}}]},
     "ticks": {"type": "integer", "minimum": 1, "description": "Instead of the scene's own number; p99 needs 1000, after the warm-up"},
-    "repetitions": {"type": "integer", "minimum": 1, "description": "Instead of the study's"}
+    "repetitions": {"type": "integer", "minimum": 1, "description": "Instead of the study's"},
+    "truth_stride": {"type": "integer", "minimum": 1, "default": 1, "description": "Truth (pairs and depth) is computed on every n-th tick; it is never timed"}
   }
 }
 )";

@@ -1,0 +1,211 @@
+// The runner with a shell script in place of the program, so that a child can crash, hang, lie or be interrupted at
+// will. The script is handed the same arguments as the program.
+#include "study/runner.hpp"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <sstream>
+
+#include "geometry/input_error.hpp"
+#include "support/program.hpp"
+
+namespace trocar {
+namespace {
+
+class RunnerTest : public ::testing::Test {
+protected:
+    RunnerTest() {
+        std::filesystem::create_directories(prepared());
+        for (int i = 0; i < 4; ++i) {
+            PlannedRun run;
+            run.spec.study = "s";
+            run.spec.mode = "replay";
+            run.spec.scene = "scene";
+            run.spec.detector = "d" + std::to_string(i);
+            Record record;
+            record.spec = run.spec;
+            record.summary["answer"] = i;
+            std::ofstream(prepared() / (std::to_string(i) + ".json")) << to_json_line(record) << "\n";
+            plan_.push_back(run);
+        }
+    }
+    [[nodiscard]] std::filesystem::path prepared() const { return folder_.path() / "prepared"; }
+    [[nodiscard]] std::filesystem::path output() const { return folder_.path() / "out"; }
+
+    /// `special`: lines of a shell `case` on the number of the run, before the record is written.
+    RunnerOptions options(const std::string& special, double time_limit_s = 20.0) {
+        const std::filesystem::path script = folder_.path() / "child.sh";
+        std::ofstream(script) << "i=$2\nout=$4\nprepared=" << prepared().string()
+                              << "\necho $i >>$prepared/log\ncase $i in\n"
+                              << special << "\nesac\ncp $prepared/$i.json $out.part && mv $out.part $out\n";
+        return {.directory = output(),
+                .child_command = {"/bin/sh", script.string()},
+                .binary = "binary_1",
+                .time_limit_s = time_limit_s,
+                .environment =
+                    [](const PlannedRun&) {
+                        return std::map<std::string, std::string>{{"cpu", "x"}};
+                    },
+                .progress = {}};
+    }
+    [[nodiscard]] std::string started() const {
+        std::string text = test::read_file(prepared() / "log");
+        std::replace(text.begin(), text.end(), '\n', ' ');
+        return text;
+    }
+    [[nodiscard]] std::vector<Record> records() const {
+        std::ifstream stream(output() / "records.jsonl");
+        std::vector<Record> list;
+        for (std::string line; std::getline(stream, line);) list.push_back(record_from_json_line(line, "records", 1));
+        return list;
+    }
+
+    test::TemporaryFolder folder_;
+    std::vector<PlannedRun> plan_;
+};
+
+TEST_F(RunnerTest, RecordsComeInPlanOrder) {
+    const RunnerResult result = run_plan(plan_, options(""));
+    EXPECT_EQ(result.made, 4);
+    EXPECT_EQ(result.found, 0);
+    const std::vector<Record> all = records();
+    ASSERT_EQ(all.size(), 4U);
+    for (std::size_t i = 0; i < 4; ++i) {
+        EXPECT_EQ(all[i].spec.detector, plan_[i].spec.detector);
+        EXPECT_EQ(all[i].summary.at("answer"), static_cast<double>(i));
+        EXPECT_EQ(all[i].environment.at("binary"), "binary_1");
+    }
+}
+
+TEST_F(RunnerTest, CrashIsARowWithItsSignal) {
+    run_plan(plan_, options("1) kill -SEGV $$;;"));
+    const std::vector<Record> all = records();
+    ASSERT_EQ(all.size(), 4U);
+    EXPECT_EQ(all[1].outcome.kind, OutcomeKind::crashed);
+    EXPECT_NE(all[1].outcome.message.find("signal 11"), std::string::npos) << all[1].outcome.message;
+    EXPECT_EQ(all[1].environment.at("cpu"), "x");
+    for (const std::size_t i : {0U, 2U, 3U}) EXPECT_TRUE(all[i].outcome.ok()) << i;
+}
+
+TEST_F(RunnerTest, ExitWithoutACompleteRecordIsACrashWithTheLastWords) {
+    run_plan(plan_, options("0) echo 'what(): out of luck' >&2; echo later >&2; exit 3;;\n"
+                            "1) exit 0;;\n"
+                            "2) head -c 40 $prepared/2.json >$out; exit 0;;\n"
+                            "3) cp $prepared/0.json $out; exit 0;;"));
+    const std::vector<Record> all = records();
+    ASSERT_EQ(all.size(), 4U);
+    for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(all[i].outcome.kind, OutcomeKind::crashed) << i;
+    EXPECT_EQ(all[0].outcome.message, "exit status 3 without a complete record: what(): out of luck");
+    EXPECT_EQ(all[3].spec.detector, "d3") << "another run's record is no answer";
+}
+
+TEST_F(RunnerTest, HangIsEndedAndIsARow) {
+    const auto start = std::chrono::steady_clock::now();
+    run_plan(plan_, options("2) sleep 60;;", 0.3));
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
+    const std::vector<Record> all = records();
+    ASSERT_EQ(all.size(), 4U);
+    EXPECT_EQ(all[2].outcome.kind, OutcomeKind::timed_out);
+    EXPECT_TRUE(all[3].outcome.ok());
+}
+
+TEST_F(RunnerTest, CrashAfterACompleteRecordKeepsTheRowsAndTellsTheFailure) {
+    run_plan(plan_, options("0) cp $prepared/0.json $out; kill -ABRT $$;;"));
+    const std::vector<Record> all = records();
+    EXPECT_EQ(all[0].outcome.kind, OutcomeKind::crashed);
+    EXPECT_EQ(all[0].summary.at("answer"), 0.0);
+}
+
+TEST_F(RunnerTest, InterruptedStudyGoesOnWhereItStopped) {
+    // The child interrupts its parent, as Ctrl-C would, and then hangs.
+    const RunnerResult first = run_plan(plan_, options("2) kill -INT $PPID; sleep 60;;"));
+    EXPECT_TRUE(first.interrupted);
+    EXPECT_EQ(first.made, 2);
+    EXPECT_FALSE(std::filesystem::exists(output() / "records.jsonl"));
+    EXPECT_EQ(started(), "0 1 2 ");
+    const RunnerResult second = run_plan(plan_, options(""));
+    EXPECT_FALSE(second.interrupted);
+    EXPECT_EQ(second.found, 2);
+    EXPECT_EQ(second.made, 2);
+    EXPECT_EQ(started(), "0 1 2 2 3 ");
+    EXPECT_EQ(records().size(), 4U);
+    const RunnerResult third = run_plan(plan_, options(""));
+    EXPECT_EQ(third.made, 0);
+    EXPECT_EQ(started(), "0 1 2 2 3 ");
+}
+
+TEST_F(RunnerTest, FailedRunsAreFinishedToo) {
+    run_plan(plan_, options("1) kill -SEGV $$;;"));
+    EXPECT_EQ(run_plan(plan_, options("")).found, 4);
+}
+
+TEST_F(RunnerTest, AnotherBinaryStartsAnew) {
+    run_plan(plan_, options(""));
+    RunnerOptions other = options("");
+    other.binary = "binary_2";
+    const RunnerResult result = run_plan(plan_, other);
+    EXPECT_EQ(result.made, 4);
+    EXPECT_EQ(records()[0].environment.at("binary"), "binary_2");
+}
+
+TEST_F(RunnerTest, AnotherSpecificationIsRunAlone) {
+    run_plan(plan_, options(""));
+    plan_[3].spec.seed = 7;
+    Record record;
+    record.spec = plan_[3].spec;
+    std::ofstream(prepared() / "3.json") << to_json_line(record) << "\n";
+    const RunnerResult result = run_plan(plan_, options(""));
+    EXPECT_EQ(result.found, 3);
+    EXPECT_EQ(result.made, 1);
+}
+
+TEST_F(RunnerTest, HalfAStoredRunIsNotFinished) {
+    run_plan(plan_, options(""));
+    const std::filesystem::path stored =
+        output() / "runs" / "binary_1" / (run_key(plan_[1].spec, options("").time_limit_s) + ".json");
+    ASSERT_TRUE(std::filesystem::exists(stored));
+    std::filesystem::resize_file(stored, std::filesystem::file_size(stored) / 2);
+    const RunnerResult result = run_plan(plan_, options(""));
+    EXPECT_EQ(result.found, 3);
+    EXPECT_EQ(result.made, 1);
+    EXPECT_EQ(records().size(), 4U);
+}
+
+TEST_F(RunnerTest, SettledRunsStartNoProcess) {
+    plan_[0].settled = Outcome{OutcomeKind::absent, "library not found"};
+    run_plan(plan_, options(""));
+    EXPECT_EQ(started(), "1 2 3 ");
+    EXPECT_EQ(records()[0].outcome.kind, OutcomeKind::absent);
+    EXPECT_EQ(records()[0].outcome.message, "library not found");
+}
+
+TEST_F(RunnerTest, TwoRunnersInOneFolderAreRefused) {
+    std::filesystem::create_directories(output());
+    const int lock = open((output() / "lock").c_str(), O_RDWR | O_CREAT, 0644);
+    ASSERT_EQ(flock(lock, LOCK_EX), 0);
+    EXPECT_THROW(run_plan(plan_, options("")), InputError);
+    EXPECT_EQ(started(), "");
+    close(lock);
+    EXPECT_EQ(run_plan(plan_, options("")).made, 4);
+}
+
+TEST_F(RunnerTest, ChildKeepsNoSignalBlocked) {
+    // A child that inherits the runner's blocked signals could not be interrupted by anyone.
+    run_plan(plan_, options("1) kill -TERM $$; sleep 5;;"));
+    EXPECT_EQ(records()[1].outcome.kind, OutcomeKind::crashed);
+    EXPECT_NE(records()[1].outcome.message.find("signal 15"), std::string::npos);
+}
+
+TEST(BinaryIdentity, IsStableWithinABinary) {
+    EXPECT_EQ(binary_identity(), binary_identity());
+    EXPECT_EQ(binary_identity().size(), 16U);
+}
+
+}  // namespace
+}  // namespace trocar
