@@ -1,0 +1,160 @@
+#include "geometry/mesh_file.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <numbers>
+#include <system_error>
+
+#include "geometry/input_error.hpp"
+#include "geometry/mesh_text.hpp"
+
+namespace trocar {
+namespace {
+
+using mesh_text::Source;
+
+std::string read_bytes(const std::filesystem::path& file) {
+    const std::string name = file.string();
+    std::error_code error;
+    const std::filesystem::file_status status = std::filesystem::status(file, error);
+    if (!std::filesystem::exists(status)) throw InputError(name, "", "a mesh file", "no such file");
+    if (std::filesystem::is_directory(status)) throw InputError(name, "", "a mesh file", "a folder");
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) throw InputError(name, "", "a readable file", "no permission to read it");
+    std::string bytes;
+    const std::uintmax_t size = std::filesystem::file_size(file, error);
+    if (!error) bytes.reserve(static_cast<std::size_t>(size));
+    std::array<char, 1 << 16> block{};
+    while (stream.read(block.data(), block.size()) || stream.gcount() > 0) {
+        bytes.append(block.data(), static_cast<std::size_t>(stream.gcount()));
+    }
+    if (stream.bad()) {
+        throw InputError(name, fmt::format("byte {}", bytes.size()), "a readable file", "a read error");
+    }
+    return bytes;
+}
+
+using Reader = Mesh (*)(const Source&);
+
+Reader reader_for_extension(const std::string& extension) {
+    using mesh_text::equal_without_case;
+    if (equal_without_case(extension, ".obj")) return mesh_text::read_obj;
+    if (equal_without_case(extension, ".stl")) return mesh_text::read_stl;
+    if (equal_without_case(extension, ".ply")) return mesh_text::read_ply;
+    if (equal_without_case(extension, ".off")) return mesh_text::read_off;
+    if (equal_without_case(extension, ".wrl") || equal_without_case(extension, ".vrml")) return mesh_text::read_vrml;
+    return nullptr;
+}
+
+/// Reader whose magic words open the text; OBJ has none.
+Reader reader_for_content(std::string_view text) {
+    mesh_text::LineReader lines(text);
+    std::string_view rest;
+    while (lines.next(rest)) {
+        if (rest.starts_with("#VRML")) return mesh_text::read_vrml;
+        const std::string_view token = mesh_text::next_token(rest);
+        if (token.empty() || token.front() == '#') continue;
+        if (token == "ply") return mesh_text::read_ply;
+        if (token.ends_with("OFF") && token.size() <= 8) return mesh_text::read_off;
+        if (mesh_text::equal_without_case(token, "solid")) return mesh_text::read_stl;
+        return nullptr;
+    }
+    return nullptr;
+}
+
+}  // namespace
+
+Mesh read_mesh(const std::filesystem::path& file) {
+    const std::string bytes = read_bytes(file);
+    Source source{.name = file.string(), .text = bytes};
+    if (source.text.starts_with("\x1f\x8b")) {
+        mesh_text::fail_byte(source, 0, "an uncompressed mesh", "gzip-compressed data (unpack it with gunzip first)");
+    }
+    if (source.text.starts_with("\xef\xbb\xbf")) source.text.remove_prefix(3);
+    Reader read = reader_for_extension(file.extension().string());
+    if (read == nullptr) read = reader_for_content(source.text);
+    if (read == nullptr) {
+        throw InputError(source.name, "", "a mesh file (.obj .stl .ply .off .wrl .vrml)",
+                         "the extension '" + file.extension().string() + "' and unknown content");
+    }
+    return read(source);
+}
+
+void write_obj(const std::filesystem::path& file, const Matrix3X& vertices, const Triangles& triangles) {
+    fmt::memory_buffer text;
+    for (Eigen::Index i = 0; i < vertices.cols(); ++i) {
+        fmt::format_to(std::back_inserter(text), "v {:.17g} {:.17g} {:.17g}\n", vertices(0, i), vertices(1, i),
+                       vertices(2, i));
+    }
+    for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
+        fmt::format_to(std::back_inserter(text), "f {} {} {}\n", std::int64_t{triangles(0, t)} + 1,
+                       std::int64_t{triangles(1, t)} + 1, std::int64_t{triangles(2, t)} + 1);
+    }
+    std::filesystem::path beside = file;
+    beside += ".partial";
+    bool written = false;
+    {
+        std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
+        stream.write(text.data(), static_cast<std::streamsize>(text.size()));
+        stream.close();
+        written = stream.good();
+    }
+    std::error_code error;
+    if (written) std::filesystem::rename(beside, file, error);
+    if (!written || error) {
+        std::error_code ignored;
+        std::filesystem::remove(beside, ignored);
+        throw InputError(file.string(), "", "a file that can be written", error ? error.message() : "a write error");
+    }
+}
+
+void pose_vertices(double scale, const Vector3& translation, const Vector3& rotation_degrees, Matrix3X& vertices) {
+    const double length = rotation_degrees.norm();
+    const Vector3 axis = length > 0.0 ? Vector3(rotation_degrees / length) : Vector3::UnitZ();
+    const Matrix3 r = Eigen::AngleAxisd(length * (std::numbers::pi / 180.0), axis).toRotationMatrix();
+    for (Eigen::Index i = 0; i < vertices.cols(); ++i) {
+        const double x = scale * vertices(0, i);
+        const double y = scale * vertices(1, i);
+        const double z = scale * vertices(2, i);
+        for (int row = 0; row < 3; ++row) {
+            vertices(row, i) = (r(row, 0) * x + r(row, 1) * y + r(row, 2) * z) + translation[row];
+        }
+    }
+}
+
+void weld(Matrix3X& vertices, Triangles& triangles) {
+    const Eigen::Index count = vertices.cols();
+    const std::size_t slots = std::bit_ceil(2 * static_cast<std::size_t>(count) + 1);
+    std::vector<Index> table(slots, -1);  // open addressing; entries are new vertex numbers
+    std::vector<Index> new_number(static_cast<std::size_t>(count));
+    Index kept = 0;
+    for (Eigen::Index i = 0; i < count; ++i) {
+        const Vector3 p = vertices.col(i);
+        std::uint64_t hash = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            // + 0.0 turns -0 into 0, which compares equal to it.
+            hash = (std::rotl(hash, 21) ^ std::bit_cast<std::uint64_t>(p[axis] + 0.0)) * 0x9e3779b97f4a7c15ULL;
+        }
+        std::size_t slot = static_cast<std::size_t>(hash >> 20U) & (slots - 1);
+        while (table[slot] >= 0 && vertices.col(table[slot]) != p) slot = (slot + 1) & (slots - 1);
+        if (table[slot] < 0) {
+            table[slot] = kept;
+            vertices.col(kept) = p;
+            ++kept;
+        }
+        new_number[static_cast<std::size_t>(i)] = table[slot];
+    }
+    vertices.conservativeResize(Eigen::NoChange, kept);
+    for (Eigen::Index k = 0; k < triangles.size(); ++k) {
+        Index& corner = triangles.data()[k];
+        corner = new_number[static_cast<std::size_t>(corner)];
+    }
+}
+
+}  // namespace trocar

@@ -1,0 +1,227 @@
+#include "geometry/mesh_report.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "geometry/box_pairs.hpp"
+#include "geometry/exact.hpp"
+
+namespace trocar {
+namespace {
+
+/// Sets that merge (union-find with path halving).
+class Sets {
+public:
+    explicit Sets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), Index{0}); }
+    Index find(Index i) {
+        while (parent(i) != i) i = parent(i) = parent(parent(i));
+        return i;
+    }
+    void merge(Index i, Index j) { parent(find(i)) = find(j); }
+
+private:
+    Index& parent(Index i) { return parent_[static_cast<std::size_t>(i)]; }
+    std::vector<Index> parent_;
+};
+
+/// One side of a triangle, from its lower to its higher vertex.
+struct Side {
+    Index low;
+    Index high;
+    Index triangle;
+    bool forward;  ///< the triangle runs from low to high
+    auto operator<=>(const Side&) const = default;
+};
+
+/// All sides, so that those of one edge stand together.
+std::vector<Side> sorted_sides(const Triangles& triangles) {
+    std::vector<Side> sides;
+    sides.reserve(3 * static_cast<std::size_t>(triangles.cols()));
+    for (Index t = 0; t < triangles.cols(); ++t) {
+        for (int corner = 0; corner < 3; ++corner) {
+            const Index from = triangles(corner, t);
+            const Index to = triangles((corner + 1) % 3, t);
+            sides.push_back({std::min(from, to), std::max(from, to), t, from < to});
+        }
+    }
+    std::sort(sides.begin(), sides.end());
+    return sides;
+}
+
+Triangles without_collapsed(const Triangles& triangles) {
+    Triangles kept(3, triangles.cols());
+    Eigen::Index count = 0;
+    for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
+        const auto c = triangles.col(t);
+        if (c[0] != c[1] && c[1] != c[2] && c[2] != c[0]) kept.col(count++) = c;
+    }
+    kept.conservativeResize(Eigen::NoChange, count);
+    return kept;
+}
+
+/// Place of vertex `v` among the corners of triangle t, as number of that corner in the whole mesh.
+Index corner_number(const Triangles& triangles, Index t, Index v) {
+    for (int corner = 0; corner < 3; ++corner) {
+        if (triangles(corner, t) == v) return 3 * t + corner;
+    }
+    return -1;
+}
+
+void count_edges(const Triangles& triangles, Index vertex_count, MeshReport& report) {
+    const std::vector<Side> sides = sorted_sides(triangles);
+    Sets shells(static_cast<std::size_t>(triangles.cols()));
+    Sets fans(static_cast<std::size_t>(triangles.size()));  // corners of triangles around their vertices
+    Sets loops(static_cast<std::size_t>(vertex_count));
+    std::vector<Index> boundary_vertices;
+    for (std::size_t first = 0, end = 0; first < sides.size(); first = end) {
+        const Side& side = sides[first];
+        while (end < sides.size() && sides[end].low == side.low && sides[end].high == side.high) ++end;
+        for (std::size_t i = first + 1; i < end; ++i) {
+            shells.merge(side.triangle, sides[i].triangle);
+            for (const Index v : {side.low, side.high}) {
+                fans.merge(corner_number(triangles, side.triangle, v), corner_number(triangles, sides[i].triangle, v));
+            }
+        }
+        if (end - first == 1) {
+            ++report.boundary_edges;
+            loops.merge(side.low, side.high);
+            boundary_vertices.push_back(side.low);
+        } else if (end - first > 2) {
+            ++report.non_manifold_edges;
+        } else if (side.forward == sides[first + 1].forward) {
+            ++report.flipped_edges;
+        }
+    }
+    for (Index t = 0; t < triangles.cols(); ++t) report.shells += shells.find(t) == t ? 1 : 0;
+    for (Index& v : boundary_vertices) v = loops.find(v);
+    std::sort(boundary_vertices.begin(), boundary_vertices.end());
+    report.holes =
+        static_cast<Index>(std::unique(boundary_vertices.begin(), boundary_vertices.end()) - boundary_vertices.begin());
+    std::vector<std::uint8_t> fan_count(static_cast<std::size_t>(vertex_count), 0);
+    for (Index corner = 0; corner < triangles.size(); ++corner) {
+        if (fans.find(corner) != corner) continue;
+        std::uint8_t& count = fan_count[static_cast<std::size_t>(triangles.data()[corner])];
+        if (count < 2) ++count;
+        if (count == 2) {
+            ++report.bow_vertices;
+            count = 3;
+        }
+    }
+    report.watertight = report.boundary_edges == 0 && report.non_manifold_edges == 0 && report.flipped_edges == 0;
+}
+
+void measure_triangles(const Matrix3X& vertices, const Triangles& triangles, MeshReport& report) {
+    std::vector<double> longest;
+    longest.reserve(static_cast<std::size_t>(triangles.cols()));
+    for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
+        const Vector3 a = vertices.col(triangles(0, t));
+        const Vector3 b = vertices.col(triangles(1, t));
+        const Vector3 c = vertices.col(triangles(2, t));
+        const double edge = std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
+        longest.push_back(edge);
+        const double twice_area = (b - a).cross(c - a).norm();
+        if (twice_area < 1e-7 * edge * edge) ++report.degenerate_triangles;
+        report.signed_volume += a.dot(b.cross(c)) / 6.0;
+    }
+    report.median_longest_edge = std::numeric_limits<double>::quiet_NaN();
+    if (!longest.empty()) {
+        const auto middle = longest.begin() + static_cast<std::ptrdiff_t>(longest.size() / 2);
+        std::nth_element(longest.begin(), middle, longest.end());
+        report.median_longest_edge = *middle;
+    }
+}
+
+void count_duplicates(const Triangles& triangles, MeshReport& report) {
+    std::vector<std::array<Index, 3>> sorted;
+    sorted.reserve(static_cast<std::size_t>(triangles.cols()));
+    for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
+        std::array<Index, 3> corners{triangles(0, t), triangles(1, t), triangles(2, t)};
+        std::sort(corners.begin(), corners.end());
+        sorted.push_back(corners);
+    }
+    std::sort(sorted.begin(), sorted.end());
+    const auto distinct = std::unique(sorted.begin(), sorted.end());
+    report.duplicate_triangles = static_cast<Index>(sorted.end() - distinct);
+}
+
+bool share_a_vertex(const Triangles& triangles, Index s, Index t) {
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+            if (triangles(i, s) == triangles(j, t)) return true;
+        }
+    }
+    return false;
+}
+
+/// How many corners of `other` lie in the plane of `face`; all of them when `face` has no area.
+int corners_in_plane(const Corners& face, const Corners& other) {
+    return static_cast<int>(std::count_if(other.begin(), other.end(), [&face](const Vector3& corner) {
+        return orientation_sign(face[0], face[1], face[2], corner) == 0;
+    }));
+}
+
+void count_self_intersections(const Matrix3X& vertices, const Triangles& triangles, MeshReport& report) {
+    std::vector<Box> boxes;
+    triangle_boxes(vertices, triangles, boxes);
+    const Range all{0, static_cast<Index>(triangles.cols())};
+    std::vector<IndexPair> candidates;
+    overlapping_boxes(boxes, all, all, candidates);
+    const auto corners = [&](Index t) {
+        return Corners{vertices.col(triangles(0, t)), vertices.col(triangles(1, t)), vertices.col(triangles(2, t))};
+    };
+    for (const auto [s, t] : candidates) {
+        if (s >= t || share_a_vertex(triangles, s, t)) continue;
+        const Corners first = corners(s);
+        const Corners second = corners(t);
+        if (!triangles_intersect(first, second)) continue;
+        const PairClass pair_class = classify_pair(first, second);
+        const int in_first_plane = corners_in_plane(first, second);
+        if (in_first_plane == 3 && pair_class != PairClass::degenerate) continue;
+        const bool off_planes = in_first_plane == 0 && corners_in_plane(second, first) == 0;
+        if (off_planes && pair_class == PairClass::touch_edge) continue;
+        ++report.self_intersections;
+    }
+}
+
+}  // namespace
+
+LengthUnit length_unit(const Mesh& mesh, const Box& box) {
+    if (!mesh.stated_unit.empty()) return {.name = mesh.stated_unit, .guessed = false};
+    const double side = (box.max - box.min).maxCoeff();
+    if (!(side > 0.0)) return {.name = "unknown", .guessed = true};
+    if (side <= 2.0) return {.name = "m", .guessed = true};
+    return {.name = side <= 25.0 ? "cm" : "mm", .guessed = true};
+}
+
+MeshReport report_mesh(const Mesh& mesh) {
+    MeshReport report;
+    report.vertices_stored = mesh.vertices_stored;
+    report.triangles = static_cast<Index>(mesh.triangles.cols());
+    Matrix3X vertices = mesh.vertices;
+    Triangles triangles = mesh.triangles;
+    weld(vertices, triangles);
+    const auto vertex_count = static_cast<Index>(vertices.cols());
+    std::vector<bool> used(static_cast<std::size_t>(vertex_count), false);
+    for (Eigen::Index k = 0; k < triangles.size(); ++k) {
+        const Index v = triangles.data()[k];
+        if (used[static_cast<std::size_t>(v)]) continue;
+        used[static_cast<std::size_t>(v)] = true;
+        ++report.vertices;
+        report.box.add(vertices.col(v));
+    }
+    report.unit = length_unit(mesh, report.box);
+    triangles = without_collapsed(triangles);
+    report.collapsed = report.triangles - static_cast<Index>(triangles.cols());
+
+    count_edges(triangles, vertex_count, report);
+    measure_triangles(vertices, triangles, report);
+    count_duplicates(triangles, report);
+    count_self_intersections(vertices, triangles, report);
+    return report;
+}
+
+}  // namespace trocar

@@ -1,0 +1,52 @@
+// What is right and wrong with one mesh: counts, holes, edges and vertices that are no surface, self-intersections. A
+// detector needs none of it, a person who asks why a scene behaves oddly does.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "geometry/mesh_file.hpp"
+#include "geometry/types.hpp"
+
+namespace trocar {
+
+/// A length unit and whether it was guessed from the size of the mesh.
+struct LengthUnit {
+    std::string name = {};  ///< "mm", "cm", "m", "in"; "unknown" when there is nothing to guess from
+    bool guessed = true;
+};
+
+/// Counts after welding identical positions, in the definitions of the README beside the data's meshes; everything
+/// from `shells` on leaves out triangles whose corners coincide.
+struct MeshReport {
+    Index vertices_stored = 0;       ///< as stored in the file
+    Index vertices = 0;              ///< after welding, of those that a triangle uses
+    Index triangles = 0;             ///< polygons fan-split, all kept
+    Index collapsed = 0;             ///< triangles with coinciding corners
+    Index shells = 0;                ///< sets of triangles connected by edges
+    Index boundary_edges = 0;        ///< edges with one triangle
+    Index holes = 0;                 ///< loops of boundary edges
+    Index non_manifold_edges = 0;    ///< edges with three or more triangles
+    Index flipped_edges = 0;         ///< edges whose two triangles disagree on orientation
+    Index bow_vertices = 0;          ///< vertices whose triangles form more than one fan
+    Index degenerate_triangles = 0;  ///< height below 1e-7 of the longest edge
+    Index duplicate_triangles = 0;   ///< with the corners of an earlier one, in any order
+    /// Intersecting pairs without a common vertex, by exact predicates. Touching counts where a corner lies in the
+    /// other triangle's plane; pairs in one plane and edges that merely cross in a point are left out, as in the
+    /// README's numbers.
+    std::int64_t self_intersections = 0;
+    bool watertight = false;           ///< no boundary, non-manifold or flipped edge
+    double signed_volume = 0.0;        ///< unit³; positive when triangles are counter-clockwise seen from outside
+    double median_longest_edge = 0.0;  ///< unit; NaN without triangles
+    Box box = {};                      ///< of the vertices that a triangle uses, unit; empty without triangles
+    LengthUnit unit = {};
+};
+
+/// Looks at everything above. Time grows like triangles · log(triangles) plus the box overlaps.
+MeshReport report_mesh(const Mesh& mesh);
+
+/// The unit that the file states, else a guess from the longest side of the box: instruments and organs measure
+/// millimetres to a metre, so up to 2 means m, up to 25 cm, above mm.
+LengthUnit length_unit(const Mesh& mesh, const Box& box);
+
+}  // namespace trocar

@@ -1,0 +1,88 @@
+// What the mesh readers share: a walk over lines, numbers parsed without the locale, messages of one line, and the mesh
+// while it grows. Internal to the readers; everybody else uses mesh_file.hpp.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "geometry/mesh_file.hpp"
+
+namespace trocar::mesh_text {
+
+/// A file in memory. `text` is without a UTF-8 byte order mark.
+struct Source {
+    std::string name;       ///< as the user wrote it, for messages
+    std::string_view text;  ///< all bytes
+};
+
+/// Token in quotes for a message: at most 40 characters, control characters escaped, "end of line" when empty.
+std::string quoted(std::string_view token);
+
+[[noreturn]] void fail_line(const Source& source, std::int64_t line, std::string_view expected, std::string_view found);
+[[noreturn]] void fail_byte(const Source& source, std::size_t byte, std::string_view expected, std::string_view found);
+
+/// Walks over lines that end in LF, CRLF or CR; the last one may lack its end.
+class LineReader {
+public:
+    explicit LineReader(std::string_view text) : text_(text) {}
+    /// False at the end of the text.
+    bool next(std::string_view& line);
+    [[nodiscard]] std::int64_t line_number() const { return line_number_; }  ///< of the line last given, from 1
+    [[nodiscard]] std::size_t position() const { return position_; }         ///< byte behind that line's end
+    [[nodiscard]] std::size_t bytes_left() const { return text_.size() - position_; }
+
+private:
+    std::string_view text_;
+    std::size_t position_ = 0;
+    std::int64_t line_number_ = 0;
+};
+
+/// Cuts the next token off the front of `rest` (separated by blanks and tabs); empty when there is none.
+std::string_view next_token(std::string_view& rest);
+
+/// The whole token as a decimal number; a leading + is allowed, overflow gives infinity and underflow zero.
+std::optional<double> parse_double(std::string_view token);
+std::optional<std::int64_t> parse_integer(std::string_view token);
+
+/// The token as a finite number, or an InputError with the line.
+double finite_number(const Source& source, std::int64_t line, std::string_view token);
+
+/// Same letters, A to Z without case.
+bool equal_without_case(std::string_view a, std::string_view b);
+
+/// Unit in a text such as "units: mm" or "File units = meters"; empty when there is none.
+std::string stated_unit(std::string_view comment);
+
+/// Vertices and triangles in file order while the file is read.
+class MeshBuilder {
+public:
+    explicit MeshBuilder(const Source& source) : source_(source) {}
+    void reserve(std::size_t vertices, std::size_t triangles);
+    void add_vertex(double x, double y, double z);
+    /// Fan-split in order. Precondition: at least three corners.
+    void add_polygon(std::span<const Index> corners);
+    void add_triangle(Index a, Index b, Index c);
+    void read_unit(std::string_view comment);
+    [[nodiscard]] std::int64_t vertex_count() const { return static_cast<std::int64_t>(coordinates_.size() / 3); }
+    [[nodiscard]] std::int64_t triangle_count() const { return static_cast<std::int64_t>(corners_.size() / 3); }
+    /// Hands the mesh over; throws InputError when a count does not fit an Index.
+    Mesh finish(std::string format);
+
+private:
+    const Source& source_;
+    std::vector<double> coordinates_;
+    std::vector<Index> corners_;
+    std::string unit_;
+};
+
+Mesh read_obj(const Source& source);
+Mesh read_stl(const Source& source);
+Mesh read_ply(const Source& source);
+Mesh read_off(const Source& source);
+Mesh read_vrml(const Source& source);
+
+}  // namespace trocar::mesh_text
