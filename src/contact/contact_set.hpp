@@ -28,6 +28,9 @@ struct ContactSet {
     std::vector<Contact> native;    ///< the library's own contacts, kept raw
     std::vector<Contact> contacts;  ///< canonical: one per entry of `pairs`, same order
     WorkCounters work;
+    /// Set by the caller: whether a method that has native contacts shall compute them. Off where only pairs are asked
+    /// for, so that nobody pays for answers that nobody reads; clear() leaves it alone.
+    bool native_wanted = true;
     bool truncated = false;  ///< a limit cut the list: "unknown", never "free"
     Outcome outcome;
 

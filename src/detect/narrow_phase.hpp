@@ -2,7 +2,9 @@
 // both decide with the same test and a study can swap it.
 #pragma once
 
+#include <cstdint>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "contact/contact.hpp"
@@ -10,8 +12,14 @@
 
 namespace trocar {
 
+/// exact: floating-point filter, exact predicates for the rest; interval: double with relative tolerance; moller: the
+/// float reference routine with its known failures (METHODS §3.3).
+enum class TriangleTest : std::uint8_t { exact, interval, moller };
+/// Inverse of the parameter's words "exact", "interval", "moller".
+TriangleTest triangle_test_from(std::string_view word);
+
 /// Appends those of `candidates` that intersect to `pairs`, in the same order.
-void test_pairs(const Topology& topology, const Frame& frame, std::span<const TrianglePair> candidates,
-                std::vector<TrianglePair>& pairs);
+void test_pairs(TriangleTest test, const Topology& topology, const Frame& frame,
+                std::span<const TrianglePair> candidates, std::vector<TrianglePair>& pairs);
 
 }  // namespace trocar

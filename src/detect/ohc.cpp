@@ -41,6 +41,7 @@ struct Settings {
     CellHash hash = CellHash::fibonacci;
     int hash_bits = 12;
     double margin = 0.0;  ///< m
+    TriangleTest test = TriangleTest::exact;
     std::int64_t max_pairs = std::numeric_limits<std::int64_t>::max();
     std::int64_t work_budget = std::numeric_limits<std::int64_t>::max();
     [[nodiscard]] bool limited() const {
@@ -135,7 +136,7 @@ public:
             repeated_.erase(std::unique(repeated_.begin(), repeated_.end()), repeated_.end());
             candidates_.insert(candidates_.end(), repeated_.begin(), repeated_.end());
             work_.triangle_tests += static_cast<std::int64_t>(candidates_.size());
-            test_pairs(*topology_, frame, candidates_, contacts.pairs);
+            test_pairs(settings_.test, *topology_, frame, candidates_, contacts.pairs);
         }
         std::sort(contacts.pairs.begin(), contacts.pairs.end());
         contacts.work = work_;
@@ -471,7 +472,7 @@ private:
                 if (static_cast<std::int64_t>(contacts.pairs.size()) >= settings_.max_pairs) truncated_ = true;
                 if (truncated_ || !spend(work_.triangle_tests, 1)) return false;
                 tested_.insert(place, pair);
-                test_pairs(*topology_, frame, {&pair, 1}, contacts.pairs);
+                test_pairs(settings_.test, *topology_, frame, {&pair, 1}, contacts.pairs);
             }
             candidates_.clear();
             return true;
@@ -548,6 +549,11 @@ DetectorEntry ohc_detector() {
                   .default_value = "0",
                   .minimum = 0.0,
                   .meaning = "added around every triangle while looking for candidates; never part of the answer"},
+                 {.name = "test",
+                  .type = Type::choice,
+                  .default_value = "exact",
+                  .choices = {"exact", "interval", "moller"},
+                  .meaning = "triangle test; only exact is free of errors"},
                  {.name = "max_pairs",
                   .type = Type::integer,
                   .unit = "1",
@@ -570,6 +576,7 @@ DetectorEntry ohc_detector() {
                 settings.hash = values.is("hash", "teschner") ? CellHash::teschner : CellHash::fibonacci;
                 settings.hash_bits = static_cast<int>(values.integer("hash_bits"));
                 settings.margin = values.number("margin");
+                settings.test = triangle_test_from(values.text("test"));
                 if (!values.is("max_pairs", "none")) settings.max_pairs = values.integer("max_pairs");
                 if (!values.is("work_budget", "none")) settings.work_budget = values.integer("work_budget");
                 return std::make_unique<Ohc>(settings);

@@ -128,7 +128,7 @@ std::vector<World> general_scenes() {
                      shaft(0.003, 0.1, 9, 18).rotate({1.0, 0.2, 0.1}, 0.8).move({-0.01, 0.02, -0.03}), "right"},
                     {BodyKind::instrument, sphere(0.006, 9).move({0.012, 0.006, -0.019}), "right"},
                     {BodyKind::tissue, sheet(0.12, 18).shake(0.001, 5)},
-                    {BodyKind::tissue, sphere(0.02, 14).move({0.01, 0.0, -0.012})},
+                    {BodyKind::tissue, sphere(0.02, 14).rotate({1.0, 2.0, 0.5}, 0.3).move({0.0107, 0.0003, -0.0123})},
                     {BodyKind::rigid, slab(0.05, 0.01, 8).shake(0.0003, 6).move({0.02, 0.01, -0.017})}}));
     return worlds;
 }
@@ -532,18 +532,26 @@ std::string native_contacts_are_plausible(const DetectorEntry& entry) {
     return failures;
 }
 
-std::string native_normals_point_from_a_to_b(const DetectorEntry& entry) {
-    // A sphere whose upper part is sunk into another from below: whatever a library's convention, from a to b is up.
-    const World world = make_world(
-        "two spheres", {{BodyKind::instrument, sphere(0.02, 16)},
-                        {BodyKind::tissue, sphere(0.02, 16).rotate({1, 0, 0}, 0.1).move({0.0, 0.0, 0.037})}});
-    const ContactSet contacts = answer_of(entry, world);
+std::string native_normal_and_depth_of_a_tip(const DetectorEntry& entry) {
+    // The tip of one triangle just below another: the short way out is up for the tip, down for the other.
+    const Shape floor = triangle({-0.1, -0.1, 0.0}, {0.1, -0.1, 0.0}, {0.0, 0.15, 0.0});
+    const Shape tip = triangle({0.0, 0.0, -0.01}, {0.03, 0.005, 0.1}, {-0.03, 0.002, 0.1});
     if (!entry.native_contacts) return "";
-    Vector3 sum = Vector3::Zero();
-    for (const Contact& contact : contacts.native) sum += contact.normal;
-    return sum[2] > 0.0 && !contacts.native.empty()
-               ? ""
-               : fmt::format("sum of {} normals: {}\n", contacts.native.size(), fmt::join(sum, ", "));
+    std::string failures;
+    for (const bool swapped : {false, true}) {
+        const World world =
+            make_world("tip", {{BodyKind::tissue, swapped ? tip : floor}, {BodyKind::tissue, swapped ? floor : tip}});
+        const ContactSet contacts = answer_of(entry, world);
+        if (contacts.native.empty()) failures += "no contact\n";
+        for (const Contact& contact : contacts.native) {
+            const double up = swapped ? -contact.normal[2] : contact.normal[2];
+            if (std::abs(up - 1.0) > 1e-3 || std::abs(contact.depth - 0.01) > 1e-5) {
+                failures += fmt::format("swapped {}: normal ({}), depth {}\n", swapped, fmt::join(contact.normal, ", "),
+                                        contact.depth);
+            }
+        }
+    }
+    return failures;
 }
 
 struct Check {
@@ -573,7 +581,7 @@ constexpr Check checks[] = {
     {"PairsAreWellFormed", pairs_are_well_formed},
     {"EveryChoiceAnswersAlike", every_choice_answers_alike},
     {"NativeContactsArePlausible", native_contacts_are_plausible},
-    {"NativeNormalsPointFromAToB", native_normals_point_from_a_to_b},
+    {"NativeNormalPointsFromAToBAndDepthIsTheTips", native_normal_and_depth_of_a_tip},
 };
 
 /// (method, check) -> reason, of the gaps that are known.
