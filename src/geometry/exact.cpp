@@ -19,9 +19,9 @@ constexpr double unit_roundoff = 0x1p-53;
 /// Shewchuk's bounds for one 3×3 and one 2×2 determinant of differences, times the permanent.
 constexpr double bound_3d = (7.0 + 56.0 * unit_roundoff) * unit_roundoff;
 constexpr double bound_2d = (3.0 + 16.0 * unit_roundoff) * unit_roundoff;
-/// Products below the smallest normal number lose up to 2^-1075 each; 2^-1065 times the factors that follow covers all
-/// of a determinant's products.
-constexpr double underflow_unit = 0x1p-1065;
+/// Products below the smallest normal number lose up to 2^-1075 each. 2^-1000 times the factors that follow is far more
+/// than that, and is itself a normal number: arithmetic on subnormal ones is many times slower.
+constexpr double underflow_unit = 0x1p-1000;
 
 int sign_of(double value) { return (value > 0.0) - (value < 0.0); }
 
@@ -100,39 +100,36 @@ int exact_orientation(const Vector3& a, const Vector3& b, const Vector3& c, cons
 
 // ---- filtered signs --------------------------------------------------------------------------------------------
 
-/// A triangle's plane in plain double with what its error bound needs: the side of a point costs three products each.
+/// A triangle's plane in plain double with the part of the error bound that its points share.
 struct FilteredPlane {
     explicit FilteredPlane(const Corners& t) : corners(t) {
         const Vector3 u = t[1] - t[0];
         const Vector3 v = t[2] - t[0];
-        const double yz = u.y() * v.z();
-        const double zy = u.z() * v.y();
-        const double zx = u.z() * v.x();
-        const double xz = u.x() * v.z();
-        const double xy = u.x() * v.y();
-        const double yx = u.y() * v.x();
-        normal = {yz - zy, zx - xz, xy - yx};
-        permanent = {std::abs(yz) + std::abs(zy), std::abs(zx) + std::abs(xz), std::abs(xy) + std::abs(yx)};
+        normal = u.cross(v);
+        const double reach = std::max(largest(u), largest(v));
+        // The permanent has six products of at most reach · reach · |offset|; a fiftieth more covers its own rounding.
+        permanent_per_offset = 1.02 * 6.0 * (reach * reach);
+    }
+
+    static double largest(const Vector3& v) {
+        return std::max(std::max(std::abs(v.x()), std::abs(v.y())), std::abs(v.z()));
     }
 
     /// +1 above (where the corners run counter-clockwise), -1 below, 0 in the plane; exact.
     [[nodiscard]] int side(const Vector3& p) const {
-        const Vector3& origin = corners[0];
-        const double x = p.x() - origin.x();
-        const double y = p.y() - origin.y();
-        const double z = p.z() - origin.z();
-        const double determinant = x * normal.x() + y * normal.y() + z * normal.z();
-        const double bound =
-            bound_3d * (std::abs(x) * permanent.x() + std::abs(y) * permanent.y() + std::abs(z) * permanent.z()) +
-            underflow_unit * (1.0 + std::abs(x) + std::abs(y) + std::abs(z));
+        const Vector3 offset = p - corners[0];
+        const double determinant = offset.x() * normal.x() + offset.y() * normal.y() + offset.z() * normal.z();
+        const double reach = largest(offset);
+        // Multiplied in this order the bound overflows, and decides nothing, wherever the determinant might.
+        const double bound = bound_3d * (permanent_per_offset * reach) + underflow_unit * (1.0 + reach);
         if (determinant > bound) return 1;
         if (determinant < -bound) return -1;
-        return -exact_orientation(corners[0], corners[1], corners[2], p);
+        return -orientation_sign(corners[0], corners[1], corners[2], p);  // a finer bound, then exact
     }
 
     const Corners& corners;
-    Vector3 normal;     ///< not of unit length
-    Vector3 permanent;  ///< the normal's terms added up without sign
+    Vector3 normal;  ///< not of unit length
+    double permanent_per_offset;
 };
 
 /// Sign of det[a-c; b-c] after leaving out coordinate `axis`, the other two in cyclic order: +1 when a, b, c run

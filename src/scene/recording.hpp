@@ -7,6 +7,7 @@
 #include <fstream>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "scene/world.hpp"
 
@@ -17,16 +18,23 @@ class RecordingReader {
 public:
     /// Throws InputError: magic, header, counts, index range, file size.
     explicit RecordingReader(const std::filesystem::path& file);
+    /// Bodies in the order of the file's list.
     [[nodiscard]] const Topology& topology() const { return topology_; }
     [[nodiscard]] double dt() const { return dt_; }
     [[nodiscard]] std::int64_t frame_count() const { return frame_count_; }
+    /// Number in the file of a triangle of the topology; the same unless the file's ranges are not in list order.
+    [[nodiscard]] Index file_triangle(Index triangle) const {
+        return file_triangle_.empty() ? triangle : file_triangle_[static_cast<std::size_t>(triangle)];
+    }
     /// Reads frame `tick` (0-based). previous = the frame before (frame 0: itself), velocity = (position -
-    /// previous)/dt.
+    /// previous)/dt. Positions may be non-finite. Throws InputError when the file cannot be read.
     void read(std::int64_t tick, Frame& frame);
-    /// 64-bit hash over the whole file's bytes.
+    /// 64-bit FNV-1a over the whole file's bytes.
     [[nodiscard]] std::uint64_t hash() const { return hash_; }
 
 private:
+    void read_positions(std::int64_t tick, Matrix3X& position);
+
     std::ifstream stream_;
     std::string file_;
     Topology topology_;
@@ -34,11 +42,17 @@ private:
     std::int64_t frame_count_ = 0;
     std::int64_t first_frame_offset_ = 0;
     std::uint64_t hash_ = 0;
+    std::vector<Index> file_vertex_;    ///< number in the file of each vertex; empty: the same
+    std::vector<Index> file_triangle_;  ///< likewise
+    Matrix3X last_;                     ///< 3×N, positions of last_tick_
+    std::int64_t last_tick_ = -1;
+    Matrix3X file_order_;  ///< buffer
 };
 
 /// Writes beside and renames on finish(); an unfinished file leaves nothing behind.
 class RecordingWriter {
 public:
+    /// Throws InputError when the file cannot be written.
     RecordingWriter(std::filesystem::path file, const Topology& topology, double dt);
     ~RecordingWriter();
     RecordingWriter(const RecordingWriter&) = delete;

@@ -78,7 +78,8 @@ Topology make_topology(const std::vector<Body>& bodies, const std::vector<std::a
                                    .closed = body.closed,
                                    .instrument = body.instrument,
                                    .vertices = {first_vertex, body.vertex_count},
-                                   .triangles = {first_triangle, count}});
+                                   .triangles = {first_triangle, count},
+                                   .start_side = body.start_side});
         first_vertex += body.vertex_count;
         first_triangle += count;
     }

@@ -16,6 +16,9 @@ namespace trocar {
 /// Ordered as bodies are sorted in a scene, so that pair classes have no swapped variants.
 enum class BodyKind : std::uint8_t { instrument, rigid, tissue };
 
+/// Side of an open sheet: its triangles are counter-clockwise seen from the front.
+enum class Side : std::uint8_t { front, back };
+
 /// What a caller knows of one body before it becomes part of a Topology.
 struct Body {
     std::string name = {};
@@ -24,6 +27,7 @@ struct Body {
     std::string instrument = {};  ///< Parts with the same non-empty name are never tested against each other.
     Index vertex_count = 0;
     Triangles triangles = Triangles(3, 0);  ///< 3×T, vertex numbers local to this body (0 … vertex_count-1).
+    Side start_side = Side::front;          ///< Open sheets: where the other bodies start, so what the right side is.
 };
 
 /// One body's place in the flat arrays.
@@ -34,6 +38,7 @@ struct BodyRange {
     std::string instrument = {};
     Range vertices = {};
     Range triangles = {};
+    Side start_side = Side::front;
 };
 
 /// Constant for a run. Triangle numbers ascend with body numbers, so a < b in a pair means body(a) <= body(b).

@@ -333,6 +333,7 @@ Outcome MassSpring::advance(const Effect& effect, double dt, Frame& frame, std::
     velocity_ = frame.velocity;
     position_ = frame.position;
     for (const Placement& placement : effect.placements) {
+        if (inverse_mass_[at(placement.vertex)] == 0.0) continue;  // pinned
         position_.col(placement.vertex) = placement.position;
         velocity_.col(placement.vertex) = placement.velocity;
     }

@@ -161,6 +161,38 @@ TEST(ClassifyPair, EqualsRationalConstructionOnAllSelfMadeFamilies) {
     for (const int count : seen) EXPECT_GT(count, 100);
 }
 
+/// All triangles with corners among `points`, each corner set once, segments and points included.
+std::vector<Corners> all_triangles(const std::vector<Vector3>& points) {
+    std::vector<Corners> triangles;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        for (std::size_t j = i; j < points.size(); ++j) {
+            for (std::size_t k = j; k < points.size(); ++k) triangles.push_back({points[i], points[j], points[k]});
+        }
+    }
+    return triangles;
+}
+
+void expect_every_pair_exact(const std::vector<Corners>& triangles) {
+    for (const Corners& first : triangles) {
+        for (const Corners& second : triangles) {
+            ASSERT_EQ(triangles_intersect(first, second), oracle_intersect(first, second));
+            ASSERT_EQ(classify_pair(first, second), oracle_class(first, second));
+        }
+    }
+}
+
+TEST(TrianglesIntersect, EqualsRationalConstructionOnEveryPairOfTheUnitCube) {
+    std::vector<Vector3> points;
+    for (int n = 0; n < 8; ++n) points.emplace_back(n & 1, (n >> 1) & 1, n >> 2);
+    expect_every_pair_exact(all_triangles(points));
+}
+
+TEST(TrianglesIntersect, EqualsRationalConstructionOnEveryPairOfAPlaneGrid) {
+    std::vector<Vector3> points;
+    for (int n = 0; n < 9; ++n) points.emplace_back(n % 3, n / 3, 0.0);
+    expect_every_pair_exact(all_triangles(points));
+}
+
 TEST(TrianglesIntersect, IsTheSameForAllCornerOrdersAndAfterExchange) {
     std::mt19937_64 random(5);
     for (const Family& family : families) {

@@ -1,0 +1,162 @@
+#include "respond/common.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+CollisionClass collision_class(BodyKind a, BodyKind b) {
+    if (b < a) std::swap(a, b);
+    if (a == BodyKind::instrument) {
+        if (b == BodyKind::instrument) return CollisionClass::instrument_instrument;
+        return b == BodyKind::rigid ? CollisionClass::instrument_rigid : CollisionClass::instrument_tissue;
+    }
+    if (b != BodyKind::tissue) return CollisionClass::none;
+    return a == BodyKind::rigid ? CollisionClass::rigid_tissue : CollisionClass::tissue_tissue;
+}
+
+equations::Corners corners_of(const Topology& topology, const Matrix3X& position, Index triangle) {
+    const auto corner = topology.triangles.col(triangle);
+    return {position.col(corner[0]), position.col(corner[1]), position.col(corner[2])};
+}
+
+void PairLaws::prepare(const Topology& topology, const Materials& materials, double k, double mu) {
+    constexpr double default_mu = 2.0;
+    bodies_ = topology.body_count();
+    table_.assign(at(bodies_ * bodies_), {});
+    for (Index a = 0; a < bodies_; ++a) {
+        for (Index b = 0; b < bodies_; ++b) {
+            Law& law = table_[at(a * bodies_ + b)];
+            law.kind = collision_class(topology.bodies[at(a)].kind, topology.bodies[at(b)].kind);
+            const Index pair = topology.body_pair(a, b);
+            if (pair >= 0 && at(pair) < materials.contact_laws.size()) {
+                law.k = materials.contact_laws[at(pair)].k;
+                law.mu = materials.contact_laws[at(pair)].mu;
+            }
+            if (!std::isnan(k)) law.k = k;
+            if (!std::isnan(mu)) law.mu = mu;
+            if (std::isnan(law.mu)) law.mu = default_mu;
+        }
+    }
+}
+
+void VertexSprings::prepare(const Topology& topology, const Materials& materials) {
+    first_.assign(at(topology.vertex_count) + 1, 0);
+    for (const Spring& spring : materials.springs) {
+        ++first_[at(spring.i) + 1];
+        ++first_[at(spring.j) + 1];
+    }
+    for (std::size_t v = 1; v < first_.size(); ++v) first_[v] += first_[v - 1];
+    spring_.assign(at(first_.back()), -1);
+    std::vector<Index> next(first_.begin(), first_.end() - 1);
+    for (std::size_t s = 0; s < materials.springs.size(); ++s) {
+        const Spring& spring = materials.springs[s];
+        spring_[at(next[at(spring.i)]++)] = static_cast<Index>(s);
+        spring_[at(next[at(spring.j)]++)] = static_cast<Index>(s);
+    }
+}
+
+LoadPoint LoadPoint::in_triangle(const Topology& topology, Index triangle, const Vector3& weights) {
+    LoadPoint point;
+    for (int i = 0; i < 3; ++i) {
+        point.vertices[at(i)] = topology.triangles(i, triangle);
+        point.weights[at(i)] = weights[i];
+    }
+    return point;
+}
+
+Vector3 LoadPoint::blend(const Matrix3X& columns) const {
+    Vector3 sum = Vector3::Zero();
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (vertices[i] >= 0) sum += weights[i] * columns.col(vertices[i]);
+    }
+    return sum;
+}
+
+double force_at_frame(const LinearContact& contact, const Frame& frame) {
+    if (!contact.bilateral && contact.gap > 0.0) return 0.0;
+    double rate = 0.0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (contact.vertices[i] < 0) continue;
+        rate += contact.weights[i] * frame.velocity.col(contact.vertices[i]).dot(contact.normal);
+    }
+    if (contact.reaction_vertices[0] >= 0) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            if (contact.reaction_vertices[i] < 0) continue;
+            rate -= contact.reaction_weights[i] * frame.velocity.col(contact.reaction_vertices[i]).dot(contact.normal);
+        }
+    } else {
+        rate -= contact.face_velocity;
+    }
+    const double force = -contact.k * contact.gap - contact.mu * rate;
+    return contact.adhesive || contact.bilateral ? force : std::max(force, 0.0);
+}
+
+void show_tip_forces(const Topology& topology, const Materials& materials, const Frame& frame, bool fulcrum,
+                     std::vector<Wrench>& moment, Effect& effect) {
+    moment = effect.wrench;
+    const auto add = [&moment](Index body, const Vector3& point, const Vector3& force) {
+        moment[at(body)].force += force;
+        moment[at(body)].moment += point.cross(force);
+    };
+    for (const LinearContact& contact : effect.contacts) {
+        const Vector3 force = force_at_frame(contact, frame) * contact.normal;
+        for (std::size_t i = 0; i < 3; ++i) {
+            if (contact.vertices[i] < 0 || contact.weights[i] == 0.0) continue;
+            // Tissue comes last, and most contacts push tissue, whose bodies show no tip force.
+            const Index body = topology.body_of_vertex(contact.vertices[i]);
+            if (topology.bodies[at(body)].kind != BodyKind::instrument) break;
+            add(body, frame.position.col(contact.vertices[i]), contact.weights[i] * force);
+        }
+        if (contact.reaction_body >= 0) add(contact.reaction_body, contact.reaction_point, -force);
+    }
+    for (Index body = 0; body < topology.body_count(); ++body) {
+        if (topology.bodies[at(body)].kind != BodyKind::instrument) continue;
+        Vector3& shown = effect.tip_force[at(body)];
+        shown = moment[at(body)].force;
+        const bool posed = at(body) < frame.pose.size() && at(body) < materials.tip.size();
+        if (!fulcrum || !posed || at(body) >= materials.trocar_point.size() || !materials.trocar_point[at(body)])
+            continue;
+        const Vector3& pivot = *materials.trocar_point[at(body)];
+        const Pose& pose = frame.pose[at(body)];
+        const Vector3 tip = pose.rotation * materials.tip[at(body)] + pose.translation;
+        const Wrench about_pivot{.force = moment[at(body)].force,
+                                 .moment = moment[at(body)].moment - pivot.cross(moment[at(body)].force)};
+        shown = equations::fulcrum_tip_force(about_pivot, pivot, tip);
+    }
+}
+
+Parameter stiffness_parameter(const std::string& default_meaning) {
+    return {.name = "k",
+            .unit = "N/m",
+            .default_value = "auto",
+            .minimum = 0.0,
+            .maximum = 1e9,
+            .meaning = "contact stiffness; auto: the scene's, else " + default_meaning,
+            .words = {"auto"}};
+}
+
+Parameter damping_parameter() {
+    return {.name = "mu",
+            .unit = "N s/m",
+            .default_value = "auto",
+            .minimum = 0.0,
+            .maximum = 1e6,
+            .meaning = "contact damping; auto: the scene's, else 2",
+            .words = {"auto"}};
+}
+
+Parameter tip_parameter(const std::string& default_value) {
+    return {.name = "tip",
+            .type = Parameter::Type::choice,
+            .default_value = default_value,
+            .choices = {"sum", "fulcrum"},
+            .meaning = "force shown at the tip: plain sum, or through the trocar as pivot where the body has one"};
+}
+
+}  // namespace trocar

@@ -1,0 +1,100 @@
+// What every response of ours needs: the class of a body pair, the contact law that applies to it, and the forces that
+// an Effect shows at the tips of the instruments.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "contact/contact.hpp"
+#include "contact/effect.hpp"
+#include "geometry/types.hpp"
+#include "method/entry.hpp"
+#include "respond/equations.hpp"
+#include "scene/world.hpp"
+
+namespace trocar {
+
+/// The five classes of thesis §3.4; bodies are sorted by kind, so there are no swapped variants.
+enum class CollisionClass : std::uint8_t {
+    instrument_instrument,
+    instrument_rigid,
+    instrument_tissue,
+    rigid_tissue,
+    tissue_tissue,
+    none
+};
+CollisionClass collision_class(BodyKind a, BodyKind b);
+
+/// Corners of a triangle, m, world.
+equations::Corners corners_of(const Topology& topology, const Matrix3X& position, Index triangle);
+
+/// Stiffness and damping per body pair: a number given to the method wins, else the scene's law, else the default.
+/// Built once per run; a look-up is one table entry.
+class PairLaws {
+public:
+    /// k and mu are NaN where the method was given no number.
+    void prepare(const Topology& topology, const Materials& materials, double k, double mu);
+    /// N/m; NaN when neither method nor scene says anything.
+    [[nodiscard]] double k(Index body_a, Index body_b) const { return law(body_a, body_b).k; }
+    /// N s/m; 2 when neither method nor scene says anything (METHODS §12).
+    [[nodiscard]] double mu(Index body_a, Index body_b) const { return law(body_a, body_b).mu; }
+    [[nodiscard]] CollisionClass kind(Index body_a, Index body_b) const { return law(body_a, body_b).kind; }
+
+private:
+    struct Law {
+        double k = std::numeric_limits<double>::quiet_NaN();
+        double mu = std::numeric_limits<double>::quiet_NaN();
+        CollisionClass kind = CollisionClass::none;
+    };
+    [[nodiscard]] const Law& law(Index a, Index b) const { return table_[static_cast<std::size_t>(a * bodies_ + b)]; }
+    Index bodies_ = 0;
+    std::vector<Law> table_;
+};
+
+/// Stiffness between non-deformable bodies where nobody says otherwise, N/m (METHODS §12).
+inline constexpr double rigid_stiffness = 1000.0;
+
+/// Springs at each vertex, so that the force on one vertex costs its own springs only.
+class VertexSprings {
+public:
+    void prepare(const Topology& topology, const Materials& materials);
+    /// Numbers of the springs at a vertex.
+    [[nodiscard]] std::span<const Index> of(Index vertex) const {
+        const auto v = static_cast<std::size_t>(vertex);
+        return {spring_.data() + first_[v], static_cast<std::size_t>(first_[v + 1] - first_[v])};
+    }
+
+private:
+    std::vector<Index> first_;  ///< N + 1
+    std::vector<Index> spring_;
+};
+
+/// A contact on one point of a body: up to three vertices with weights.
+struct LoadPoint {
+    std::array<Index, 3> vertices{-1, -1, -1};
+    std::array<double, 3> weights{0.0, 0.0, 0.0};
+    static LoadPoint at_vertex(Index vertex) { return {{vertex, -1, -1}, {1.0, 0.0, 0.0}}; }
+    static LoadPoint in_triangle(const Topology& topology, Index triangle, const Vector3& weights);
+    [[nodiscard]] Vector3 blend(const Matrix3X& columns) const;
+};
+
+/// Force of a contact along its normal at the frame the response saw, N: k d - mu (v_P·n - face velocity), not below 0
+/// unless adhesive or bilateral, 0 without penetration unless bilateral.
+double force_at_frame(const LinearContact& contact, const Frame& frame);
+
+/// Fills effect.tip_force for every instrument: by plain sum (thesis §3.4.1), or as a 3-DOF device shows it when the
+/// shaft turns about its trocar (METHODS §8) where the body has one. Reads contacts and wrenches of the effect.
+/// `moment` is a buffer of one Wrench per body (about the world origin), overwritten.
+void show_tip_forces(const Topology& topology, const Materials& materials, const Frame& frame, bool fulcrum,
+                     std::vector<Wrench>& moment, Effect& effect);
+
+/// Parameters that most responses share.
+Parameter stiffness_parameter(const std::string& default_meaning);
+Parameter damping_parameter();
+Parameter tip_parameter(const std::string& default_value);
+
+}  // namespace trocar

@@ -1,0 +1,136 @@
+// The contact laws of the thesis, chapter 3, one pure function per equation, so that each can be held against closed
+// forms by itself. Index 1 is the instrument (or the first body), 2 the other; a triangle is three corners, its outer
+// normal follows their order; depth is positive inside (thesis §3.4; METHODS §1, §6).
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "contact/effect.hpp"
+#include "geometry/types.hpp"
+
+namespace trocar::equations {
+
+using Corners = std::array<Vector3, 3>;
+
+/// Unit outer normal; zero for a triangle without area.
+Vector3 unit_normal(const Corners& triangle);
+
+/// Distance of each corner of `corners` below the plane of `face`, m, positive inside.
+std::array<double, 3> depths_below(const Corners& face, const Corners& corners);
+
+/// Index of the deepest corner (lowest index on a tie). The thesis speaks of one corner inside; where two are, the
+/// deepest is taken.
+int deepest_corner(const std::array<double, 3>& depths);
+
+/// Index of the corner nearest to a point (lowest index on a tie).
+int nearest_corner(const Corners& triangle, const Vector3& point);
+
+/// The closest corner pair of two triangles (lowest indices on a tie).
+struct CornerPair {
+    int first = 0;
+    int second = 0;
+    double distance = 0.0;  ///< m
+};
+CornerPair closest_corners(const Corners& first, const Corners& second);
+
+/// Scalar of eq. 3.4, N: k d - mu v_n, where v_n = (V_penetrator - V_face)·n is the speed at which the penetrator
+/// leaves along the outer normal n of the pierced face. The force on the penetrator is this times n, on the face its
+/// opposite. No clamp: a fast separation pulls.
+double vertex_in_face_force(double k, double depth, double mu, double separating_speed);
+
+/// Eq. 3.4: force on A2, which lies `depth` below face 1 with outer normal n, N; A1 gets the opposite.
+Vector3 instrument_instrument_vertex(double k, double depth, double mu, const Vector3& velocity1,
+                                     const Vector3& velocity2, const Vector3& normal1);
+
+/// Eq. 3.5: force on A2, N; `direction` is the unit vector along the intersection line that parts the triangles when
+/// triangle 2 follows it, `length` the overlap of the two intervals, m. A1 gets the opposite.
+Vector3 edge_crossing(double k, double length, const Vector3& direction);
+
+/// Eq. 3.6 with the damper's sign put right: force on A1 of the instrument, N, from (V1 - V2)·n2. A2 gets the opposite.
+Vector3 instrument_tissue_vertex_dissipative(double k, double depth, double mu, const Vector3& velocity1,
+                                             const Vector3& velocity2, const Vector3& normal2);
+
+/// Eq. 3.6 as printed, with (V2 - V1)·n2: its damper feeds energy.
+Vector3 instrument_tissue_vertex_literal(double k, double depth, double mu, const Vector3& velocity1,
+                                         const Vector3& velocity2, const Vector3& normal2);
+
+/// Eq. 3.9: as 3.5 with k the mean of the tissue triangle's three edge springs.
+double mean_stiffness(std::span<const double> stiffness);
+
+/// Contact position of eq. 3.7 f. and 3.10 f.: where the path from `previous` to `current` meets the closed triangle.
+struct PathHit {
+    bool found = false;
+    double fraction = 0.0;            ///< of the path, in [0, 1]
+    Vector3 point = Vector3::Zero();  ///< m
+};
+PathHit path_hit(const Corners& triangle, const Vector3& previous, const Vector3& current);
+
+/// Eq. 3.7: normal velocity of A2 relative to A1, m/s; negative when closing.
+double relative_normal_velocity(const Vector3& velocity1, const Vector3& velocity2, const Vector3& normal);
+
+/// Eq. 3.8 with restitution e: V2' = V2 - (1 + e) v_R n when v_R < 0 (strictly), else V2. e = 0 is the printed
+/// equation, e = 1 the printed words ("the opposite direction").
+Vector3 projected_velocity(const Vector3& velocity1, const Vector3& velocity2, const Vector3& normal,
+                           double restitution);
+
+/// One spring at a vertex, for the equilibrium of eq. 3.8's text.
+struct NeighbourSpring {
+    Vector3 neighbour = Vector3::Zero();           ///< m
+    Vector3 neighbour_velocity = Vector3::Zero();  ///< m/s
+    double rest = 0.0;                             ///< m
+    double k = 0.0;                                ///< N/m
+    double preload = 0.0;                          ///< N
+    double damping = 0.0;                          ///< N s/m
+};
+/// Sum of springs and external load on a vertex, N. By the equilibrium of A2 this is also the force on A1; a response
+/// keeps only its pressing part, see pressing_part.
+Vector3 equilibrium_force(const Vector3& position, const Vector3& velocity, std::span<const NeighbourSpring> springs,
+                          const Vector3& external);
+
+/// min(0, force·n) n: what a tool with outer normal n must hold of the force on a vertex that lies on it.
+Vector3 pressing_part(const Vector3& force, const Vector3& normal);
+
+/// Eq. 3.10: normal velocity of a tissue vertex against a rigid face at rest, m/s.
+double rigid_normal_velocity(const Vector3& velocity, const Vector3& normal);
+
+/// Eq. 3.11 with restitution e, as projected_velocity with V1 = 0.
+Vector3 rigid_projected_velocity(const Vector3& velocity, const Vector3& normal, double restitution);
+
+/// Eq. 3.12-3.17 for two masses.
+struct Exchange {
+    Vector3 relative = Vector3::Zero();   ///< V_R, 3.12, m/s
+    bool direction_defined = false;       ///< false only for V_R = 0 exactly
+    Vector3 direction = Vector3::Zero();  ///< n_R, 3.13; scaled, so that tiny velocities do not underflow
+    double speed1 = 0.0;                  ///< V_1R, 3.14, m/s
+    double speed2 = 0.0;
+    double speed1_after = 0.0;  ///< V'_1R, 3.16
+    double speed2_after = 0.0;
+    Vector3 velocity1_after = Vector3::Zero();  ///< 3.17
+    Vector3 velocity2_after = Vector3::Zero();
+};
+/// Elastic exchange along V_R. It reverses the whole relative velocity, also that of parting or sliding masses; equal
+/// velocities stay as they are. 3.17 is evaluated as V1 + 2 m2/(m1 + m2) V_R, which does not cancel. Masses > 0, kg.
+Exchange tissue_tissue(double mass1, double mass2, const Vector3& velocity1, const Vector3& velocity2);
+
+/// Barycentric weights of the point of a closed triangle that is nearest to `point`; >= 0, sum 1. For a point of the
+/// triangle these are its own weights.
+Vector3 nearest_weights(const Corners& triangle, const Vector3& point);
+
+/// Thesis §4.3.1 (Volino 2000): a force at P = Σ w_i x_i shared out as f_i = w_i F, N: same resultant and moment.
+std::array<Vector3, 3> distribute_force(const Vector3& weights, const Vector3& force);
+
+/// The same for a correction of P's position or velocity: dx_i = (w_i/m_i) / Σ(w_j²/m_j) dP, the least mass-weighted
+/// change. A mass of 0 is a vertex that cannot move.
+std::array<Vector3, 3> distribute_correction(const Vector3& weights, const Vector3& masses, const Vector3& correction);
+
+/// Resultant of forces at points as force and moment about `about`, N and N m (thesis §3.4.1, "resultant force on the
+/// stylus").
+Wrench resultant(std::span<const Vector3> points, std::span<const Vector3> forces, const Vector3& about);
+
+/// Force that a 3-DOF device shows at the tip of an instrument that turns about its trocar (METHODS §8):
+/// (tau × r)/|r|² + (u·F) u with r = tip - pivot. `wrench` holds force and moment about the pivot. |r| is clamped to at
+/// least 30 mm. Power-exact for pitch, yaw and insertion; the torque about the shaft is lost.
+Vector3 fulcrum_tip_force(const Wrench& wrench_about_pivot, const Vector3& pivot, const Vector3& tip);
+
+}  // namespace trocar::equations

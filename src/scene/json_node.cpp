@@ -1,0 +1,180 @@
+#include "scene/json_node.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "geometry/input_error.hpp"
+
+namespace trocar {
+namespace {
+
+/// One line of printable text, at most 60 characters.
+std::string shown(const Json& value) {
+    std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
+    constexpr std::size_t longest = 60;
+    if (text.size() > longest) {
+        std::size_t end = longest - 3;
+        while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0U) == 0x80U) --end;  // keep UTF-8 whole
+        text = text.substr(0, end) + "...";
+    }
+    return text;
+}
+
+std::string quoted(const std::string& text) {
+    const std::string escaped = shown(Json(text));
+    return "'" + escaped.substr(1, escaped.size() - 2) + "'";
+}
+
+/// Line and column (from 1) of a byte offset.
+std::string place_of(std::string_view text, std::size_t offset) {
+    std::size_t line = 1;
+    std::size_t column = 1;
+    for (const char c : text.substr(0, std::min(offset, text.size()))) {
+        if (c == '\n') {
+            ++line;
+            column = 1;
+        } else if ((static_cast<unsigned char>(c) & 0xc0U) != 0x80U) {
+            ++column;
+        }
+    }
+    return fmt::format("line {}, column {}", line, column);
+}
+
+}  // namespace
+
+Json parse_json(std::string_view text, const std::string& file) {
+    std::vector<std::set<std::string>> keys;  // of the objects that are open
+    const Json::parser_callback_t watch = [&](int /*depth*/, Json::parse_event_t event, Json& parsed) {
+        if (event == Json::parse_event_t::object_start) keys.emplace_back();
+        if (event == Json::parse_event_t::object_end) keys.pop_back();
+        if (event == Json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second) {
+            throw InputError(file, "", "every key once in an object",
+                             fmt::format("the key {} twice", quoted(parsed.get<std::string>())));
+        }
+        return true;
+    };
+    try {
+        return Json::parse(text.begin(), text.end(), watch);
+    } catch (const Json::parse_error& error) {
+        const std::size_t offset = error.byte > 0 ? error.byte - 1 : 0;
+        const std::string found =
+            offset >= text.size() ? "the end of the file" : quoted(std::string(text.substr(offset, 1)));
+        throw InputError(file, place_of(text, offset), "JSON", found + " where it cannot stand");
+    } catch (const Json::out_of_range&) {
+        throw InputError(file, "", "JSON with numbers that a double can hold", "a number beyond 1.8e308");
+    }
+}
+
+void JsonNode::fail(std::string_view expected) const { fail(expected, shown(*value_)); }
+
+void JsonNode::fail(std::string_view expected, std::string_view found) const {
+    throw InputError(*file_, pointer_.empty() ? "/" : pointer_, expected, found);
+}
+
+void JsonNode::expect_keys(const std::vector<std::string>& known) const {
+    if (!value_->is_object()) fail("an object");
+    for (const auto& [key, unused] : value_->items()) {
+        if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+        const std::string name = quoted(key);
+        throw InputError(*file_, fmt::format("{}/{}", pointer_, name.substr(1, name.size() - 2)),
+                         fmt::format("one of {}", fmt::join(known, ", ")), name);
+    }
+}
+
+JsonNode JsonNode::at(const std::string& key) const {
+    if (!value_->is_object()) fail("an object");
+    const auto found = value_->find(key);
+    if (found == value_->end()) fail(fmt::format("the key '{}'", key), "none");
+    return {*found, *file_, fmt::format("{}/{}", pointer_, key)};
+}
+
+std::optional<JsonNode> JsonNode::find(const std::string& key) const {
+    if (!value_->is_object()) fail("an object");
+    if (!value_->contains(key)) return std::nullopt;
+    return at(key);
+}
+
+std::string JsonNode::text() const {
+    if (!value_->is_string() || value_->get_ref<const std::string&>().empty()) fail("a text");
+    return value_->get<std::string>();
+}
+
+std::string JsonNode::word(const std::vector<std::string>& words) const {
+    const std::string expected = fmt::format("{}{}", words.size() > 1 ? "one of " : "", fmt::join(words, ", "));
+    if (!value_->is_string()) fail(expected);
+    if (std::find(words.begin(), words.end(), value_->get<std::string>()) == words.end()) fail(expected);
+    return value_->get<std::string>();
+}
+
+void JsonNode::expect_word(const std::string& word) const {
+    if (!value_->is_string() || value_->get_ref<const std::string&>() != word) fail(word);
+}
+
+bool JsonNode::flag() const {
+    if (!value_->is_boolean()) fail("true or false");
+    return value_->get<bool>();
+}
+
+double JsonNode::number() const {
+    if (!value_->is_number()) fail("a number");
+    return value_->get<double>();
+}
+
+double JsonNode::positive() const {
+    if (!value_->is_number() || !(value_->get<double>() > 0.0)) fail("a number > 0");
+    return value_->get<double>();
+}
+
+double JsonNode::non_negative() const {
+    if (!value_->is_number() || !(value_->get<double>() >= 0.0)) fail("a number >= 0");
+    return value_->get<double>();
+}
+
+double JsonNode::number(double minimum, double maximum) const {
+    const bool inside = value_->is_number() && value_->get<double>() >= minimum && value_->get<double>() <= maximum;
+    if (!inside) fail(fmt::format("a number from {} to {}", minimum, maximum));
+    return value_->get<double>();
+}
+
+std::int64_t JsonNode::integer(std::int64_t minimum, std::int64_t maximum) const {
+    const bool too_large =
+        value_->is_number_unsigned() &&
+        value_->get<std::uint64_t>() > static_cast<std::uint64_t>(std::max<std::int64_t>(maximum, 0));
+    const bool inside = value_->is_number_integer() && !too_large && value_->get<std::int64_t>() >= minimum &&
+                        value_->get<std::int64_t>() <= maximum;
+    if (!inside) fail(fmt::format("an integer from {} to {}", minimum, maximum));
+    return value_->get<std::int64_t>();
+}
+
+std::uint64_t JsonNode::unsigned_integer() const {
+    if (!value_->is_number_unsigned()) fail("an integer >= 0");
+    return value_->get<std::uint64_t>();
+}
+
+std::vector<JsonNode> JsonNode::list() const {
+    if (!value_->is_array()) fail("a list");
+    std::vector<JsonNode> nodes;
+    nodes.reserve(value_->size());
+    for (std::size_t i = 0; i < value_->size(); ++i) {
+        nodes.emplace_back((*value_)[i], *file_, fmt::format("{}/{}", pointer_, i));
+    }
+    return nodes;
+}
+
+std::vector<double> JsonNode::numbers(std::size_t count) const {
+    if (!value_->is_array() || value_->size() != count) fail(fmt::format("a list of {} numbers", count));
+    std::vector<double> values;
+    for (const JsonNode& node : list()) values.push_back(node.number());
+    return values;
+}
+
+Vector3 JsonNode::vector3() const {
+    const std::vector<double> values = numbers(3);
+    return {values[0], values[1], values[2]};
+}
+
+}  // namespace trocar

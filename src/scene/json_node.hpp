@@ -1,0 +1,66 @@
+// A JSON value together with the place it came from, so that every complaint about a file names the file, the JSON
+// pointer, what was expected and what was found. Included only by the files of this folder that read JSON.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "geometry/types.hpp"
+
+namespace trocar {
+
+using Json = nlohmann::json;
+
+/// Throws InputError with line and column for a syntax error, and for a key given twice.
+Json parse_json(std::string_view text, const std::string& file);
+
+/// Refers to document and file name; both outlive it.
+class JsonNode {
+public:
+    JsonNode(const Json& value, const std::string& file, std::string pointer = "")
+        : value_(&value), file_(&file), pointer_(std::move(pointer)) {}
+
+    /// Throws InputError "file: pointer: expected …, got <this value>".
+    [[noreturn]] void fail(std::string_view expected) const;
+    [[noreturn]] void fail(std::string_view expected, std::string_view found) const;
+
+    /// Throws unless this is an object that holds only keys of `known`.
+    void expect_keys(const std::vector<std::string>& known) const;
+    [[nodiscard]] bool has(const std::string& key) const { return value_->contains(key); }
+    /// The value of a required key.
+    [[nodiscard]] JsonNode at(const std::string& key) const;
+    /// The value of an optional key.
+    [[nodiscard]] std::optional<JsonNode> find(const std::string& key) const;
+
+    [[nodiscard]] bool is_text() const { return value_->is_string(); }
+    [[nodiscard]] bool is_list() const { return value_->is_array(); }
+    /// A text of at least one character.
+    [[nodiscard]] std::string text() const;
+    /// One of `words`.
+    [[nodiscard]] std::string word(const std::vector<std::string>& words) const;
+    /// Throws unless this is exactly `word`.
+    void expect_word(const std::string& word) const;
+    [[nodiscard]] bool flag() const;
+    [[nodiscard]] double number() const;
+    [[nodiscard]] double positive() const;      ///< > 0
+    [[nodiscard]] double non_negative() const;  ///< >= 0
+    [[nodiscard]] double number(double minimum, double maximum) const;
+    [[nodiscard]] std::int64_t integer(std::int64_t minimum, std::int64_t maximum) const;
+    [[nodiscard]] std::uint64_t unsigned_integer() const;
+    [[nodiscard]] std::vector<JsonNode> list() const;
+    /// Exactly `count` finite numbers.
+    [[nodiscard]] std::vector<double> numbers(std::size_t count) const;
+    [[nodiscard]] Vector3 vector3() const;
+
+private:
+    const Json* value_;
+    const std::string* file_;
+    std::string pointer_;
+};
+
+}  // namespace trocar

@@ -1,0 +1,398 @@
+#include "scene/recording.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <numeric>
+#include <set>
+#include <utility>
+
+#include "geometry/input_error.hpp"
+#include "scene/json_node.hpp"
+
+namespace trocar {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the format is little-endian and is read as it stands");
+
+constexpr std::string_view magic = "TROCREC1";
+constexpr const char* format_name = "trocar-recording-1";
+constexpr std::int64_t header_offset = 16;
+constexpr std::int64_t most_frames = std::int64_t{1} << 40;
+const std::vector<std::string> kind_words{"instrument", "rigid", "tissue"};
+
+std::int64_t padded(std::int64_t bytes) { return (bytes + 7) / 8 * 8; }
+
+const std::string& word_of(BodyKind kind) { return kind_words[static_cast<std::size_t>(kind)]; }
+
+BodyKind kind_from(const std::string& word) {
+    return static_cast<BodyKind>(std::find(kind_words.begin(), kind_words.end(), word) - kind_words.begin());
+}
+
+std::uint64_t hash_of_bytes(std::ifstream& stream) {
+    std::uint64_t value = 14695981039346656037ULL;
+    std::vector<char> block(std::size_t{1} << 20);
+    stream.seekg(0);
+    while (stream.read(block.data(), static_cast<std::streamsize>(block.size())) || stream.gcount() > 0) {
+        for (std::streamsize i = 0; i < stream.gcount(); ++i) {
+            value ^= static_cast<unsigned char>(block[static_cast<std::size_t>(i)]);
+            value *= 1099511628211ULL;
+        }
+    }
+    stream.clear();
+    return value;
+}
+
+Range range_from(const JsonNode& node, std::int64_t total, const char* what) {
+    const std::vector<JsonNode> numbers = node.list();
+    if (numbers.size() != 2) node.fail("[first, count]");
+    const std::int64_t first = numbers[0].integer(0, total);
+    const std::int64_t count = numbers[1].integer(0, total);
+    if (first + count > total) node.fail(fmt::format("a range within the {} {}", total, what));
+    return {static_cast<Index>(first), static_cast<Index>(count)};
+}
+
+/// The ranges, in any order, have to cover 0 … total-1 once.
+void expect_partition(const JsonNode& bodies, std::vector<Range> ranges, Index total, const char* what) {
+    std::sort(ranges.begin(), ranges.end(), [](Range a, Range b) { return a.first < b.first; });
+    Index next = 0;
+    for (const Range& range : ranges) {
+        if (range.count == 0) continue;
+        if (range.first != next) {
+            bodies.fail(fmt::format("every one of the {} {} in one body", total, what),
+                        fmt::format("{} {} {}", what, std::min(range.first, next),
+                                    range.first < next ? "in two bodies" : "in none"));
+        }
+        next = range.end();
+    }
+    if (next != total) {
+        bodies.fail(fmt::format("every one of the {} {} in one body", total, what),
+                    fmt::format("{} {} in none", what, next));
+    }
+}
+
+/// File numbers in the order of the bodies; empty when that is the file's order.
+std::vector<Index> file_numbers(const std::vector<Range>& ranges) {
+    std::vector<Index> numbers;
+    for (const Range& range : ranges) {
+        for (Index i = range.first; i < range.end(); ++i) numbers.push_back(i);
+    }
+    if (std::is_sorted(numbers.begin(), numbers.end())) numbers.clear();
+    return numbers;
+}
+
+struct Header {
+    double dt = 0.0;
+    std::int64_t frames = 0;
+    std::int64_t vertices = 0;
+    std::int64_t triangles = 0;
+    std::vector<Body> bodies;
+    std::vector<Range> vertex_ranges;
+    std::vector<Range> triangle_ranges;
+    std::optional<std::vector<std::array<Index, 2>>> body_pairs;
+};
+
+Header read_header(const JsonNode& node) {
+    node.expect_keys({"format", "unit", "dt", "frames", "vertices", "triangles", "bodies", "body_pairs"});
+    node.at("format").expect_word(format_name);
+    node.at("unit").expect_word("m");
+    Header header;
+    header.dt = node.at("dt").positive();
+    header.frames = node.at("frames").integer(0, most_frames);
+    constexpr std::int64_t most = std::numeric_limits<Index>::max();
+    header.vertices = node.at("vertices").integer(0, most);
+    header.triangles = node.at("triangles").integer(0, most);
+    constexpr std::int64_t most_empty_frames = 1'000'000;  // the file's size bounds all others
+    if (header.vertices == 0) header.frames = node.at("frames").integer(0, most_empty_frames);
+    std::set<std::string> names;
+    for (const JsonNode& item : node.at("bodies").list()) {
+        item.expect_keys({"name", "kind", "closed", "vertices", "triangles", "instrument"});
+        Body body;
+        body.name = item.at("name").text();
+        if (!names.insert(body.name).second) item.at("name").fail("a name of its own");
+        body.kind = kind_from(item.at("kind").word(kind_words));
+        body.closed = item.at("closed").flag();
+        if (const auto instrument = item.find("instrument")) body.instrument = instrument->text();
+        header.vertex_ranges.push_back(range_from(item.at("vertices"), header.vertices, "vertices"));
+        header.triangle_ranges.push_back(range_from(item.at("triangles"), header.triangles, "triangles"));
+        body.vertex_count = header.vertex_ranges.back().count;
+        header.bodies.push_back(std::move(body));
+    }
+    expect_partition(node.at("bodies"), header.vertex_ranges, static_cast<Index>(header.vertices), "vertices");
+    expect_partition(node.at("bodies"), header.triangle_ranges, static_cast<Index>(header.triangles), "triangles");
+    if (const auto pairs = node.find("body_pairs")) {
+        const auto last = static_cast<std::int64_t>(header.bodies.size()) - 1;
+        header.body_pairs.emplace();
+        for (const JsonNode& pair : pairs->list()) {
+            const std::vector<JsonNode> numbers = pair.list();
+            if (numbers.size() != 2) pair.fail("two body numbers");
+            const auto a = static_cast<Index>(numbers[0].integer(0, last));
+            const auto b = static_cast<Index>(numbers[1].integer(0, last));
+            if (a == b) pair.fail("two different body numbers");
+            header.body_pairs->push_back({a, b});
+        }
+    }
+    return header;
+}
+
+}  // namespace
+
+RecordingReader::RecordingReader(const std::filesystem::path& file) : file_(file.string()) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(file, error)) {
+        throw InputError(file_, "", "a recording file",
+                         std::filesystem::exists(file, error) ? "no file" : "no such file");
+    }
+    stream_.open(file, std::ios::binary);
+    if (!stream_) throw InputError(file_, "", "a readable file", "no permission to read it");
+    const auto size = static_cast<std::int64_t>(std::filesystem::file_size(file));
+
+    std::array<char, 8> word{};
+    if (size < header_offset || !stream_.read(word.data(), 8) || std::string_view(word.data(), 8) != magic) {
+        throw InputError(file_, "byte 0", "a recording that starts with TROCREC1", "something else");
+    }
+    std::uint64_t header_bytes = 0;
+    stream_.read(reinterpret_cast<char*>(&header_bytes), 8);
+    if (header_bytes % 8 != 0 || header_bytes > static_cast<std::uint64_t>(size - header_offset)) {
+        throw InputError(file_, "byte 8",
+                         fmt::format("a header length that is a multiple of 8 and at most {}", size - header_offset),
+                         std::to_string(header_bytes));
+    }
+    std::string text(static_cast<std::size_t>(header_bytes), ' ');
+    stream_.read(text.data(), static_cast<std::streamsize>(text.size()));
+    const std::string place = file_ + ": header";
+    const Json document = parse_json(text, place);
+    Header header = read_header(JsonNode(document, place));
+
+    // All products fit: counts are below 2^31 and 2^40, and a frame is compared by division.
+    const std::int64_t triangle_offset = header_offset + static_cast<std::int64_t>(header_bytes);
+    const std::int64_t triangle_bytes = padded(12 * header.triangles);
+    const std::int64_t frame_bytes = 24 * header.vertices;
+    const std::int64_t left = size - triangle_offset - triangle_bytes;
+    const bool right_size =
+        left >= 0 && (frame_bytes == 0 ? left == 0 : left % frame_bytes == 0 && left / frame_bytes == header.frames);
+    if (!right_size) {
+        const double promised = static_cast<double>(triangle_offset + triangle_bytes) +
+                                static_cast<double>(frame_bytes) * static_cast<double>(header.frames);
+        throw InputError(file_, "",
+                         fmt::format("{:.0f} bytes as the header's {} triangles, {} vertices and {} frames need",
+                                     promised, header.triangles, header.vertices, header.frames),
+                         fmt::format("{} bytes", size));
+    }
+
+    Triangles triangles(3, header.triangles);
+    stream_.read(reinterpret_cast<char*>(triangles.data()), 12 * header.triangles);
+    std::array<char, 8> padding{};
+    stream_.read(padding.data(), triangle_bytes - 12 * header.triangles);
+    if (!stream_) throw InputError(file_, "", "a readable file", "a read error");
+    if (std::any_of(padding.begin(), padding.end(), [](char c) { return c != 0; })) {
+        throw InputError(file_, fmt::format("byte {}", triangle_offset + 12 * header.triangles),
+                         "zeros after the triangles", "other bytes");
+    }
+    for (std::size_t b = 0; b < header.bodies.size(); ++b) {
+        const Range vertices = header.vertex_ranges[b];
+        const Range own = header.triangle_ranges[b];
+        Triangles& local = header.bodies[b].triangles;
+        local.resize(3, own.count);
+        for (Index t = 0; t < own.count; ++t) {
+            for (int corner = 0; corner < 3; ++corner) {
+                const Index v = triangles(corner, own.first + t);
+                if (!vertices.contains(v)) {
+                    throw InputError(
+                        file_, fmt::format("byte {}", triangle_offset + 12 * std::int64_t{own.first + t} + 4 * corner),
+                        vertices.count == 0
+                            ? fmt::format("no triangle in body '{}', which has no vertices", header.bodies[b].name)
+                            : fmt::format("a vertex of body '{}' ({} to {})", header.bodies[b].name, vertices.first,
+                                          vertices.end() - 1),
+                        std::to_string(static_cast<std::uint32_t>(v)));
+                }
+                local(corner, t) = v - vertices.first;
+            }
+        }
+    }
+    topology_ = header.body_pairs ? make_topology(header.bodies, *header.body_pairs) : make_topology(header.bodies);
+    file_vertex_ = file_numbers(header.vertex_ranges);
+    file_triangle_ = file_numbers(header.triangle_ranges);
+    dt_ = header.dt;
+    frame_count_ = header.frames;
+    first_frame_offset_ = triangle_offset + triangle_bytes;
+    hash_ = hash_of_bytes(stream_);
+}
+
+void RecordingReader::read_positions(std::int64_t tick, Matrix3X& position) {
+    const Index count = topology_.vertex_count;
+    Matrix3X& target = file_vertex_.empty() ? position : file_order_;
+    target.resize(3, count);
+    stream_.seekg(first_frame_offset_ + 24 * std::int64_t{count} * tick);
+    stream_.read(reinterpret_cast<char*>(target.data()), 24 * std::int64_t{count});
+    if (!stream_) throw InputError(file_, fmt::format("frame {}", tick), "a readable frame", "a read error");
+    if (file_vertex_.empty()) return;
+    position.resize(3, count);
+    for (Index v = 0; v < count; ++v) position.col(v) = file_order_.col(file_vertex_[static_cast<std::size_t>(v)]);
+}
+
+void RecordingReader::read(std::int64_t tick, Frame& frame) {
+    if (tick < 0 || tick >= frame_count_) {
+        throw InputError(file_, "", fmt::format("a frame number below {}", frame_count_), std::to_string(tick));
+    }
+    if (tick == 0) {
+        read_positions(0, frame.position);
+        frame.previous = frame.position;
+    } else {
+        if (last_tick_ != tick - 1) read_positions(tick - 1, last_);
+        frame.previous = last_;
+        read_positions(tick, frame.position);
+    }
+    last_ = frame.position;
+    last_tick_ = tick;
+    frame.velocity = (frame.position - frame.previous) / dt_;
+    frame.tick = tick;
+    frame.time = static_cast<double>(tick) * dt_;
+    frame.moved.reset();
+    frame.pose.clear();
+}
+
+struct RecordingWriter::State {
+    std::filesystem::path file;
+    std::filesystem::path beside;
+    std::ofstream stream;
+    nlohmann::ordered_json header;
+    std::size_t header_bytes = 0;
+    Index vertex_count = 0;
+    std::int64_t frames = 0;
+
+    void check() const {
+        if (!stream) throw InputError(file.string(), "", "a file that can be written", "a write error");
+    }
+    /// The header with the present frame count, padded with spaces to its fixed length.
+    std::string header_text() {
+        header["frames"] = frames;
+        std::string text = header.dump();
+        text.resize(std::max(header_bytes, static_cast<std::size_t>(padded(static_cast<std::int64_t>(text.size())))),
+                    ' ');
+        return text;
+    }
+};
+
+RecordingWriter::RecordingWriter(std::filesystem::path file, const Topology& topology, double dt)
+    : state_(std::make_unique<State>()) {
+    State& state = *state_;
+    state.beside = file;
+    state.beside += fmt::format(".{}.partial", getpid());
+    state.file = std::move(file);
+    state.vertex_count = topology.vertex_count;
+    state.header = {{"format", format_name},
+                    {"unit", "m"},
+                    {"dt", dt},
+                    {"frames", 0},
+                    {"vertices", topology.vertex_count},
+                    {"triangles", topology.triangle_count()},
+                    {"bodies", nlohmann::ordered_json::array()}};
+    for (const BodyRange& body : topology.bodies) {
+        nlohmann::ordered_json item{{"name", body.name},
+                                    {"kind", word_of(body.kind)},
+                                    {"closed", body.closed},
+                                    {"vertices", {body.vertices.first, body.vertices.count}},
+                                    {"triangles", {body.triangles.first, body.triangles.count}}};
+        if (!body.instrument.empty()) item["instrument"] = body.instrument;
+        state.header["bodies"].push_back(std::move(item));
+    }
+    state.header["body_pairs"] = nlohmann::ordered_json::array();
+    for (const auto& [a, b] : topology.body_pairs) {
+        state.header["body_pairs"].push_back(nlohmann::ordered_json::array({a, b}));
+    }
+    state.frames = most_frames;  // the longest text that the header can become
+    state.header_bytes = state.header_text().size();
+    state.frames = 0;
+
+    state.stream.open(state.beside, std::ios::binary | std::ios::trunc);
+    if (!state.stream)
+        throw InputError(state.file.string(), "", "a file that can be written", "no permission or no folder");
+    const std::string text = state.header_text();
+    const std::uint64_t header_bytes = text.size();
+    state.stream.write(magic.data(), static_cast<std::streamsize>(magic.size()));
+    state.stream.write(reinterpret_cast<const char*>(&header_bytes), 8);
+    state.stream.write(text.data(), static_cast<std::streamsize>(text.size()));
+    const std::int64_t triangle_bytes = 12 * std::int64_t{topology.triangle_count()};
+    state.stream.write(reinterpret_cast<const char*>(topology.triangles.data()), triangle_bytes);
+    constexpr std::array<char, 8> zeros{};
+    state.stream.write(zeros.data(), padded(triangle_bytes) - triangle_bytes);
+    state.check();
+}
+
+RecordingWriter::~RecordingWriter() {
+    if (state_ == nullptr || state_->beside.empty()) return;
+    state_->stream.close();
+    std::error_code ignored;
+    std::filesystem::remove(state_->beside, ignored);
+}
+
+void RecordingWriter::write(const Frame& frame) {
+    State& state = *state_;
+    if (frame.position.cols() != state.vertex_count) {
+        throw InputError(state.file.string(), fmt::format("frame {}", state.frames),
+                         fmt::format("{} vertices", state.vertex_count), std::to_string(frame.position.cols()));
+    }
+    state.stream.write(reinterpret_cast<const char*>(frame.position.data()), 24 * std::int64_t{state.vertex_count});
+    ++state.frames;
+    state.check();
+}
+
+void RecordingWriter::finish() {
+    State& state = *state_;
+    state.stream.seekp(header_offset);
+    const std::string text = state.header_text();
+    state.stream.write(text.data(), static_cast<std::streamsize>(text.size()));
+    state.stream.close();
+    state.check();
+    std::error_code error;
+    std::filesystem::rename(state.beside, state.file, error);
+    if (error) throw InputError(state.file.string(), "", "a file that can be written", error.message());
+    state.beside.clear();
+}
+
+std::string recording_schema() {
+    return R"({
+  "$schema": "https://json-schema.org/draft/2020-12/schema",
+  "title": "trocar recording, format TROCREC1",
+  "description": "A little-endian file: 8 bytes TROCREC1; u64 H; H bytes of UTF-8 JSON (the header described here), padded with spaces so that H is a multiple of 8; triangles x 3 u32 global vertex numbers, zero-padded to a multiple of 8 bytes; then frames x vertices x 3 float64 positions (x y z of vertex 0, of vertex 1, ...). Nothing follows. The previous position of a frame is the frame before (frame 0: itself); velocity = (position - previous) / dt. A non-finite position is that tick's outcome not_finite.",
+  "type": "object",
+  "additionalProperties": false,
+  "required": ["format", "unit", "dt", "frames", "vertices", "triangles", "bodies"],
+  "properties": {
+    "format": {"const": "trocar-recording-1"},
+    "unit": {"const": "m"},
+    "dt": {"type": "number", "exclusiveMinimum": 0, "unit": "s", "description": "Time between two frames"},
+    "frames": {"type": "integer", "minimum": 0, "description": "F, number of frames"},
+    "vertices": {"type": "integer", "minimum": 0, "maximum": 2147483647, "description": "N, vertices of all bodies"},
+    "triangles": {"type": "integer", "minimum": 0, "maximum": 2147483647, "description": "T, triangles of all bodies"},
+    "bodies": {
+      "description": "Their ranges cover every vertex and every triangle once",
+      "type": "array",
+      "items": {
+        "type": "object",
+        "additionalProperties": false,
+        "required": ["name", "kind", "closed", "vertices", "triangles"],
+        "properties": {
+          "name": {"type": "string", "minLength": 1, "description": "One of its own"},
+          "kind": {"enum": ["instrument", "rigid", "tissue"]},
+          "closed": {"type": "boolean", "description": "false: an open sheet, which has no inside"},
+          "vertices": {"$ref": "#/$defs/range"},
+          "triangles": {"$ref": "#/$defs/range"},
+          "instrument": {"type": "string", "minLength": 1, "description": "Parts with the same name are not tested against each other"}}}},
+    "body_pairs": {
+      "description": "Pairs of body numbers (0-based) to test; default: every two bodies except rigid with rigid and parts of one instrument",
+      "type": "array",
+      "items": {"type": "array", "items": {"type": "integer", "minimum": 0}, "minItems": 2, "maxItems": 2}}
+  },
+  "$defs": {
+    "range": {"type": "array", "items": {"type": "integer", "minimum": 0}, "minItems": 2, "maxItems": 2, "description": "[first, count]"}
+  }
+}
+)";
+}
+
+}  // namespace trocar

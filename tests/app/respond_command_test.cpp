@@ -1,0 +1,224 @@
+// `trocar respond` as others drive it: the data's cases, cases of the same families with other numbers (expected from
+// closed forms), and files that are wrong.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "support/data.hpp"
+#include "support/program.hpp"
+
+namespace trocar {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Answer {
+    int status = -1;
+    Json json;
+    std::string err;
+};
+
+Answer respond_to_text(const std::string& text) {
+    const test::TemporaryFolder folder;
+    const auto file = folder.path() / "cases.json";
+    std::ofstream(file) << text;
+    const test::ProgramResult result = test::run_program("respond --json " + file.string());
+    Answer answer{result.status, nullptr, result.err};
+    if (!result.out.empty()) answer.json = Json::parse(result.out);
+    return answer;
+}
+
+Answer respond_to(const Json& cases) {
+    return respond_to_text(Json{{"format", "response-cases-1"}, {"cases", cases}}.dump());
+}
+
+TEST(Respond, EveryCaseOfTheDataPasses) {
+    TROCAR_DATA_OR_SKIP(file, "response/response_cases.json");
+    const test::ProgramResult result = test::run_program("respond --json " + file.string());
+    EXPECT_EQ(result.status, 0) << result.err;
+    const Json json = Json::parse(result.out);
+    const Json data = Json::parse(test::read_file(file));
+    ASSERT_EQ(json["cases"].size(), data["cases"].size());
+    EXPECT_EQ(json["passed"], data["cases"].size());
+    for (std::size_t i = 0; i < data["cases"].size(); ++i) {
+        const Json& got = json["cases"][i];
+        EXPECT_EQ(got["result"], "pass") << got.dump();
+        for (const auto& [key, value] : data["cases"][i]["expected"].items()) EXPECT_TRUE(got["got"].contains(key));
+        EXPECT_EQ(got["got"].size(), data["cases"][i]["expected"].size());
+    }
+}
+
+TEST(Respond, ClosedFormsWithOtherNumbersAreMet) {
+    const double omega_chain = 2.0 * std::sqrt(150.0 / 0.003) * std::sin(9.0 * std::numbers::pi / 20.0);
+    const double rate = 0.6 / 0.003;
+    const double depth = 0.4 * 9.81 / (800.0 + 0.0);
+    // Hung mass in contact: k_c d + k_s (anchor - rest + d) = m g with the plane at 0.
+    const double hung = (0.4 * 9.81 - 15.0 * (0.2 - 0.15)) / (800.0 + 15.0);
+    const double period_ratio = 2.0 * std::asin(0.25) / 0.5;
+    const Json cases{
+        {{"id", "stab-x"},
+         {"input", {{"N", 9}, {"k", 150.0}, {"m", 0.003}, {"ends", "fixed-fixed"}, {"damping_per_mass", 0.6}}},
+         {"expected",
+          {{"omega_max", omega_chain},
+           {"dt_crit",
+            (-rate + std::sqrt(rate * rate + 4 * omega_chain * omega_chain)) / (omega_chain * omega_chain)}}},
+         {"tolerance", {{"rel", 1e-10}, {"abs", 0}}}},
+        {{"id", "stab-y"},
+         {"input", {{"k_tissue_sum", 90.0}, {"k_contact", 910.0}, {"m", 0.1}}},
+         {"expected", {{"omega", 100.0}, {"dt_crit", 0.02}, {"stable_at_1kHz", true}}}},
+        {{"id", "static-x"},
+         {"input", {{"m", 0.4}, {"g", 9.81}, {"k_contact", 800.0}, {"plane_z", -0.5}, {"mu", 3.0}, {"z0", -0.48}}},
+         {"expected", {{"depth", depth}, {"z", -0.5 - depth}, {"in_contact", true}}},
+         {"tolerance", {{"rel", 1e-6}, {"abs", 1e-9}}}},
+        {{"id", "static-y"},
+         {"input",
+          {{"m", 0.4},
+           {"g", 9.81},
+           {"k_contact", 800.0},
+           {"k_spring", 15.0},
+           {"rest_length", 0.15},
+           {"anchor_z", 0.2}}},
+         {"expected", {{"depth", hung}, {"contact_force", 800.0 * hung}}},
+         {"tolerance", {{"rel", 1e-6}, {"abs", 1e-9}}}},
+        {{"id", "static-z"},
+         {"input", {{"k_tissue", 30.0}, {"k_contact", 60.0}, {"indentation_total", 0.003}}},
+         {"expected", {{"force", 0.06}, {"contact_depth", 0.001}}},
+         {"tolerance", {{"rel", 1e-6}, {"abs", 1e-12}}}},
+        {{"id", "osc-x"},
+         {"input", {{"m", 1.0}, {"k", 25.0}, {"h", 0.1}, {"x0", 0.3}, {"v0", 0.0}, {"steps", 20000}}},
+         {"expected",
+          {{"omega_h", 0.5},
+           {"numerical_frequency_ratio", period_ratio},
+           {"drift_per_step", 0.0},
+           {"energy_ratio_max", 1.0 / (1.0 - 0.25)},
+           {"energy_ratio_min", 1.0 / (1.0 + 0.25)}}},
+         {"tolerance", {{"rel", 1e-6}, {"abs", 0}}}},
+        {{"id", "osc-y"},
+         {"input", {{"m", 2.0}, {"k", 8.0}, {"c", 8.0}, {"x0", 1.0}, {"v0", 0.0}, {"times", {0.5, 1.0}}}},
+         {"expected",
+          {{"closed_form",
+            {{{"t", 0.5}, {"x", 2.0 * std::exp(-1.0)}, {"v", -2.0 * std::exp(-1.0)}},
+             {{"t", 1.0}, {"x", 3.0 * std::exp(-2.0)}, {"v", -4.0 * std::exp(-2.0)}}}},
+           {"order_band", {0.9, 1.1}}}},
+         {"tolerance", {{"rel", 1e-12}, {"abs", 1e-12}}}},
+        {{"id", "preload-x"},
+         {"input", {{"k", 60.0}, {"L", 0.3}, {"rest_length", 0.2}, {"m", 0.01}, {"y", 0.4}}},
+         {"expected",
+          {{"pretension", 6.0},
+           {"restoring_force", -2.0 * 60.0 * (0.5 - 0.2) * 0.8},
+           {"small_amplitude_stiffness", 40.0}}}},
+        {{"id", "3.9-x"},
+         {"input",
+          {{"tri1", {{0, -1, 0}, {1, 1, 0}, {-2, 1, 0}}},
+           {"tri2", {{0.25, 0, -1}, {0.25, 0, 0.875}, {3, 0, 0}}},
+           {"k_edges_tissue_triangle", {2.0, 4.0, 6.0}}}},
+         {"expected", {{"k_average", 4.0}, {"F_on_A2", {1.0, 0.0, 0.0}}, {"t", {1.0, 0.0, 0.0}}}},
+         {"tolerance", {{"rel", 1e-10}, {"abs", 1e-13}}}},
+        {{"id", "wrench-x"},
+         {"input", {{"tip", {0, 0, 1}}, {"points", {{1, 0, 1}}}, {"forces", {{0, 2, 0}}}, {"trocar", {0, 0, 0}}}},
+         {"expected", {{"M_about_tip", {0, 0, 2}}, {"F_tip_fulcrum", {0, 2, 0}}}}},
+        {{"id", "distribute-x"},
+         {"input",
+          {{"tri", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}},
+           {"point", {0.25, 0.25, 0}},
+           {"F", {0, 0, 4}},
+           {"correction", {0, 0, 1}},
+           {"masses", {1, 1, 1}}}},
+         {"expected",
+          {{"weights", {0.5, 0.25, 0.25}},
+           {"corner_forces", {{0, 0, 2}, {0, 0, 1}, {0, 0, 1}}},
+           {"point_correction", {0, 0, 1}}}}}};
+    const Answer answer = respond_to(cases);
+    EXPECT_EQ(answer.status, 0) << answer.err;
+    ASSERT_FALSE(answer.json.is_null());
+    for (const Json& one : answer.json["cases"]) EXPECT_EQ(one["result"], "pass") << one.dump();
+}
+
+TEST(Respond, WithoutExpectedTheCaseIsComputed) {
+    const Json input{{"m1", 1.0}, {"m2", 3.0}, {"V1", {1, 0, 0}}, {"V2", {-1, 0, 0}}};
+    const Answer answer = respond_to({{{"id", "3.17-mine"}, {"input", input}}});
+    EXPECT_EQ(answer.status, 0);
+    EXPECT_EQ(answer.json["cases"][0]["result"], "computed");
+    EXPECT_EQ(answer.json["cases"][0]["got"]["V1_after"], Json({-2.0, 0.0, 0.0}));
+    EXPECT_EQ(answer.json["computed"], 1);
+}
+
+TEST(Respond, BothSignsOf36AreGiven) {
+    const Json input{{"tri_instrument", {{0.2, 0.2, -0.1}, {0.2, 0.3, 1}, {0.3, 0.2, 1}}},
+                     {"tri_tissue", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}},
+                     {"vel_instrument", {{0, 0, -2}, {0, 0, 0}, {0, 0, 0}}},
+                     {"k", 10.0},
+                     {"mu", 0.25}};
+    const Json got = respond_to({{{"id", "3.6-mine"}, {"input", input}}}).json["cases"][0]["got"];
+    EXPECT_NEAR(got["F_scalar_dissipative"].get<double>(), 1.5, 1e-14);
+    EXPECT_NEAR(got["F_scalar_literal"].get<double>(), 0.5, 1e-14);
+}
+
+TEST(Respond, MissedCasesFailAndAdvisoryOnesAreCountedApart) {
+    const Json input{{"tip", {0, 0, 0}}, {"points", {{1, 0, 0}}}, {"forces", {{0, 1, 0}}}};
+    const Json wrong{{"F", {0, 1, 0}}, {"M_about_tip", {0, 0, 2}}, {"no_such_quantity", 1.0}};
+    Answer answer = respond_to({{{"id", "wrench-1"}, {"input", input}, {"expected", wrong}}});
+    EXPECT_EQ(answer.status, 1);
+    EXPECT_EQ(answer.json["failed"], 1);
+    EXPECT_EQ(answer.json["cases"][0]["failed"], Json({"M_about_tip", "no_such_quantity"}));
+    EXPECT_TRUE(answer.json["cases"][0]["got"]["no_such_quantity"].is_null());
+    answer = respond_to({{{"id", "wrench-1"}, {"status", "advisory"}, {"input", input}, {"expected", wrong}}});
+    EXPECT_EQ(answer.status, 0);
+    EXPECT_EQ(answer.json["failed"], 0);
+    EXPECT_EQ(answer.json["failed_advisory"], 1);
+}
+
+TEST(Respond, ToleranceIsTakenOverOneVector) {
+    const Json input{{"tip", {0, 0, 0}}, {"points", {{1, 0, 0}}}, {"forces", {{1000.0, 1e-4, 0}}}};
+    const Json want{{"F", {1000.0, 0.0, 0.0}}};
+    const Json loose{{"rel", 1e-6}, {"abs", 0}};
+    const Json tight{{"rel", 1e-8}, {"abs", 0}};
+    const Answer answer =
+        respond_to({{{"id", "wrench-1"}, {"input", input}, {"expected", want}, {"tolerance", loose}},
+                    {{"id", "wrench-2"}, {"input", input}, {"expected", want}, {"tolerance", tight}}});
+    EXPECT_EQ(answer.json["cases"][0]["result"], "pass");
+    EXPECT_EQ(answer.json["cases"][1]["result"], "fail");
+}
+
+TEST(Respond, UnknownFamilyIsUnsupported) {
+    const Answer answer = respond_to({{{"id", "9.9-a"}, {"input", Json::object()}, {"expected", {{"x", 1}}}}});
+    EXPECT_EQ(answer.status, 0);
+    EXPECT_EQ(answer.json["unsupported"], 1);
+    EXPECT_EQ(answer.json["cases"][0]["result"], "unsupported");
+}
+
+TEST(Respond, BadFilesEndWithStatus2AndNameThePlace) {
+    const auto bad = [](const std::string& text, const std::string& place) {
+        const Answer answer = respond_to_text(text);
+        EXPECT_EQ(answer.status, 2) << text;
+        EXPECT_TRUE(answer.json.is_null()) << text;
+        EXPECT_NE(answer.err.find(place), std::string::npos) << answer.err;
+    };
+    const auto one = [](const std::string& member) { return R"({"cases":[{"id":"wrench-1",)" + member + "}]}"; };
+    bad("{\"cases\": [", "byte");
+    bad("[]", "/");
+    bad("{}", "/cases");
+    bad(R"({"format":"response-cases-9","cases":[]})", "/format");
+    bad(R"({"cases":[{"input":{}}]})", "/cases/0/id");
+    bad(R"({"cases":[{"id":"wrench-1"}]})", "/cases/0/input");
+    bad(one(R"("input":{})"), "/cases/0/input/tip");
+    bad(one(R"("input":{"tip":[0,0,0],"points":[[0,0]],"forces":[]})"), "/cases/0/input/points/0");
+    bad(one(R"("input":{"tip":[0,0,0],"points":[[0,0,"x"]],"forces":[]})"), "/cases/0/input/points/0/2");
+    bad(one(R"("input":{"tip":[0,0,0],"points":[[0,0,0]],"forces":[]})"), "/cases/0/input/forces");
+    bad(one(R"("input":{"tip":[0,0,1e999],"points":[],"forces":[]})"), "cases.json");
+    bad(one(R"("input":{"tip":[0,0,0],"points":[],"forces":[]},"expected":3)"), "/cases/0/expected");
+    bad(one(R"("status":"maybe","input":{"tip":[0,0,0],"points":[],"forces":[]})"), "/cases/0/status");
+    bad(one(R"("tolerance":{"rel":-1},"input":{"tip":[0,0,0],"points":[],"forces":[]})"), "/cases/0/tolerance/rel");
+    bad(R"({"cases":[{"id":"3.17-a","input":{"m1":-1,"m2":1,"V1":[0,0,0],"V2":[0,0,0]}}]})", "/cases/0/input/m1");
+    bad(R"({"cases":[{"id":"stab-a","input":{"N":2.5,"k":1,"m":1}}]})", "/cases/0/input/N");
+    bad(R"({"cases":[{"id":"stab-a","input":{"N":2,"k":1,"m":1,"ends":"loose"}}]})", "/cases/0/input/ends");
+    const test::ProgramResult missing = test::run_program("respond --json no_such_file.json");
+    EXPECT_EQ(missing.status, 2);
+    EXPECT_NE(missing.err.find("no_such_file.json"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace trocar

@@ -1,0 +1,200 @@
+#include "respond/equations.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace trocar::equations {
+namespace {
+
+class RandomVectors {
+public:
+    Vector3 next() { return {spread_(generator_), spread_(generator_), spread_(generator_)}; }
+    Corners triangle() { return {next(), next(), next()}; }
+    double positive() { return 1.5 + spread_(generator_); }
+
+private:
+    std::mt19937_64 generator_{7};
+    std::uniform_real_distribution<double> spread_{-1.0, 1.0};
+};
+
+TEST(Equation34, ClosingSpeedAddsToTheSpringAndPartingPulls) {
+    const Vector3 n = Vector3(2.0, 1.0, 2.0) / 3.0;
+    const Vector3 tangent = Vector3(1.0, 0.0, -1.0);
+    EXPECT_LT((instrument_instrument_vertex(200.0, 0.01, 3.0, tangent, -0.5 * n, n) - 3.5 * n).norm(), 1e-14);
+    EXPECT_LT((instrument_instrument_vertex(200.0, 0.01, 3.0, Vector3::Zero(), 2.0 * n, n) + 4.0 * n).norm(), 1e-14);
+    EXPECT_EQ(instrument_instrument_vertex(200.0, 0.0, 3.0, tangent, tangent, n), Vector3(Vector3::Zero()));
+}
+
+TEST(Equation36, LiteralDamperFeedsEnergyAndTheOtherTakesIt) {
+    RandomVectors random;
+    for (int i = 0; i < 1000; ++i) {
+        const Vector3 n = random.next().normalized();
+        const Vector3 v1 = random.next();
+        const Vector3 v2 = random.next();
+        const double mu = random.positive();
+        // Without spring: power of the pair force on both bodies.
+        const double taken = instrument_tissue_vertex_dissipative(1.0, 0.0, mu, v1, v2, n).dot(v1 - v2);
+        const double fed = instrument_tissue_vertex_literal(1.0, 0.0, mu, v1, v2, n).dot(v1 - v2);
+        const double speed = (v1 - v2).dot(n);
+        EXPECT_NEAR(taken, -mu * speed * speed, 1e-13);
+        EXPECT_NEAR(fed, mu * speed * speed, 1e-13);
+    }
+}
+
+TEST(Equation37, HitLiesOnPathAndFaceAndOnlyInside) {
+    RandomVectors random;
+    int hits = 0;
+    for (int i = 0; i < 20000; ++i) {
+        const Corners face = random.triangle();
+        const Vector3 from = random.next();
+        const Vector3 to = random.next();
+        const PathHit hit = path_hit(face, from, to);
+        // Second source: solve a + s (b - a) + t (c - a) = from + f (to - from).
+        Matrix3 matrix;
+        matrix << face[1] - face[0], face[2] - face[0], from - to;
+        const Vector3 solution = matrix.fullPivLu().solve(from - face[0]);
+        const double margin =
+            std::min({solution[0], solution[1], 1.0 - solution[0] - solution[1], solution[2], 1.0 - solution[2]});
+        if (std::abs(margin) < 1e-9) continue;
+        ASSERT_EQ(hit.found, margin > 0.0);
+        if (!hit.found) continue;
+        ++hits;
+        EXPECT_NEAR(hit.fraction, solution[2], 1e-8);
+    }
+    EXPECT_GT(hits, 500);
+}
+
+TEST(Equation37, PathInThePlaneOrWithoutLengthHasNoHit) {
+    const Corners face{Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(0, 1, 0)};
+    EXPECT_FALSE(path_hit(face, Vector3(0.1, 0.1, 0), Vector3(0.2, 0.2, 0)).found);
+    EXPECT_FALSE(path_hit(face, Vector3(0.1, 0.1, -1), Vector3(0.1, 0.1, -1)).found);
+    EXPECT_FALSE(
+        path_hit({Vector3::Zero(), Vector3::Zero(), Vector3::Zero()}, Vector3(0, 0, 1), Vector3(0, 0, -1)).found);
+}
+
+TEST(Equation38, LeavesNoClosingSpeedAndTheTangentAlone) {
+    RandomVectors random;
+    for (int i = 0; i < 1000; ++i) {
+        const Vector3 n = random.next().normalized();
+        const Vector3 v1 = random.next();
+        const Vector3 v2 = random.next();
+        const Vector3 after = projected_velocity(v1, v2, n, 0.0);
+        EXPECT_GE(relative_normal_velocity(v1, after, n), -1e-12);
+        EXPECT_LT(((after - v2) - (after - v2).dot(n) * n).norm(), 1e-14);
+        EXPECT_TRUE(relative_normal_velocity(v1, v2, n) < 0.0 || after == v2);
+        // e = 1 turns the relative normal velocity round.
+        const Vector3 bounced = projected_velocity(v1, v2, n, 1.0);
+        EXPECT_NEAR(relative_normal_velocity(v1, bounced, n), std::abs(relative_normal_velocity(v1, v2, n)), 1e-13);
+        EXPECT_EQ(rigid_projected_velocity(v2, n, 0.0), projected_velocity(Vector3::Zero(), v2, n, 0.0));
+    }
+}
+
+TEST(Equation38, EquilibriumOfOneSpringIsItsForce) {
+    const NeighbourSpring spring{.neighbour = Vector3(0, 0, 0.3), .rest = 0.1, .k = 50.0, .preload = 2.0};
+    const Vector3 force = equilibrium_force(Vector3::Zero(), Vector3::Zero(), {&spring, 1}, Vector3(0, 0, -1.0));
+    EXPECT_NEAR(force.z(), 50.0 * 0.2 + 2.0 - 1.0, 1e-13);
+    EXPECT_EQ(pressing_part(force, Vector3::UnitZ()), Vector3(Vector3::Zero()));
+    EXPECT_EQ(pressing_part(force, -Vector3::UnitZ()), force);
+}
+
+TEST(Equation317, KeepsMomentumAndEnergyAndReversesTheRelativeVelocity) {
+    RandomVectors random;
+    for (int i = 0; i < 1000; ++i) {
+        const double m1 = random.positive();
+        const double m2 = random.positive();
+        const Vector3 v1 = random.next();
+        const Vector3 v2 = random.next();
+        const Exchange e = tissue_tissue(m1, m2, v1, v2);
+        EXPECT_LT((m1 * (e.velocity1_after - v1) + m2 * (e.velocity2_after - v2)).norm(), 1e-14);
+        EXPECT_NEAR(m1 * e.velocity1_after.squaredNorm() + m2 * e.velocity2_after.squaredNorm(),
+                    m1 * v1.squaredNorm() + m2 * v2.squaredNorm(), 1e-13);
+        EXPECT_LT((e.velocity2_after - e.velocity1_after + (v2 - v1)).norm(), 1e-14);
+        // 3.16 against 3.17.
+        EXPECT_NEAR(e.velocity1_after.dot(e.direction), e.speed1_after, 1e-13);
+        EXPECT_NEAR(e.velocity2_after.dot(e.direction), e.speed2_after, 1e-13);
+        // Twice is the identity: the parity of METHODS §13, 15.
+        const Exchange twice = tissue_tissue(m1, m2, e.velocity1_after, e.velocity2_after);
+        EXPECT_LT((twice.velocity1_after - v1).norm() + (twice.velocity2_after - v2).norm(), 1e-13);
+    }
+}
+
+TEST(Equation317, TinyAndEqualVelocitiesStayFinite) {
+    const Exchange tiny = tissue_tissue(1.0, 3.0, Vector3(3e-200, 0, 0), Vector3(0, 4e-200, 0));
+    EXPECT_TRUE(tiny.direction_defined);
+    EXPECT_NEAR(tiny.direction.norm(), 1.0, 1e-15);
+    const Exchange equal = tissue_tissue(1.0, 3.0, Vector3(1, 2, 3), Vector3(1, 2, 3));
+    EXPECT_FALSE(equal.direction_defined);
+    EXPECT_EQ(equal.velocity1_after, Vector3(1, 2, 3));
+}
+
+TEST(Depths, FollowTheCornerOrder) {
+    const Corners face{Vector3(0, 0, 5), Vector3(1, 0, 5), Vector3(0, 1, 5)};
+    const Corners other{Vector3(0, 0, 4), Vector3(3, 0, 6), Vector3(0, 9, 2)};
+    const auto depths = depths_below(face, other);
+    EXPECT_EQ(depths, (std::array<double, 3>{1.0, -1.0, 3.0}));
+    EXPECT_EQ(deepest_corner(depths), 2);
+    EXPECT_EQ(depths_below({face[0], face[2], face[1]}, other), (std::array<double, 3>{-1.0, 1.0, -3.0}));
+}
+
+TEST(Distribution, KeepsForceAndMoment) {
+    RandomVectors random;
+    for (int i = 0; i < 2000; ++i) {
+        const Corners triangle = random.triangle();
+        const Vector3 weights = nearest_weights(triangle, 1.5 * random.next());
+        ASSERT_GE(weights.minCoeff(), -1e-12);
+        ASSERT_NEAR(weights.sum(), 1.0, 1e-12);
+        const Vector3 p = weights[0] * triangle[0] + weights[1] * triangle[1] + weights[2] * triangle[2];
+        const Vector3 force = random.next();
+        const auto shares = distribute_force(weights, force);
+        const Wrench sum = resultant(triangle, shares, Vector3::Zero());
+        EXPECT_LT((sum.force - force).norm(), 1e-13);
+        EXPECT_LT((sum.moment - p.cross(force)).norm(), 1e-13);
+        const Vector3 masses(random.positive(), random.positive(), random.positive());
+        const auto moves = distribute_correction(weights, masses, force);
+        EXPECT_LT((weights[0] * moves[0] + weights[1] * moves[1] + weights[2] * moves[2] - force).norm(), 1e-13);
+    }
+}
+
+TEST(Distribution, NearestPointIsNeverFurtherThanAnySample) {
+    RandomVectors random;
+    for (int i = 0; i < 300; ++i) {
+        const Corners t = random.triangle();
+        const Vector3 point = 2.0 * random.next();
+        const Vector3 w = nearest_weights(t, point);
+        const double distance = (w[0] * t[0] + w[1] * t[1] + w[2] * t[2] - point).norm();
+        for (int a = 0; a <= 20; ++a) {
+            for (int b = 0; a + b <= 20; ++b) {
+                const Vector3 sample = t[0] + a / 20.0 * (t[1] - t[0]) + b / 20.0 * (t[2] - t[0]);
+                ASSERT_LE(distance, (sample - point).norm() + 1e-12);
+            }
+        }
+    }
+}
+
+TEST(Fulcrum, TipForceHasThePowerOfAllForces) {
+    // I22: pitch, yaw and insertion about the trocar; roll is the one motion a 3-DOF device cannot feel.
+    RandomVectors random;
+    for (int i = 0; i < 2000; ++i) {
+        const Vector3 pivot = random.next();
+        const Vector3 tip = pivot + 0.2 * random.next().normalized();
+        const Vector3 shaft = (tip - pivot).normalized();
+        Vector3 turn = random.next();
+        turn -= turn.dot(shaft) * shaft;
+        const double insertion = random.positive() - 1.5;
+        const auto speed = [&](const Vector3& x) { return Vector3(turn.cross(x - pivot) + insertion * shaft); };
+        std::array<Vector3, 5> points;
+        std::array<Vector3, 5> forces;
+        double power = 0.0;
+        for (std::size_t j = 0; j < 5; ++j) {
+            points[j] = pivot + 0.3 * random.next();
+            forces[j] = random.next();
+            power += forces[j].dot(speed(points[j]));
+        }
+        const Vector3 shown = fulcrum_tip_force(resultant(points, forces, pivot), pivot, tip);
+        EXPECT_NEAR(shown.dot(speed(tip)), power, 1e-12);
+    }
+}
+
+}  // namespace
+}  // namespace trocar::equations

@@ -1,0 +1,189 @@
+// The response `thesis` on one triangle pair: which equation acts, on whom, and what the Effect then says.
+#include <gtest/gtest.h>
+
+#include "respond/common.hpp"
+#include "support/response_samples.hpp"
+#include "tissue/mass_spring.hpp"
+
+namespace trocar {
+namespace {
+
+using test::edges_crossing;
+using test::PairSample;
+using test::vertex_of_a_in_b;
+using test::vertex_of_b_in_a;
+
+Vector3 moment_on_tip(const PairSample& s, std::size_t body) { return s.effect.tip_force[body]; }
+
+TEST(ThesisInstruments, VertexInFaceFollows34AndForcesAreOpposite) {
+    for (const char* method :
+         {"thesis:k=1000", "thesis:k=1000,distribute=force_at_vertex", "thesis:profile=printed,k=1000"}) {
+        PairSample s = vertex_of_b_in_a(BodyKind::instrument, BodyKind::instrument);
+        s.frame.velocity.col(0) = Vector3(0.0, 0.0, 0.05);
+        s.frame.velocity.col(3) = Vector3(0.1, 0.0, -0.25);
+        if (std::string(method).find("at_vertex") == std::string::npos) {
+            s.frame.velocity.col(1) = s.frame.velocity.col(2) = s.frame.velocity.col(0);
+        }
+        s.respond(std::string(method) + ",mu=2.5");
+        ASSERT_EQ(s.effect.contacts.size(), 1U);
+        EXPECT_EQ(s.effect.contacts[0].vertices[0], 3);
+        EXPECT_TRUE(s.effect.contacts[0].adhesive);
+        // k d - mu (V2 - V1)·n = 0.5 + 2.5 * 0.3
+        EXPECT_LT((moment_on_tip(s, 1) - Vector3(0, 0, 1.25)).norm(), 1e-12);
+        EXPECT_LT((moment_on_tip(s, 0) + Vector3(0, 0, 1.25)).norm(), 1e-12);
+    }
+}
+
+TEST(ThesisInstruments, FastSeparationPullsWithoutAClamp) {
+    PairSample s = vertex_of_b_in_a(BodyKind::instrument, BodyKind::instrument);
+    s.frame.velocity.col(3) = Vector3(0.0, 0.0, 0.85);
+    s.respond("thesis:k=100,mu=2");
+    EXPECT_NEAR(s.effect.tip_force[1].z(), 0.05 - 1.7, 1e-12);
+}
+
+TEST(ThesisInstruments, RigidBodyTakesNothing) {
+    PairSample inside = vertex_of_a_in_b(BodyKind::instrument, BodyKind::rigid);
+    inside.respond("thesis");
+    ASSERT_EQ(inside.effect.contacts.size(), 1U);
+    EXPECT_EQ(inside.effect.contacts[0].reaction_body, -1);
+    EXPECT_LT((inside.effect.tip_force[0] - Vector3(0, 0, 1.5)).norm(), 1e-12);
+    // The other way round the instrument's face is pushed away from the rigid vertex.
+    PairSample face = vertex_of_b_in_a(BodyKind::instrument, BodyKind::rigid);
+    face.respond("thesis");
+    EXPECT_LT((face.effect.tip_force[0] - Vector3(0, 0, -0.5)).norm(), 1e-12);
+    EXPECT_EQ(face.effect.tip_force[1], Vector3(Vector3::Zero()));
+}
+
+TEST(ThesisInstruments, CrossingEdgesFollow35) {
+    PairSample s = edges_crossing(BodyKind::instrument, BodyKind::instrument);
+    s.frame.velocity.setRandom();  // no damper in 3.5
+    s.respond("thesis:k=500");
+    EXPECT_LT((s.effect.tip_force[1] - Vector3(62.5, 0, 0)).norm(), 1e-10);
+    EXPECT_LT((s.effect.tip_force[0] + Vector3(62.5, 0, 0)).norm(), 1e-10);
+}
+
+TEST(ThesisTissue, InstrumentVertexFollows36WithTheStiffnessOfTheNearestVertex) {
+    PairSample s = vertex_of_a_in_b(BodyKind::instrument, BodyKind::tissue);
+    s.materials.mean_stiffness = {0, 0, 0, 220.0, 1.0, 2.0};
+    s.frame.velocity.col(0) = Vector3(0.03, -0.02, -0.2);
+    s.respond("thesis:mu=0.8");
+    ASSERT_EQ(s.effect.contacts.size(), 1U);
+    EXPECT_DOUBLE_EQ(s.effect.contacts[0].k, 220.0);
+    EXPECT_NEAR(s.effect.tip_force[0].z(), 0.33 + 0.16, 1e-12);
+    s.respond("thesis:mu=0.8,profile=printed");
+    EXPECT_NEAR(s.effect.tip_force[0].z(), 0.33 - 0.16, 1e-12);
+    EXPECT_DOUBLE_EQ(s.effect.contacts[0].mu, -0.8);
+    s.materials.contact_laws[0].k = 100.0;
+    s.respond("thesis:mu=0");
+    EXPECT_NEAR(s.effect.tip_force[0].z(), 0.15, 1e-12) << "the scene's stiffness";
+    s.respond("thesis:mu=0,k=10");
+    EXPECT_NEAR(s.effect.tip_force[0].z(), 0.015, 1e-12) << "the method's stiffness";
+}
+
+TEST(ThesisTissue, ForceIsSharedOutAtTheProjectionOrPutOnTheNearestVertex) {
+    PairSample s = vertex_of_a_in_b(BodyKind::instrument, BodyKind::tissue);
+    s.respond("thesis");
+    const LinearContact& shared = s.effect.contacts[0];
+    EXPECT_NEAR(shared.weights[0], 0.5, 1e-12);
+    EXPECT_NEAR(shared.weights[1], 0.2, 1e-12);
+    EXPECT_NEAR(shared.weights[2], 0.3, 1e-12);
+    s.respond("thesis:distribute=force_at_vertex");
+    EXPECT_EQ(s.effect.contacts[0].vertices[0], 3);
+    EXPECT_EQ(s.effect.contacts[0].vertices[1], -1);
+}
+
+TEST(ThesisTissue, CrossingEdgesUseTheTriangleStiffness) {
+    PairSample s = edges_crossing(BodyKind::instrument, BodyKind::tissue);
+    s.respond("thesis:distribute=force_at_vertex");
+    ASSERT_EQ(s.effect.contacts.size(), 1U);
+    EXPECT_EQ(s.effect.contacts[0].vertices[0], 4);
+    EXPECT_LT((s.effect.tip_force[0] + Vector3(21.25, 0, 0)).norm(), 1e-12);
+}
+
+TEST(ThesisTissue, TissueVertexIsPutWhereItsPathMetTheFace) {
+    PairSample s = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
+    s.frame.previous.col(3) = Vector3(0.003, 0.005, 0.0005);
+    s.frame.velocity.col(3) = Vector3(1.0, 0.0, -1.0);
+    s.frame.velocity.col(0) = Vector3(0.0, 0.0, 0.125);
+    s.respond("thesis");
+    ASSERT_EQ(s.effect.placements.size(), 1U);
+    EXPECT_LT((s.effect.placements[0].position - Vector3(0.0035, 0.005, 0.0)).norm(), 1e-15);
+    EXPECT_LT((s.effect.placements[0].velocity - Vector3(1.0, 0.0, 0.125)).norm(), 1e-15);
+    EXPECT_EQ(s.effect.no_hit, 0);
+    EXPECT_TRUE(s.effect.contacts.empty());
+}
+
+TEST(ThesisTissue, StillTissueUnderAMovingToolHasNoHitAndKeepsItsPlace) {
+    PairSample s = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
+    s.frame.velocity.leftCols(3).colwise() = Vector3(0.0, 0.0, 0.5);
+    s.respond("thesis");
+    EXPECT_EQ(s.effect.no_hit, 1);
+    ASSERT_EQ(s.effect.placements.size(), 1U);
+    EXPECT_EQ(s.effect.placements[0].position, Vector3(s.frame.position.col(3)));
+    EXPECT_LT((s.effect.placements[0].velocity - Vector3(0, 0, 0.5)).norm(), 1e-15);
+}
+
+TEST(ThesisTissue, VertexHeldOnASpringLoadsTheToolWithStiffnessTimesTravel) {
+    // The tool's face (normal +z) lifts a tissue vertex from z = -0.01 to 0 against a spring of 40 N/m below it.
+    PairSample s = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
+    s.frame.position.col(3) = Vector3(0.004, 0.005, -1e-9);
+    s.frame.previous.col(3) = Vector3(0.004, 0.005, 1e-9);
+    s.frame.position.col(4) = Vector3(0.004, 0.005, -0.05);
+    s.materials.springs = {Spring{.i = 3, .j = 4, .rest = 0.04, .k = 40.0}};
+    s.contacts.contacts.push_back(s.contacts.contacts[0]);  // a second pair of the same vertex does not count twice
+    s.respond("thesis");
+    EXPECT_NEAR(s.effect.wrench[0].force.z(), -40.0 * 0.01, 1e-12);
+    EXPECT_NEAR(s.effect.tip_force[0].z(), -40.0 * 0.01, 1e-12);
+    // A spring that pulls the vertex off the face loads nothing.
+    s.materials.springs[0].rest = 0.06;
+    s.respond("thesis");
+    EXPECT_EQ(s.effect.wrench[0].force, Vector3(Vector3::Zero()));
+}
+
+TEST(ThesisTissue, PairsThatMeanNothingAreCounted) {
+    PairSample s = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
+    const Contact contact = s.contacts.contacts[0];
+    s.contacts.contacts.clear();
+    for (const ContactCase kind :
+         {ContactCase::touch, ContactCase::coplanar, ContactCase::degenerate, ContactCase::unset}) {
+        s.contacts.contacts.push_back(contact);
+        s.contacts.contacts.back().kind = kind;
+    }
+    s.respond("thesis");
+    EXPECT_EQ(s.effect.skipped, 4);
+    EXPECT_TRUE(s.effect.contacts.empty() && s.effect.placements.empty());
+}
+
+TEST(ThesisTissue, RestWithoutDepthGivesNoForce) {
+    PairSample s = vertex_of_a_in_b(BodyKind::instrument, BodyKind::tissue);
+    s.contacts.contacts[0].depth = 0.0;
+    s.respond("thesis");
+    EXPECT_EQ(s.effect.tip_force[0].norm(), 0.0);
+}
+
+/// Largest speed of a tissue mass on a spring that an instrument vertex keeps touching, over 0.2 s.
+double final_energy(const char* method) {
+    PairSample s = vertex_of_a_in_b(BodyKind::instrument, BodyKind::tissue);
+    s.materials.substeps = 4;
+    s.materials.strain_limit = 1e9;
+    s.materials.pinned = {0, 0, 0, 0, 1, 1};
+    s.materials.springs = {Spring{.i = 3, .j = 4, .rest = 0.01, .k = 0.1},
+                           Spring{.i = 3, .j = 5, .rest = 0.01, .k = 0.1}};
+    s.frame.velocity.col(3) = Vector3(0.0, 0.0, -0.001);
+    MassSpring tissue(s.topology, s.materials);
+    std::vector<Wrench> reaction(2);
+    for (int tick = 0; tick < 20; ++tick) {
+        s.contacts.contacts[0].depth = 1e-5;  // a touch without spring force to speak of
+        s.respond(method);
+        EXPECT_TRUE(tissue.advance(s.effect, 1e-3, s.frame, reaction).ok());
+    }
+    return s.frame.velocity.col(3).squaredNorm() / 1e-6;
+}
+
+TEST(ThesisProfiles, PrintedDamperFeedsEnergyAndFaithfulTakesIt) {
+    EXPECT_LT(final_energy("thesis:k=0,mu=0.1,distribute=force_at_vertex"), 0.5);
+    EXPECT_GT(final_energy("thesis:profile=printed,k=0,mu=0.1,distribute=force_at_vertex"), 10.0);
+}
+
+}  // namespace
+}  // namespace trocar

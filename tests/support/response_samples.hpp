@@ -1,0 +1,134 @@
+// Two triangles that meet, as bodies of any kind, with the canonical contact written by hand: the input of one
+// triangle pair's response without any detector.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "contact/contact_set.hpp"
+#include "contact/effect.hpp"
+#include "method/registry.hpp"
+#include "scene/world.hpp"
+
+namespace trocar::test {
+
+/// Body a is triangle 0 (vertices 0-2), body b triangle 1 (vertices 3-5).
+struct PairSample {
+    Topology topology;
+    Materials materials;
+    Frame frame;
+    ContactSet contacts;
+    Effect effect;
+
+    PairSample(BodyKind kind_a, BodyKind kind_b, const Matrix3X& corners) {
+        Triangles one(3, 1);
+        one.col(0) << 0, 1, 2;
+        topology = make_topology({Body{.name = "a", .kind = kind_a, .vertex_count = 3, .triangles = one},
+                                  Body{.name = "b", .kind = kind_b, .vertex_count = 3, .triangles = one}});
+        frame.position = corners;
+        frame.previous = corners;
+        frame.velocity = Matrix3X::Zero(3, 6);
+        for (Index v = 0; v < 6; ++v) {
+            const bool tissue = (v < 3 ? kind_a : kind_b) == BodyKind::tissue;
+            materials.mass.push_back(tissue ? 1e-3 : 0.0);
+            materials.mean_stiffness.push_back(tissue ? 220.0 : 0.0);
+            materials.area.push_back(tissue ? 1e-5 : 0.0);
+        }
+        materials.pinned.assign(6, 0);
+        materials.drag.assign(6, 0.0);
+        materials.rest_bias = Matrix3X::Zero(3, 6);
+        materials.triangle_stiffness = {kind_a == BodyKind::tissue ? 170.0 : 0.0,
+                                        kind_b == BodyKind::tissue ? 170.0 : 0.0};
+        materials.contact_laws.assign(topology.body_pairs.size(), {});
+        materials.trocar_point.assign(2, std::nullopt);
+        materials.tip.assign(2, Vector3::Zero());
+        effect.resize(6, 2);
+    }
+
+    void respond(const std::string& method) {
+        const MethodSpec spec = parse_method(method);
+        const std::unique_ptr<Response> response = make_response(spec.name, spec.parameters);
+        response->prepare(topology, materials);
+        response->respond(frame, 1e-3, contacts, effect);
+    }
+};
+
+/// Face of body a is the plane z = 0 (normal +z) around the origin; corner 3 of body b lies 0.5 mm below it.
+inline PairSample vertex_of_b_in_a(BodyKind kind_a, BodyKind kind_b) {
+    Matrix3X corners(3, 6);
+    corners.col(0) = Vector3(0.0, 0.0, 0.0);
+    corners.col(1) = Vector3(0.02, 0.0, 0.0);
+    corners.col(2) = Vector3(0.0, 0.02, 0.0);
+    corners.col(3) = Vector3(0.004, 0.005, -0.0005);
+    corners.col(4) = Vector3(0.004, 0.006, 0.03);
+    corners.col(5) = Vector3(0.007, 0.004, 0.03);
+    PairSample sample(kind_a, kind_b, corners);
+    Contact contact;
+    contact.a = 0;
+    contact.b = 1;
+    contact.kind = ContactCase::b_enters_a;
+    contact.point = corners.col(3);
+    contact.normal = Vector3::UnitZ();
+    contact.depth = 0.0005;
+    contact.interval_length = 1e-4;
+    contact.interval_direction = Vector3::UnitX();
+    contact.vertex_a = 0;
+    contact.vertex_b = 3;
+    sample.contacts.contacts = {contact};
+    sample.contacts.pairs = {{0, 1}};
+    return sample;
+}
+
+/// Face of body b is the plane z = 0 (normal +z); corner 0 of body a lies 1.5 mm below it.
+inline PairSample vertex_of_a_in_b(BodyKind kind_a, BodyKind kind_b) {
+    Matrix3X corners(3, 6);
+    corners.col(0) = Vector3(0.002, 0.003, -0.0015);
+    corners.col(1) = Vector3(0.002, 0.004, 0.02);
+    corners.col(2) = Vector3(0.003, 0.003, 0.02);
+    corners.col(3) = Vector3(0.0, 0.0, 0.0);
+    corners.col(4) = Vector3(0.01, 0.0, 0.0);
+    corners.col(5) = Vector3(0.0, 0.01, 0.0);
+    PairSample sample(kind_a, kind_b, corners);
+    Contact contact;
+    contact.a = 0;
+    contact.b = 1;
+    contact.kind = ContactCase::a_enters_b;
+    contact.point = corners.col(0);
+    contact.normal = -Vector3::UnitZ();
+    contact.depth = 0.0015;
+    contact.interval_length = 1e-4;
+    contact.interval_direction = Vector3::UnitX();
+    contact.vertex_a = 0;
+    contact.vertex_b = 3;
+    sample.contacts.contacts = {contact};
+    sample.contacts.pairs = {{0, 1}};
+    return sample;
+}
+
+/// Edges cross: overlap of 0.125 m along +x (the data's 3.9-a).
+inline PairSample edges_crossing(BodyKind kind_a, BodyKind kind_b) {
+    Matrix3X corners(3, 6);
+    corners.col(0) = Vector3(0.0, -1.0, 0.0);
+    corners.col(1) = Vector3(1.0, 1.0, 0.0);
+    corners.col(2) = Vector3(-2.0, 1.0, 0.0);
+    corners.col(3) = Vector3(0.375, 0.0, -1.0);
+    corners.col(4) = Vector3(0.375, 0.0, 0.875);
+    corners.col(5) = Vector3(4.0, 0.0, 0.0);
+    PairSample sample(kind_a, kind_b, corners);
+    Contact contact;
+    contact.a = 0;
+    contact.b = 1;
+    contact.kind = ContactCase::edges_cross;
+    contact.point = Vector3(0.4375, 0.0, 0.0);
+    contact.normal = Vector3::UnitX();
+    contact.depth = 0.125;
+    contact.interval_length = 0.125;
+    contact.interval_direction = Vector3::UnitX();
+    contact.vertex_a = 0;
+    contact.vertex_b = 4;
+    sample.contacts.contacts = {contact};
+    sample.contacts.pairs = {{0, 1}};
+    return sample;
+}
+
+}  // namespace trocar::test
