@@ -140,7 +140,7 @@ struct Markdown {
 constexpr const char* html_style = R"(
 :root { --ink: #1b2027; --soft: #5c6672; --line: #d8dde3; --band: #f5f7f9; --own: #0b5cad; }
 * { box-sizing: border-box; }
-body { margin: 0 auto; max-width: 1180px; padding: 28px 32px 64px; color: var(--ink); background: #fff;
+body { margin: 0 auto; max-width: 1360px; padding: 28px 32px 64px; color: var(--ink); background: #fff;
   font: 15px/1.5 system-ui, -apple-system, "Segoe UI", "Noto Sans", "DejaVu Sans", Arial, sans-serif; }
 h1 { font-size: 26px; line-height: 1.25; margin: 0 0 8px; }
 h2 { font-size: 20px; margin: 40px 0 10px; padding-top: 10px; border-top: 2px solid var(--ink); }
@@ -161,7 +161,9 @@ tbody td { padding: 4px 10px 4px 4px; border-bottom: 1px solid var(--line); vert
 tbody tr:last-child td { border-bottom: 2px solid var(--ink); }
 th.number, td.number { text-align: right; padding-right: 6px; }
 td.number { white-space: nowrap; }
-tr.own td:first-child, tr.own td:nth-child(2) { color: var(--own); font-weight: 600; }
+.range { display: block; color: var(--soft); font-size: 11.5px; }
+tr.dominated .range { color: inherit; }
+tr.own td:first-child, tr.own td:nth-child(2), tr.own td:nth-child(3) { color: var(--own); font-weight: 600; }
 tr.dominated td { color: #8b939c; }
 tr.failed td { color: #a32020; }
 details { margin: 10px 0; } summary { cursor: pointer; font-weight: 600; font-size: 14px; }
@@ -174,6 +176,15 @@ nav { columns: 2; font-size: 13.5px; margin: 14px 0 0; } nav a { color: var(--ow
   td.number { white-space: normal; } nav { display: none; } @page { size: A4 landscape; margin: 12mm; }
 }
 )";
+
+/// An interval goes under its value, so that wide tables stay on the page.
+std::string with_range(const std::string& cell) {
+    const std::size_t open = cell.find(" [");
+    const std::size_t close = cell.find(']', open == std::string::npos ? 0 : open);
+    if (open == std::string::npos || close == std::string::npos) return cell;
+    return cell.substr(0, open) + "<span class=\"range\">" + cell.substr(open + 1, close - open) + "</span>" +
+           cell.substr(close + 1);
+}
 
 struct Html {
     std::string out;
@@ -217,7 +228,9 @@ struct Html {
             out += fmt::format("<tr{}>", classes.at(static_cast<std::size_t>(row.style)));
             for (std::size_t i = 0; i < row.cells.size(); ++i) {
                 const bool number = i < table.columns.size() && table.columns[i].number;
-                out += fmt::format("<td{}>{}</td>", number ? " class=\"number\"" : "", html_inline(row.cells[i]));
+                const std::string cell = html_inline(row.cells[i]);
+                out +=
+                    fmt::format("<td{}>{}</td>", number ? " class=\"number\"" : "", number ? with_range(cell) : cell);
             }
             out += "</tr>\n";
         }

@@ -1056,12 +1056,30 @@ private:
             text += plain + "\n\n";
         }
         const Table table = verdict_table(verdict, "", reference_, results_.noise_floor());
-        // What fits a terminal: row, who, pairs, left, p50, p99, ratio, failures.
-        constexpr std::array<std::size_t, 8> shown{0, 1, 3, 5, 7, 8, 9, 11};
-        constexpr std::array<const char*, 8> headers{
-            "row",   "contestant", "missed / extra of true", "left, median / max (mm)", "p50 (us)", "p99 (us)",
-            "ratio", "failures"};
-        std::vector<std::vector<std::string>> lines{{headers.begin(), headers.end()}};
+        // What fits a terminal; the columns are found by their headers.
+        constexpr std::array<const char*, 10> wanted{"row",
+                                                     "detector",
+                                                     "response",
+                                                     "contact source",
+                                                     "pairs missed / extra of true",
+                                                     "left after the tick, median / max (mm)",
+                                                     "tick p50 (µs)",
+                                                     "tick p99 (µs)",
+                                                     "ratio to ",
+                                                     "failures"};
+        constexpr std::array<const char*, 10> short_names{
+            "row",           "detector",      "response", "contacts", "missed / extra of true", "left p50 / max (mm)",
+            "tick p50 (µs)", "tick p99 (µs)", "ratio",    "failures"};
+        std::vector<std::size_t> shown;
+        std::vector<std::string> headers;
+        for (std::size_t w = 0; w < wanted.size(); ++w) {
+            for (std::size_t c = 0; c < table.columns.size(); ++c) {
+                if (table.columns[c].header.rfind(wanted.at(w), 0) != 0) continue;
+                shown.push_back(c);
+                headers.emplace_back(short_names.at(w));
+            }
+        }
+        std::vector<std::vector<std::string>> lines{headers};
         for (const TableRow& row : table.rows) {
             std::vector<std::string> line;
             for (const std::size_t column : shown) {
@@ -1071,7 +1089,7 @@ private:
             }
             lines.push_back(std::move(line));
         }
-        std::array<std::size_t, 8> widths{};
+        std::vector<std::size_t> widths(shown.size());
         const auto width_of = [](const std::string& cell) {
             return static_cast<std::size_t>(std::count_if(
                 cell.begin(), cell.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
@@ -1082,7 +1100,7 @@ private:
         for (const auto& line : lines) {
             for (std::size_t i = 0; i < line.size(); ++i) {
                 const std::string padding(widths.at(i) - width_of(line[i]), ' ');
-                const bool left_aligned = i == 1;
+                const bool left_aligned = !table.columns[shown[i]].number;
                 text += left_aligned ? line[i] + padding : padding + line[i];
                 text += i + 1 < line.size() ? "  " : "\n";
             }

@@ -245,30 +245,47 @@ Table verdict_table(const Verdict& verdict, const std::string& caption, const st
     const bool closed_loop = verdict.mode == "closed_loop";
     Table table;
     table.caption = caption;
-    table.columns = {{"row", true},
-                     {closed_loop ? "detector + response (contact source)" : "detector", false},
-                     {"kind", false},
-                     {"pairs missed / extra of true", true},
-                     {"depth error, median / worst (mm)", true},
-                     {"left after the tick, median / max (mm)", true},
-                     {"force error to the analytic answer (N RMS)", true},
-                     {"tick p50 (µs)", true},
-                     {"tick p99 (µs)", true},
-                     {"ratio to " + (reference.empty() ? std::string("reference") : "`" + reference + "`"), true},
-                     {"1 kHz misses (ticks of ticks)", true},
-                     {"failures", true}};
+    table.columns = {{"row", true}, {"detector", false}};
+    if (closed_loop) {
+        table.columns.push_back({"response", false});
+        table.columns.push_back({"contact source", false});
+    }
+    const std::vector<Column> rest{
+        {"kind", false},
+        {"pairs missed / extra of true", true},
+        {"depth error, median / worst (mm)", true},
+        {"left after the tick, median / max (mm)", true},
+        {"force error to the analytic answer (N RMS)", true},
+        {"tick p50 (µs)", true},
+        {"tick p99 (µs)", true},
+        {"ratio to " + (reference.empty() ? std::string("reference") : "`" + reference + "`"), true},
+        {"1 kHz misses (ticks of ticks)", true},
+        {"failures", true}};
+    table.columns.insert(table.columns.end(), rest.begin(), rest.end());
     int number = 0;
     for (const VerdictRow& row : verdict.rows) {
         ++number;
         std::string left = two_numbers(row.left_p50, row.left_max, mm);
         if (row.identical_to >= 0) left = fmt::format("identical to {}", row.identical_to + 1);
-        table.rows.push_back(
-            {.cells = {
-                 std::to_string(number) + (row.dominated ? "†" : ""), "`" + row.contestant.label() + "`",
-                 kind_text(row), pairs_text(row), two_numbers(row.depth_error_p50, row.depth_error_max, mm), left,
-                 std::isnan(row.force_error) ? (closed_loop ? "no reference" : "n/a") : format_number(row.force_error),
-                 time_text(row, row.p50, false), time_text(row, row.p99, true), ratio_text(row, noise_floor),
-                 fmt::format("{:.0f} of {:.0f}", row.deadline_misses, row.timed_ticks), failures_text(row)}});
+        std::vector<std::string> cells{std::to_string(number) + (row.dominated ? "†" : ""),
+                                       "`" + row.contestant.detector + "`"};
+        if (closed_loop) {
+            cells.push_back("`" + row.contestant.response + "`");
+            cells.push_back(row.contestant.contacts);
+        }
+        const std::vector<std::string> figures{
+            kind_text(row),
+            pairs_text(row),
+            two_numbers(row.depth_error_p50, row.depth_error_max, mm),
+            left,
+            std::isnan(row.force_error) ? (closed_loop ? "no reference" : "n/a") : format_number(row.force_error),
+            time_text(row, row.p50, false),
+            time_text(row, row.p99, true),
+            ratio_text(row, noise_floor),
+            fmt::format("{:.0f} of {:.0f}", row.deadline_misses, row.timed_ticks),
+            failures_text(row)};
+        cells.insert(cells.end(), figures.begin(), figures.end());
+        table.rows.push_back({.cells = std::move(cells)});
         TableRow& printed = table.rows.back();
         if (row.failed_runs > 0) {
             printed.style = TableRow::Style::failed;
@@ -295,12 +312,15 @@ std::string verdict_chart(const Verdict& verdict) {
     std::map<Key, ChartSeries> series;
     std::map<std::string, int> colours;
     std::map<std::string, int> shapes;
-    for (const VerdictRow& row : verdict.rows) {
-        colours.emplace(method_name(row.contestant.detector), 0);
-        shapes.emplace(row.contestant.response, 0);
-    }
+    // Own rows first, so that the first colours are the same in every study.
     int next = 0;
-    for (auto& [name, colour] : colours) colour = next++;
+    for (const bool own : {true, false}) {
+        for (const VerdictRow& row : verdict.rows) {
+            if (row.own != own) continue;
+            if (colours.emplace(method_name(row.contestant.detector), next).second) ++next;
+            shapes.emplace(row.contestant.response, 0);
+        }
+    }
     next = 0;
     for (auto& [name, shape] : shapes) shape = next++;
 
@@ -370,7 +390,13 @@ std::string verdict_sentence(const Verdict& verdict, const std::string& where, c
     if (own == nullptr && foreign == nullptr) return {};
     std::string text = "On " + where + ", ";
     if (own != nullptr) text += "`" + own->contestant.label() + "` " + tell(*own) + total(*own);
-    if (foreign != nullptr) {
+    if (own != nullptr && foreign != nullptr && foreign->identical_to == own - verdict.rows.data()) {
+        const bool tail = !std::isnan(foreign->p99.value);
+        text +=
+            fmt::format("; the best foreign row, `{}`, moves identically, bit by bit, at {} µs {} per tick",
+                        foreign->contestant.label(),
+                        format_number((tail ? foreign->p99.value : foreign->p50.value) * us), tail ? "p99" : "median");
+    } else if (foreign != nullptr) {
         text += (own != nullptr ? "; the best foreign row, `" : "`") + foreign->contestant.label() + "`, " +
                 tell(*foreign) + total(*foreign);
     }
