@@ -12,35 +12,35 @@ namespace {
 /// Edges nearer to parallel than this sine have no usable common normal (METHODS §6).
 constexpr double parallel_sine = 1e-3;
 
-struct Side {
+struct PlacedTriangle {
     std::array<Index, 3> vertex;
     Corners corner;
 };
 
-Side side_of(const Topology& topology, const Frame& frame, Index triangle) {
-    Side side;
+PlacedTriangle placed(const Topology& topology, const Frame& frame, Index triangle) {
+    PlacedTriangle result;
     for (std::size_t i = 0; i < 3; ++i) {
-        side.vertex[i] = topology.triangles(static_cast<Eigen::Index>(i), triangle);
-        side.corner[i] = frame.position.col(side.vertex[i]);
+        result.vertex[i] = topology.triangles(static_cast<Eigen::Index>(i), triangle);
+        result.corner[i] = frame.position.col(result.vertex[i]);
     }
-    return side;
+    return result;
 }
 
 /// Corner of the largest depth, the lowest vertex number on a tie.
-std::size_t deepest_corner(const Side& side, const std::array<double, 3>& depth) {
+std::size_t deepest_corner(const PlacedTriangle& triangle, const std::array<double, 3>& depth) {
     std::size_t best = 0;
     for (std::size_t i = 1; i < 3; ++i) {
-        if (depth[i] > depth[best] || (depth[i] == depth[best] && side.vertex[i] < side.vertex[best])) best = i;
+        if (depth[i] > depth[best] || (depth[i] == depth[best] && triangle.vertex[i] < triangle.vertex[best])) best = i;
     }
     return best;
 }
 
-std::size_t nearest_corner(const Side& side, const Vector3& point) {
+std::size_t nearest_corner(const PlacedTriangle& triangle, const Vector3& point) {
     std::size_t best = 0;
-    double best_distance = (side.corner[0] - point).squaredNorm();
+    double best_distance = (triangle.corner[0] - point).squaredNorm();
     for (std::size_t i = 1; i < 3; ++i) {
-        const double distance = (side.corner[i] - point).squaredNorm();
-        if (distance < best_distance || (distance == best_distance && side.vertex[i] < side.vertex[best])) {
+        const double distance = (triangle.corner[i] - point).squaredNorm();
+        if (distance < best_distance || (distance == best_distance && triangle.vertex[i] < triangle.vertex[best])) {
             best = i;
             best_distance = distance;
         }
@@ -49,7 +49,7 @@ std::size_t nearest_corner(const Side& side, const Vector3& point) {
 }
 
 /// Closest two corners, the lowest numbers on a tie (of a first).
-void closest_corners(const Side& a, const Side& b, Contact& contact) {
+void closest_corners(const PlacedTriangle& a, const PlacedTriangle& b, Contact& contact) {
     double best_distance = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < 3; ++i) {
         for (std::size_t j = 0; j < 3; ++j) {
@@ -65,8 +65,8 @@ void closest_corners(const Side& a, const Side& b, Contact& contact) {
     }
 }
 
-Vector3 edge_vector(const Side& side, int edge) {
-    return side.corner[static_cast<std::size_t>((edge + 1) % 3)] - side.corner[static_cast<std::size_t>(edge)];
+Vector3 edge_vector(const PlacedTriangle& triangle, int edge) {
+    return triangle.corner[static_cast<std::size_t>((edge + 1) % 3)] - triangle.corner[static_cast<std::size_t>(edge)];
 }
 
 }  // namespace
@@ -75,8 +75,8 @@ Contact derive_contact(const Topology& topology, const Frame& frame, TrianglePai
     Contact contact;
     contact.a = pair.a;
     contact.b = pair.b;
-    const Side a = side_of(topology, frame, pair.a);
-    const Side b = side_of(topology, frame, pair.b);
+    const PlacedTriangle a = placed(topology, frame, pair.a);
+    const PlacedTriangle b = placed(topology, frame, pair.b);
     const Crossing crossing = cross_triangles(a.corner, b.corner);
     if (crossing.kind == CrossingKind::degenerate) {
         contact.kind = ContactCase::degenerate;

@@ -105,7 +105,7 @@ bool planar_overlap(const Corners& first, const Corners& second, int axis) {
 /// The whole test but for the altitude rule; the smallest altitude of either triangle is handed out for it.
 Crossing interval_test(const Corners& world_first, const Corners& world_second,
                        std::array<double, 2>& smallest_altitudes) {
-    const Vector3 shift = world_first[0];
+    const Vector3& shift = world_first[0];
     const Corners first{Vector3::Zero(), world_first[1] - shift, world_first[2] - shift};
     const Corners second{world_second[0] - shift, world_second[1] - shift, world_second[2] - shift};
     Crossing result;
@@ -196,24 +196,22 @@ Crossing interval_test(const Corners& world_first, const Corners& world_second,
 using FloatVector = Eigen::Vector3f;
 using FloatCorners = std::array<FloatVector, 3>;
 
+/// The corner that is alone on its side of the other's plane, in the published order of questions; 3 when all corners
+/// lie in that plane.
+std::size_t float_lone_corner(const std::array<float, 3>& distance) {
+    if (distance[0] * distance[1] > 0.0F) return 2;
+    if (distance[0] * distance[2] > 0.0F) return 1;
+    if (distance[1] * distance[2] > 0.0F || distance[0] != 0.0F) return 0;
+    if (distance[1] != 0.0F) return 1;
+    return distance[2] != 0.0F ? 2 : 3;
+}
+
 /// The part of a triangle on the line of both planes, in the largest coordinate of the line's direction. False: the
 /// triangle lies in the other's plane.
 bool float_interval(const std::array<float, 3>& coordinate, const std::array<float, 3>& distance,
                     std::array<float, 2>& interval) {
-    std::size_t lone = 0;
-    if (distance[0] * distance[1] > 0.0F) {
-        lone = 2;
-    } else if (distance[0] * distance[2] > 0.0F) {
-        lone = 1;
-    } else if (distance[1] * distance[2] > 0.0F || distance[0] != 0.0F) {
-        lone = 0;
-    } else if (distance[1] != 0.0F) {
-        lone = 1;
-    } else if (distance[2] != 0.0F) {
-        lone = 2;
-    } else {
-        return false;
-    }
+    const std::size_t lone = float_lone_corner(distance);
+    if (lone == 3) return false;
     for (std::size_t k = 0; k < 2; ++k) {
         const std::size_t other = (lone + 1 + k) % 3;
         interval[k] = coordinate[lone] +
