@@ -33,6 +33,7 @@ struct DetectOptions {
     double scale_b = 1.0;
     std::string detector = "ohc";  ///< NAME[:parameters] or all
     bool truth = false;
+    double time_limit_s = 60.0;  ///< per detector
     std::optional<std::filesystem::path> write_posed;
 };
 int detect(const CommonOptions& common, const DetectOptions& options);

@@ -86,6 +86,8 @@ int main(int argc, char** argv) {
     sub->add_option("--scale-b", detect_options.scale_b, "Factor on the coordinates of b, before the pose");
     sub->add_option("--detector", detect_options.detector, "NAME[:key=value,...] or all")->capture_default_str();
     sub->add_flag("--truth", detect_options.truth, "Hold the answer against the exact oracle");
+    sub->add_option("--time-limit", detect_options.time_limit_s, "Seconds after which a detector is given up")
+        ->capture_default_str();
     sub->add_option("--write-posed", detect_options.write_posed, "Write a.obj and b.obj as tested into this folder");
     line.on(sub, detect_options, detect);
 

@@ -1,5 +1,5 @@
 // What the mesh readers share: a walk over lines, numbers parsed without the locale, messages of one line, and the mesh
-// while it grows. Internal to the readers; everybody else uses mesh_file.hpp.
+// while it grows. Meshes are read through mesh_file.hpp; this is for the readers and for other texts of numbers.
 #pragma once
 
 #include <cstdint>
