@@ -284,7 +284,7 @@ struct Latex {
         for (const Column& column : table.columns) {
             header +=
                 (header.empty() ? "" : " & ") +
-                (column.number ? "\\makecell[r]{" + latex_header(column.header) + "}" : latex_inline(column.header));
+                (column.number ? "\\shortstack[r]{" + latex_header(column.header) + "}" : latex_inline(column.header));
         }
         out += header + " \\\\\n\\midrule\n\\endhead\n";
         for (const TableRow& row : table.rows) {
@@ -353,7 +353,7 @@ std::string to_latex(const Document& document) {
     Latex writer;
     for (const Block& block : document.blocks) std::visit(writer, block);
     return "\\documentclass[a4paper,10pt]{article}\n\\usepackage[landscape,margin=15mm]{geometry}\n"
-           "\\usepackage[utf8]{inputenc}\n\\usepackage[T1]{fontenc}\n\\usepackage{textcomp,booktabs,longtable,makecell,"
+           "\\usepackage[utf8]{inputenc}\n\\usepackage[T1]{fontenc}\n\\usepackage{textcomp,booktabs,longtable,"
            "graphicx,xcolor}\n\\setlength{\\tabcolsep}{4pt}\n\\begin{document}\n\\section*{" +
            latex_inline(document.title) + "}\n\n" + writer.out + "\\end{document}\n";
 }

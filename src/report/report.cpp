@@ -216,7 +216,7 @@ private:
             return;
         }
         Table table = verdict_table(overall, fmt::format("Verdict over all {} scenes", overall.scenes.size()),
-                                    reference_, results_.noise_floor());
+                                    results_.noise_floor());
         table.note = verdict_note();
         add(std::move(table));
         figure("speed_error", verdict_chart(overall),
@@ -248,8 +248,7 @@ private:
         heading(2, "Verdict per class");
         for (const auto& [name, scenes] : classes) {
             const Verdict verdict = make_verdict(results_, reference_, mode_, scenes);
-            add(verdict_table(verdict, fmt::format("{}: {}", name, joined(verdict.scenes)), reference_,
-                              results_.noise_floor()));
+            add(verdict_table(verdict, fmt::format("{}: {}", name, joined(verdict.scenes)), results_.noise_floor()));
         }
         paragraph(
             "In I2I and I2R scenes the instruments are led by a simulated operator and pushed back by the contact; a "
@@ -1055,7 +1054,7 @@ private:
             plain.erase(std::remove(plain.begin(), plain.end(), '`'), plain.end());
             text += plain + "\n\n";
         }
-        const Table table = verdict_table(verdict, "", reference_, results_.noise_floor());
+        const Table table = verdict_table(verdict, "", results_.noise_floor());
         // What fits a terminal; the columns are found by their headers.
         constexpr std::array<const char*, 10> wanted{"row",
                                                      "detector",

@@ -49,8 +49,7 @@ struct Verdict {
 Verdict make_verdict(const Results& results, const std::string& reference, const std::string& mode,
                      const std::vector<std::string>& scenes);
 
-Table verdict_table(const Verdict& verdict, const std::string& caption, const std::string& reference,
-                    double noise_floor);
+Table verdict_table(const Verdict& verdict, const std::string& caption, double noise_floor);
 /// Empty when no row has both a time and an error.
 std::string verdict_chart(const Verdict& verdict);
 /// The best own row against the best foreign row, each the first of its kind in the table.

@@ -1,5 +1,5 @@
 // A JSON value together with the place it came from, so that every complaint about a file names the file, the JSON
-// pointer, what was expected and what was found. Included only by the files of this folder that read JSON.
+// pointer, what was expected and what was found. Included only by .cpp files that read JSON.
 #pragma once
 
 #include <cstdint>

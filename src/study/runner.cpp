@@ -7,6 +7,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <optional>
@@ -174,6 +176,20 @@ std::string binary_identity() {
 
 std::string run_key(const RunSpec& spec, double time_limit_s) {
     return fmt::format("{:016x}", fnv(fnv(fnv_start, spec_line(spec)), fmt::format("{}", time_limit_s)));
+}
+
+void shorten_rows(Record& record) {
+    const auto shorten = [](double& value) {
+        if (!std::isfinite(value)) return;
+        const std::string text = fmt::format("{:.6e}", value);
+        std::from_chars(text.data(), text.data() + text.size(), value);
+    };
+    for (StepRow& row : record.rows) {
+        for (double* value : {&row.time, &row.max_depth, &row.mean_depth, &row.depth_error, &row.max_strain}) {
+            shorten(*value);
+        }
+        for (double& component : row.tool_force) shorten(component);
+    }
 }
 
 void write_whole(const std::filesystem::path& file, const std::string& content) {

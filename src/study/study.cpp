@@ -4,83 +4,34 @@
 
 #include <algorithm>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
-#include <type_traits>
 #include <utility>
 
 #include "geometry/input_error.hpp"
 #include "method/registry.hpp"
+#include "scene/json_node.hpp"
 
 namespace trocar {
 namespace {
 
-using Json = nlohmann::json;
-
 constexpr const char* study_format = "trocar-study-1";
 
-/// A JSON value with the place it came from, so that every complaint names file and pointer.
-class Node {
-public:
-    Node(const Json& value, const std::string& file, std::string pointer)
-        : value_(&value), file_(&file), pointer_(std::move(pointer)) {}
+/// An object with known keys only, and all of `required`.
+void expect_object(const JsonNode& node, const std::vector<std::string>& known,
+                   const std::vector<std::string>& required) {
+    node.expect_keys(known);
+    for (const std::string& key : required) (void)node.at(key);
+}
 
-    [[noreturn]] void fail(std::string_view expected, std::string_view found) const {
-        throw InputError(*file_, pointer_.empty() ? "/" : pointer_, expected, found);
-    }
-    [[noreturn]] void fail(std::string_view expected) const {
-        std::string text = value_->dump();
-        if (text.size() > 60) text = text.substr(0, 57) + "...";
-        fail(expected, text);
-    }
-    /// An object whose keys are all in `known` and that holds all of `required`.
-    void expect_object(const std::vector<std::string>& known, const std::vector<std::string>& required) const {
-        if (!value_->is_object()) fail("an object");
-        for (const auto& [key, unused] : value_->items()) {
-            if (std::find(known.begin(), known.end(), key) == known.end()) {
-                Node(*value_, *file_, pointer_ + "/" + key)
-                    .fail(fmt::format("one of the keys {}", fmt::join(known, ", ")), fmt::format("'{}'", key));
-            }
-        }
-        for (const std::string& key : required) {
-            if (!value_->contains(key)) fail(fmt::format("the key '{}'", key), "none");
-        }
-    }
-    [[nodiscard]] bool has(const std::string& key) const { return value_->contains(key); }
-    [[nodiscard]] bool is_string() const { return value_->is_string(); }
-    [[nodiscard]] Node at(const std::string& key) const { return {value_->at(key), *file_, pointer_ + "/" + key}; }
-    [[nodiscard]] std::string text() const {
-        if (!value_->is_string() || value_->get_ref<const std::string&>().empty()) fail("a non-empty text");
-        return value_->get<std::string>();
-    }
-    [[nodiscard]] std::int64_t integer(std::int64_t minimum) const {
-        const std::string expected = fmt::format("an integer >= {}", minimum);
-        if (!value_->is_number_integer()) fail(expected);
-        if (value_->is_number_unsigned() && value_->get<std::uint64_t>() > 1'000'000'000'000ULL) {
-            fail("an integer up to 1e12");
-        }
-        if (value_->get<std::int64_t>() < minimum) fail(expected);
-        return value_->get<std::int64_t>();
-    }
-    [[nodiscard]] double positive_number() const {
-        if (!value_->is_number() || !(value_->get<double>() > 0.0)) fail("a number > 0");
-        return value_->get<double>();
-    }
-    [[nodiscard]] std::vector<Node> list() const {
-        if (!value_->is_array() || value_->empty()) fail("a non-empty list");
-        std::vector<Node> nodes;
-        for (std::size_t i = 0; i < value_->size(); ++i) {
-            nodes.emplace_back(value_->at(i), *file_, fmt::format("{}/{}", pointer_, i));
-        }
-        return nodes;
-    }
+/// A list that is not empty.
+std::vector<JsonNode> items_of(const JsonNode& node) {
+    std::vector<JsonNode> items = node.list();
+    if (items.empty()) node.fail("a list that is not empty");
+    return items;
+}
 
-private:
-    const Json* value_;
-    const std::string* file_;
-    std::string pointer_;
-};
+std::int64_t count_of(const JsonNode& node) { return node.integer(1, 1'000'000'000'000); }
 
 std::optional<std::string> reason_of_absence(const std::vector<AbsentMethod>& absent, const std::string& name) {
     for (const AbsentMethod& method : absent) {
@@ -91,7 +42,7 @@ std::optional<std::string> reason_of_absence(const std::vector<AbsentMethod>& ab
 
 /// Checks a method text against the registry; the registry's own complaint is passed on with the place in the file.
 template <typename LookUp>
-StudyMethod check_method(const Node& node, const std::string& text, const std::vector<AbsentMethod>& absent,
+StudyMethod check_method(const JsonNode& node, const std::string& text, const std::vector<AbsentMethod>& absent,
                          LookUp look_up) {
     StudyMethod method;
     try {
@@ -108,10 +59,10 @@ StudyMethod check_method(const Node& node, const std::string& text, const std::v
     return method;
 }
 
-StudyMethod read_method(const Node& node, bool is_detector) {
-    const bool plain = node.is_string();
-    if (!plain) node.expect_object({"method", "setting", "basis"}, {"method"});
-    const Node name = plain ? node : node.at("method");
+StudyMethod read_method(const JsonNode& node, bool is_detector) {
+    const bool plain = node.is_text();
+    if (!plain) expect_object(node, {"method", "setting", "basis"}, {"method"});
+    const JsonNode name = plain ? node : node.at("method");
     StudyMethod method =
         is_detector ? check_method(name, name.text(), registry().absent_detectors(),
                                    [](const std::string& n) -> const DetectorEntry& { return registry().detector(n); })
@@ -119,10 +70,7 @@ StudyMethod read_method(const Node& node, bool is_detector) {
                                    [](const std::string& n) -> const ResponseEntry& { return registry().response(n); });
     if (plain) return method;
     if (node.has("setting")) {
-        method.setting = node.at("setting").text();
-        if (method.setting != "default" && method.setting != "recommended" && method.setting != "tuned") {
-            node.at("setting").fail("default, recommended or tuned");
-        }
+        method.setting = node.at("setting").word({"default", "recommended", "tuned"});
     }
     if (node.has("basis")) method.basis = node.at("basis").text();
     if (method.setting != "default" && method.basis.empty()) {
@@ -131,20 +79,20 @@ StudyMethod read_method(const Node& node, bool is_detector) {
     return method;
 }
 
-std::vector<StudyMethod> read_methods(const Node& node, bool is_detector) {
+std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector) {
     std::vector<StudyMethod> methods;
     std::set<std::string> seen;
-    for (const Node& item : node.list()) {
+    for (const JsonNode& item : items_of(node)) {
         methods.push_back(read_method(item, is_detector));
         if (!seen.insert(methods.back().text).second) item.fail("each method once", methods.back().text + " again");
     }
     return methods;
 }
 
-std::vector<std::string> read_scenes(const Node& node, const std::filesystem::path& study_file) {
+std::vector<std::string> read_scenes(const JsonNode& node, const std::filesystem::path& study_file) {
     std::vector<std::string> scenes;
     std::set<std::string> seen;
-    for (const Node& item : node.list()) {
+    for (const JsonNode& item : items_of(node)) {
         scenes.push_back(item.text());
         if (!seen.insert(scenes.back()).second) item.fail("each scene once", scenes.back() + " again");
         if (!std::filesystem::is_regular_file(study_file.parent_path() / scenes.back())) {
@@ -155,26 +103,20 @@ std::vector<std::string> read_scenes(const Node& node, const std::filesystem::pa
 }
 
 template <typename Part>
-void read_counts(const Node& node, std::int64_t repetitions, Part& part) {
-    part.repetitions = node.has("repetitions") ? node.at("repetitions").integer(1) : repetitions;
-    part.ticks = node.has("ticks") ? node.at("ticks").integer(1) : 0;
-    part.truth_stride = node.has("truth_stride") ? node.at("truth_stride").integer(1) : 1;
+void read_counts(const JsonNode& node, std::int64_t repetitions, Part& part) {
+    part.repetitions = node.has("repetitions") ? count_of(node.at("repetitions")) : repetitions;
+    part.ticks = node.has("ticks") ? count_of(node.at("ticks")) : 0;
+    part.truth_stride = node.has("truth_stride") ? count_of(node.at("truth_stride")) : 1;
 }
 
-Json parse_file(const std::filesystem::path& file) {
+std::string text_of(const std::filesystem::path& file) {
     std::ifstream stream(file, std::ios::binary);
     if (!stream || !std::filesystem::is_regular_file(file)) {
         throw InputError(file.string(), "", "a study file", "no such file");
     }
     std::ostringstream text;
     text << stream.rdbuf();
-    try {
-        return Json::parse(text.str());
-    } catch (const Json::parse_error& error) {
-        throw InputError(file.string(), fmt::format("byte {}", error.byte), "JSON", error.what());
-    } catch (const Json::exception& error) {
-        throw InputError(file.string(), "/", "JSON with finite numbers", error.what());
-    }
+    return text.str();
 }
 
 /// splitmix64 (Steele, Lea, Flood 2014): the same shuffle with every standard library.
@@ -318,13 +260,14 @@ void add_method_facts(const std::string& prefix, const StudyMethod& method, std:
 }  // namespace
 
 Study read_study(const std::filesystem::path& file) {
-    const Json document = parse_file(file);
     const std::string file_name = file.string();
-    const Node root(document, file_name, "");
-    root.expect_object({"format", "name", "seed", "repetitions", "time_limit_s", "reference", "replay", "closed_loop",
-                        "triangle_pair"},
-                       {"format", "name"});
-    if (root.at("format").text() != study_format) root.at("format").fail(fmt::format("\"{}\"", study_format));
+    const Json document = parse_json(text_of(file), file_name);
+    const JsonNode root(document, file_name);
+    expect_object(root,
+                  {"format", "name", "seed", "repetitions", "time_limit_s", "reference", "replay", "closed_loop",
+                   "triangle_pair"},
+                  {"format", "name"});
+    root.at("format").expect_word(study_format);
 
     Study study;
     study.file = file;
@@ -333,13 +276,13 @@ Study read_study(const std::filesystem::path& file) {
         std::string::npos) {
         root.at("name").fail("a name of letters, digits, _ and - (it names a folder)");
     }
-    if (root.has("seed")) study.seed = static_cast<std::uint64_t>(root.at("seed").integer(0));
-    const std::int64_t repetitions = root.has("repetitions") ? root.at("repetitions").integer(1) : 1;
-    if (root.has("time_limit_s")) study.time_limit_s = root.at("time_limit_s").positive_number();
+    if (root.has("seed")) study.seed = root.at("seed").unsigned_integer();
+    const std::int64_t repetitions = root.has("repetitions") ? count_of(root.at("repetitions")) : 1;
+    if (root.has("time_limit_s")) study.time_limit_s = root.at("time_limit_s").positive();
 
     if (root.has("replay")) {
-        const Node node = root.at("replay");
-        node.expect_object({"scenes", "detectors", "ticks", "repetitions", "truth_stride"}, {"scenes", "detectors"});
+        const JsonNode node = root.at("replay");
+        expect_object(node, {"scenes", "detectors", "ticks", "repetitions", "truth_stride"}, {"scenes", "detectors"});
         ReplayPart part;
         part.scenes = read_scenes(node.at("scenes"), file);
         part.detectors = read_methods(node.at("detectors"), true);
@@ -347,17 +290,16 @@ Study read_study(const std::filesystem::path& file) {
         study.replay = std::move(part);
     }
     if (root.has("closed_loop")) {
-        const Node node = root.at("closed_loop");
-        node.expect_object({"scenes", "detectors", "responses", "contacts", "ticks", "repetitions", "truth_stride"},
-                           {"scenes", "detectors", "responses"});
+        const JsonNode node = root.at("closed_loop");
+        expect_object(node, {"scenes", "detectors", "responses", "contacts", "ticks", "repetitions", "truth_stride"},
+                      {"scenes", "detectors", "responses"});
         ClosedLoopPart part;
         part.scenes = read_scenes(node.at("scenes"), file);
         part.detectors = read_methods(node.at("detectors"), true);
         part.responses = read_methods(node.at("responses"), false);
         if (node.has("contacts")) {
-            for (const Node& item : node.at("contacts").list()) {
-                const std::string contacts = item.text();
-                if (contacts != "canonical" && contacts != "native") item.fail("canonical or native");
+            for (const JsonNode& item : items_of(node.at("contacts"))) {
+                const std::string contacts = item.word({"canonical", "native"});
                 if (std::find(part.contacts.begin(), part.contacts.end(), contacts) != part.contacts.end()) {
                     item.fail("each contact source once", contacts + " again");
                 }
@@ -370,8 +312,8 @@ Study read_study(const std::filesystem::path& file) {
         study.closed_loop = std::move(part);
     }
     if (root.has("triangle_pair")) {
-        const Node node = root.at("triangle_pair");
-        node.expect_object({"scenes", "response", "ticks", "repetitions", "truth_stride"}, {"scenes", "response"});
+        const JsonNode node = root.at("triangle_pair");
+        expect_object(node, {"scenes", "response", "ticks", "repetitions", "truth_stride"}, {"scenes", "response"});
         TrianglePairPart part;
         part.scenes = read_scenes(node.at("scenes"), file);
         part.response = read_method(node.at("response"), false);
