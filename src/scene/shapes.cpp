@@ -142,18 +142,16 @@ void add_arc(double centre_z, double radius, double from_degrees, double to_degr
 
 // ---- sheets ----
 
-Surface make_sheet(const ShapeValues& values) {
-    const std::vector<double>& size = values.numbers.find("size")->second;
-    const double edge = values.number("edge");
-    const int columns = steps(size[0], edge);
-    const int rows = steps(size[1], edge * row_height);
+/// Lattice of nearly equilateral triangles: rows of edges along x, each row at the (y, z) that `place` gives.
+template <typename Place>
+Surface lattice(double width, int columns, int rows, const Place& place) {
     Builder builder;
     std::vector<Section> lines;
     for (int j = 0; j <= rows; ++j) {
-        const double y = size[1] * (static_cast<double>(j) / rows - 0.5);
+        const auto [y, z] = place(j);
         Section line;
-        const auto add = [&](double column) {
-            line.push_back(builder.add(Vector3(size[0] * (column / columns - 0.5), y, 0.0)));
+        const auto add = [&, y = y, z = z](double column) {
+            line.push_back(builder.add(Vector3(width * (column / columns - 0.5), y, z)));
         };
         if (j % 2 == 0) {
             for (int i = 0; i <= columns; ++i) add(i);
@@ -181,6 +179,31 @@ Surface make_sheet(const ShapeValues& values) {
         }
     }
     return builder.surface();
+}
+
+Surface make_sheet(const ShapeValues& values) {
+    const std::vector<double>& size = values.numbers.find("size")->second;
+    const double edge = values.number("edge");
+    const int rows = steps(size[1], edge * row_height);
+    return lattice(size[0], steps(size[0], edge), rows,
+                   [&](int j) { return std::pair(size[1] * (static_cast<double>(j) / rows - 0.5), 0.0); });
+}
+
+Surface make_arch(const ShapeValues& values) {
+    const double radius = values.number("radius");
+    const double angle = values.number("angle");
+    const double edge = values.number("edge");
+    const double arc = radius * angle * std::numbers::pi / 180.0;
+    const int rows = 2 * steps(arc, 2.0 * edge * row_height);  // even: a row of edges runs along the crest
+    return lattice(values.number("length"), steps(values.number("length"), edge), rows, [&](int j) {
+        const SineCosine at = sine_cosine_of_degrees(angle * (static_cast<double>(j) / rows - 0.5));
+        return std::pair(radius * at.sine, radius * at.cosine);
+    });
+}
+
+double estimate_arch(const ShapeValues& values) {
+    const double edge = values.number("edge");
+    return 2.0 * (values.number("length") / edge + 3.0) * (7.0 * values.number("radius") / (edge * row_height) + 3.0);
 }
 
 double estimate_sheet(const ShapeValues& values) {
@@ -658,6 +681,21 @@ std::vector<Shape> make_table() {
          nullptr,
          estimate_disc,
          make_disc},
+        {"arch",
+         false,
+         "sheet bent about the x axis, crest at z = radius, normal outward",
+         {length_of("radius", "radius of the bend"),
+          {.name = "angle",
+           .type = Type::degrees,
+           .meaning = "180 is half a pipe",
+           .default_number = 180.0,
+           .minimum = 1.0,
+           .maximum = 350.0},
+          length_of("length", "extent in x"),
+          edge_parameter},
+         nullptr,
+         estimate_arch,
+         make_arch},
         {"triangle",
          false,
          "one triangle",

@@ -17,7 +17,7 @@ namespace trocar {
 enum class BodyKind : std::uint8_t { instrument, rigid, tissue };
 
 /// Side of an open sheet: its triangles are counter-clockwise seen from the front.
-enum class Side : std::uint8_t { front, back };
+enum class SheetSide : std::uint8_t { front, back };
 
 /// What a caller knows of one body before it becomes part of a Topology.
 struct Body {
@@ -26,8 +26,8 @@ struct Body {
     bool closed = true;           ///< false: an open sheet, it has no inside.
     std::string instrument = {};  ///< Parts with the same non-empty name are never tested against each other.
     Index vertex_count = 0;
-    Triangles triangles = Triangles(3, 0);  ///< 3×T, vertex numbers local to this body (0 … vertex_count-1).
-    Side start_side = Side::front;          ///< Open sheets: where the other bodies start, so what the right side is.
+    Triangles triangles = Triangles(3, 0);    ///< 3×T, vertex numbers local to this body (0 … vertex_count-1).
+    SheetSide start_side = SheetSide::front;  ///< Open sheets: where the other bodies start, so what the right side is.
 };
 
 /// One body's place in the flat arrays.
@@ -38,7 +38,7 @@ struct BodyRange {
     std::string instrument = {};
     Range vertices = {};
     Range triangles = {};
-    Side start_side = Side::front;
+    SheetSide start_side = SheetSide::front;
 };
 
 /// Constant for a run. Triangle numbers ascend with body numbers, so a < b in a pair means body(a) <= body(b).

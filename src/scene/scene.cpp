@@ -1,0 +1,614 @@
+#include "scene/scene.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <bit>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include "geometry/input_error.hpp"
+#include "geometry/mesh_file.hpp"
+#include "scene/json_node.hpp"
+#include "scene/rotation.hpp"
+#include "scene/scene_settings.hpp"
+#include "scene/shapes.hpp"
+#include "scene/tissue_materials.hpp"
+
+namespace trocar {
+namespace {
+
+constexpr const char* format_name = "trocar-scene-1";
+constexpr std::string_view data_prefix = "data:";
+constexpr double most_shape_triangles = 2e7;
+constexpr std::int64_t most_ticks = 1'000'000'000;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Where files of a scene lie.
+struct Places {
+    std::filesystem::path scene_folder;
+    std::optional<std::filesystem::path> data;
+    double metres = 1.0;  ///< per unit of the scene
+};
+
+/// A body as the file describes it: lengths in m.
+struct BodyPlan {
+    Body body;
+    SceneBody scene_body;  // ranges of jaws are local to the body
+    Pose fixed;
+    std::optional<Vector3> trocar;
+    Vector3 tip = Vector3::Zero();
+    std::optional<TissueSettings> tissue;
+};
+
+void apply(const Matrix3& rotation, const Vector3& translation, Eigen::Ref<Matrix3X> points) {
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+        const Vector3 p = points.col(i);
+        for (int row = 0; row < 3; ++row) {
+            points(row, i) =
+                rotation(row, 0) * p.x() + rotation(row, 1) * p.y() + rotation(row, 2) * p.z() + translation[row];
+        }
+    }
+}
+
+struct PoseNumbers {
+    Vector3 translation;
+    Vector3 rotation_degrees;
+};
+
+PoseNumbers read_pose(const JsonNode& node) {
+    const std::vector<double> n = node.numbers(6);
+    return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}};
+}
+
+template <typename Settings, std::size_t count>
+void read_numbers(const JsonNode& node, const std::array<NumberSetting<Settings>, count>& table, double metres,
+                  Settings& settings) {
+    for (const NumberSetting<Settings>& entry : table) {
+        const auto value = node.find(entry.key);
+        if (!value) continue;
+        const double number = entry.bounds == Bounds::positive ? value->positive() : value->non_negative();
+        settings.*entry.member = std::string_view(entry.unit) == "m" ? number * metres : number;
+    }
+}
+
+// ---- parts ----
+
+ShapeValues read_shape_values(const JsonNode& node, const Shape& shape) {
+    using Type = ShapeParameter::Type;
+    ShapeValues values;
+    for (const ShapeParameter& parameter : shape.parameters) {
+        std::vector<double>& numbers = values.numbers[parameter.name];
+        if (parameter.type == Type::choice) {
+            const auto given = node.find(parameter.name);
+            values.words[parameter.name] = given ? given->word(parameter.choices) : parameter.choices.front();
+            continue;
+        }
+        if (parameter.default_number && !node.has(parameter.name)) {
+            numbers = {*parameter.default_number};
+            continue;
+        }
+        const JsonNode given = node.at(parameter.name);
+        const auto read_lengths = [&](std::size_t count) {
+            if (!given.is_list() || given.list().size() != count)
+                given.fail(fmt::format("a list of {} lengths", count));
+            for (const JsonNode& item : given.list()) numbers.push_back(item.positive());
+        };
+        switch (parameter.type) {
+            case Type::length:
+                numbers = {given.positive()};
+                break;
+            case Type::lengths2:
+                read_lengths(2);
+                break;
+            case Type::lengths3:
+                read_lengths(3);
+                break;
+            case Type::points3:
+                if (!given.is_list() || given.list().size() != 3) given.fail("a list of 3 points");
+                for (const JsonNode& point : given.list()) {
+                    for (const double x : point.numbers(3)) numbers.push_back(x);
+                }
+                break;
+            case Type::degrees:
+            case Type::ratio:
+                numbers = {given.number(parameter.minimum, parameter.maximum)};
+                break;
+            case Type::choice:
+                break;
+        }
+    }
+    return values;
+}
+
+Surface read_shape(const JsonNode& node, const Shape& shape) {
+    const ShapeValues values = read_shape_values(node, shape);
+    if (shape.check != nullptr) {
+        if (const auto fault = shape.check(values)) node.at(fault->parameter).fail(fault->expected);
+    }
+    const double estimate = shape.triangle_estimate(values);
+    if (!(estimate <= most_shape_triangles)) {
+        node.at("edge").fail(fmt::format("an edge that gives at most {:.0f} triangles", most_shape_triangles));
+    }
+    return shape.make(values);
+}
+
+/// The file that a mesh text names; empty when it names data and there is no data folder.
+std::filesystem::path mesh_path(const std::string& text, const Places& places) {
+    if (!text.starts_with(data_prefix)) return places.scene_folder / text;
+    if (!places.data) return {};
+    return *places.data / text.substr(data_prefix.size());
+}
+
+Surface read_part_mesh(const JsonNode& node, const Places& places) {
+    const std::string text = node.text();
+    const std::filesystem::path path = mesh_path(text, places);
+    std::error_code error;
+    if (path.empty() || !std::filesystem::exists(path, error)) {
+        if (!text.starts_with(data_prefix))
+            node.fail("a mesh file beside the scene", fmt::format("no file '{}'", path.string()));
+        node.fail(fmt::format("the file {} in the data folder (name it with --data DIR or TROCAR_DATA)",
+                              text.substr(data_prefix.size())),
+                  places.data ? fmt::format("no file '{}'", path.string()) : "no data folder");
+    }
+    Mesh mesh = read_mesh(path);
+    return {std::move(mesh.vertices), std::move(mesh.triangles)};
+}
+
+/// Every edge belongs to exactly two triangles that run it in opposite directions.
+bool is_watertight(const Triangles& triangles) {
+    std::map<std::pair<Index, Index>, int> directed;
+    for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
+        for (int corner = 0; corner < 3; ++corner) {
+            const Index a = triangles(corner, t);
+            const Index b = triangles((corner + 1) % 3, t);
+            if (a != b) ++directed[{a, b}];
+        }
+    }
+    return std::all_of(directed.begin(), directed.end(), [&](const auto& entry) {
+        const auto back = directed.find({entry.first.second, entry.first.first});
+        return entry.second == 1 && back != directed.end() && back->second == 1;
+    });
+}
+
+struct Part {
+    Surface surface;  ///< m, body frame
+    bool open_shape = false;
+    bool watertight = true;
+    std::string jaw;
+};
+
+Part read_part(const JsonNode& node, const Places& places) {
+    Part part;
+    std::vector<std::string> keys{"scale", "pose", "jaw"};
+    if (node.find("mesh")) {
+        keys.insert(keys.begin(), "mesh");
+        node.expect_keys(keys);
+        part.surface = read_part_mesh(node.at("mesh"), places);
+        part.watertight = is_watertight(part.surface.triangles);
+    } else if (node.find("shape")) {
+        std::vector<std::string> names;
+        for (const Shape& shape : shapes()) names.push_back(shape.name);
+        const Shape& shape = *find_shape(node.at("shape").word(names));
+        keys.insert(keys.begin(), "shape");
+        for (const ShapeParameter& parameter : shape.parameters) keys.push_back(parameter.name);
+        node.expect_keys(keys);
+        part.surface = read_shape(node, shape);
+        part.open_shape = !shape.closed;
+        part.watertight = shape.closed;
+    } else {
+        node.fail("the key 'shape' or 'mesh'", "none");
+    }
+    if (const auto scale = node.find("scale")) part.surface.vertices *= scale->positive();
+    if (const auto pose = node.find("pose")) {
+        const PoseNumbers numbers = read_pose(*pose);
+        apply(rotation_from_degrees(numbers.rotation_degrees).toRotationMatrix(), numbers.translation,
+              part.surface.vertices);
+    }
+    part.surface.vertices *= places.metres;
+    if (const auto jaw = node.find("jaw")) part.jaw = jaw->word({"left", "right"});
+    if (!part.surface.vertices.allFinite()) node.fail("finite coordinates after scale and pose", "an overflow");
+    return part;
+}
+
+// ---- bodies ----
+
+Motion read_motion(const JsonNode& node, const Places& places) {
+    node.expect_keys({"drive", "keys", "operator"});
+    Motion motion;
+    if (node.at("drive").word(drive_words) == "operator") motion.drive = Drive::simulated_operator;
+    if (const auto hand = node.find("operator")) {
+        if (motion.drive != Drive::simulated_operator) hand->fail("no operator beside a prescribed drive", "one");
+        std::vector<std::string> keys;
+        for (const auto& entry : operator_numbers) keys.emplace_back(entry.key);
+        hand->expect_keys(keys);
+        read_numbers(*hand, operator_numbers, places.metres, motion.hand);
+    }
+    double jaw = 1.0;
+    for (const JsonNode& item : node.at("keys").list()) {
+        item.expect_keys({"time", "pose", "jaw"});
+        MotionKey key;
+        key.time = item.at("time").number();
+        if (!motion.keys.empty() && key.time <= motion.keys.back().time) {
+            item.at("time").fail(fmt::format("a time after {}", motion.keys.back().time));
+        }
+        const PoseNumbers pose = read_pose(item.at("pose"));
+        key.translation = places.metres * pose.translation;
+        key.rotation_degrees = pose.rotation_degrees;
+        if (const auto value = item.find("jaw")) jaw = value->number(0.0, 1.0);
+        key.jaw = jaw;
+        motion.keys.push_back(key);
+    }
+    if (motion.keys.empty()) node.at("keys").fail("at least one key");
+    return motion;
+}
+
+TissueSettings read_tissue(const JsonNode& node, const Places& places, Index vertex_count) {
+    std::vector<std::string> keys{"pinned", "substeps"};
+    for (const auto& entry : tissue_numbers) keys.emplace_back(entry.key);
+    node.expect_keys(keys);
+    TissueSettings settings;
+    read_numbers(node, tissue_numbers, places.metres, settings);
+    if (const auto substeps = node.find("substeps")) {
+        settings.substeps = static_cast<int>(substeps->integer(1, most_substeps));
+    }
+    if (const auto pinned = node.find("pinned")) {
+        if (pinned->is_list()) {
+            settings.rim_pinned = false;
+            for (const JsonNode& number : pinned->list()) {
+                if (vertex_count == 0) number.fail("no number, the body has no vertices");
+                settings.pinned.push_back(static_cast<Index>(number.integer(0, vertex_count - 1)));
+            }
+        } else if (!pinned->is_text()) {
+            pinned->fail("rim, none or a list of vertex numbers");
+        } else {
+            settings.rim_pinned = pinned->word({"rim", "none"}) == "rim";
+        }
+    }
+    return settings;
+}
+
+void read_hinge(const JsonNode& node, const Places& places, Vector3& point, Vector3& axis, double& angle) {
+    node.expect_keys({"point", "axis", "angle"});
+    if (const auto value = node.find("point")) point = places.metres * value->vector3();
+    if (const auto value = node.find("axis")) {
+        axis = value->vector3();
+        if (!(axis.norm() > 0.0) || !std::isfinite(axis.norm())) value->fail("a direction");
+        axis /= axis.norm();
+    }
+    if (const auto value = node.find("angle")) angle = value->number(0.0, 180.0);
+}
+
+void read_parts(const JsonNode& node, const Places& places, BodyPlan& plan) {
+    Vector3 hinge = Vector3::Zero();
+    Vector3 axis = Vector3::UnitX();
+    double angle = default_jaw_angle;
+    if (const auto value = node.find("hinge")) read_hinge(*value, places, hinge, axis, angle);
+
+    std::vector<Part> parts;
+    std::int64_t vertex_total = 0;
+    std::int64_t triangle_total = 0;
+    for (const JsonNode& item : node.at("parts").list()) {
+        parts.push_back(read_part(item, places));
+        vertex_total += parts.back().surface.vertices.cols();
+        triangle_total += parts.back().surface.triangles.cols();
+        if (std::max(vertex_total, triangle_total) > std::numeric_limits<Index>::max()) {
+            item.fail("at most 2147483647 vertices and triangles", "more");
+        }
+    }
+    if (parts.empty()) node.at("parts").fail("at least one part");
+    Matrix3X& local = plan.scene_body.local;
+    local.resize(3, vertex_total);
+    plan.body.triangles.resize(3, triangle_total);
+    Index first_vertex = 0;
+    Index first_triangle = 0;
+    bool open_shape = false;
+    bool watertight = true;
+    for (const Part& part : parts) {
+        const auto vertices = static_cast<Index>(part.surface.vertices.cols());
+        const auto triangles = static_cast<Index>(part.surface.triangles.cols());
+        local.middleCols(first_vertex, vertices) = part.surface.vertices;
+        plan.body.triangles.middleCols(first_triangle, triangles) = part.surface.triangles.array() + first_vertex;
+        if (!part.jaw.empty()) {
+            plan.scene_body.jaws.push_back({.vertices = {first_vertex, vertices},
+                                            .hinge = hinge,
+                                            .axis = axis,
+                                            .angle_open_degrees = part.jaw == "left" ? angle : -angle});
+        }
+        first_vertex += vertices;
+        first_triangle += triangles;
+        open_shape = open_shape || part.open_shape;
+        watertight = watertight && part.watertight;
+    }
+    plan.body.vertex_count = first_vertex;
+    plan.body.closed = watertight;
+    if (const auto closed = node.find("closed")) {
+        plan.body.closed = closed->flag();
+        if (plan.body.closed && open_shape) closed->fail("false, since a part is an open sheet");
+    }
+}
+
+BodyPlan read_body(const JsonNode& node, const Places& places) {
+    node.expect_keys({"name", "kind", "closed", "side", "instrument", "parts", "pose", "motion", "trocar", "tip",
+                      "hinge", "tissue"});
+    BodyPlan plan;
+    plan.body.name = node.at("name").text();
+    const std::string kind = node.at("kind").word(body_kind_words);
+    plan.body.kind = static_cast<BodyKind>(std::find(body_kind_words.begin(), body_kind_words.end(), kind) -
+                                           body_kind_words.begin());
+    for (const char* key : {"instrument", "motion", "trocar", "tip", "hinge"}) {
+        if (plan.body.kind != BodyKind::instrument && node.has(key)) {
+            node.at(key).fail(fmt::format("'{}' at an instrument only", key), fmt::format("one at a {} body", kind));
+        }
+    }
+    if (plan.body.kind != BodyKind::tissue && node.has("tissue")) {
+        node.at("tissue").fail("'tissue' at a tissue body only", fmt::format("one at a {} body", kind));
+    }
+    if (const auto instrument = node.find("instrument")) plan.body.instrument = instrument->text();
+    read_parts(node, places, plan);
+    if (const auto side = node.find("side")) {
+        if (plan.body.closed) side->fail("'side' at an open body only", "one at a closed body");
+        if (side->word({"front", "back"}) == "back") plan.body.start_side = SheetSide::back;
+    }
+    if (const auto motion = node.find("motion")) {
+        if (node.has("pose")) node.at("pose").fail("no pose beside a motion, whose keys place the body", "one");
+        plan.scene_body.motion = read_motion(*motion, places);
+    }
+    if (const auto pose = node.find("pose")) {
+        const PoseNumbers numbers = read_pose(*pose);
+        plan.fixed.translation = places.metres * numbers.translation;
+        plan.fixed.rotation = rotation_from_degrees(numbers.rotation_degrees);
+    }
+    if (const auto trocar = node.find("trocar")) plan.trocar = places.metres * trocar->vector3();
+    if (const auto tip = node.find("tip")) plan.tip = places.metres * tip->vector3();
+    if (plan.body.kind == BodyKind::tissue) {
+        const auto tissue = node.find("tissue");
+        plan.tissue = tissue ? read_tissue(*tissue, places, plan.body.vertex_count) : TissueSettings{};
+    }
+    return plan;
+}
+
+// ---- the whole ----
+
+void read_contact(const JsonNode& node, const Topology& topology, Materials& materials) {
+    std::vector<std::string> names;
+    for (const BodyRange& body : topology.bodies) names.push_back(body.name);
+    std::set<Index> seen;
+    for (const JsonNode& item : node.list()) {
+        item.expect_keys({"bodies", "k", "mu"});
+        const std::vector<JsonNode> pair = item.at("bodies").list();
+        if (pair.size() != 2) item.at("bodies").fail("two names of bodies");
+        std::array<Index, 2> body{};
+        for (std::size_t i = 0; i < 2; ++i) {
+            const std::string name = pair[i].word(names);
+            body[i] = static_cast<Index>(std::find(names.begin(), names.end(), name) - names.begin());
+        }
+        const Index number = body[0] == body[1] ? -1 : topology.body_pair(body[0], body[1]);
+        if (number < 0) {
+            item.at("bodies").fail(
+                "two bodies that are tested against each other (not rigid with rigid, nor parts of one instrument)");
+        }
+        if (!seen.insert(number).second) item.at("bodies").fail("every two bodies once");
+        ContactLaw& law = materials.contact_laws[at(number)];
+        if (const auto k = item.find("k")) law.k = k->non_negative();
+        if (const auto mu = item.find("mu")) law.mu = mu->non_negative();
+    }
+}
+
+/// FNV-1a over all that decides a run. Names are left out: they decide nothing.
+class Hash {
+public:
+    void add(std::uint64_t bits) {
+        for (int shift = 0; shift < 64; shift += 8) {
+            value_ ^= (bits >> shift) & 0xffU;
+            value_ *= 1099511628211ULL;
+        }
+    }
+    void add(double number) { add(std::bit_cast<std::uint64_t>(number)); }
+    void add(Index number) { add(static_cast<std::uint64_t>(static_cast<std::int64_t>(number))); }
+    template <typename Derived>
+    void add(const Eigen::MatrixBase<Derived>& matrix) {
+        add(static_cast<std::uint64_t>(matrix.cols()));
+        for (Eigen::Index column = 0; column < matrix.cols(); ++column) {
+            for (Eigen::Index row = 0; row < matrix.rows(); ++row) add(matrix(row, column));
+        }
+    }
+    template <typename Number>
+    void add(const std::vector<Number>& numbers) {
+        add(static_cast<std::uint64_t>(numbers.size()));
+        for (const Number& number : numbers) {
+            if constexpr (std::is_same_v<Number, double>) {
+                add(number);
+            } else {
+                add(static_cast<std::uint64_t>(number));
+            }
+        }
+    }
+    [[nodiscard]] std::uint64_t value() const { return value_; }
+
+private:
+    std::uint64_t value_ = 14695981039346656037ULL;
+};
+
+std::uint64_t hash_of(const Scene& scene) {
+    Hash hash;
+    hash.add(scene.dt);
+    hash.add(static_cast<std::uint64_t>(scene.ticks));
+    hash.add(scene.seed);
+    hash.add(scene.topology.triangles);
+    for (const BodyRange& body : scene.topology.bodies) {
+        for (const Index number : {static_cast<Index>(body.kind), static_cast<Index>(body.closed),
+                                   static_cast<Index>(body.start_side), body.vertices.count, body.triangles.count}) {
+            hash.add(number);
+        }
+    }
+    for (const auto& [a, b] : scene.topology.body_pairs) {
+        hash.add(a);
+        hash.add(b);
+    }
+    hash.add(scene.first.position);
+    const Materials& materials = scene.materials;
+    for (const Spring& spring : materials.springs) {
+        hash.add(spring.i);
+        hash.add(spring.j);
+        for (const double number : {spring.rest, spring.k, spring.preload, spring.damping}) hash.add(number);
+    }
+    hash.add(materials.rest_bias);
+    hash.add(materials.pinned);
+    for (const std::vector<double>* numbers : {&materials.mass, &materials.area, &materials.mean_stiffness,
+                                               &materials.triangle_stiffness, &materials.drag}) {
+        hash.add(*numbers);
+    }
+    hash.add(static_cast<Index>(materials.substeps));
+    hash.add(materials.strain_limit);
+    for (const ContactLaw& law : materials.contact_laws) {
+        // Two NaNs may differ in their bits.
+        hash.add(std::isnan(law.k) ? -1.0 : law.k);
+        hash.add(std::isnan(law.mu) ? -1.0 : law.mu);
+    }
+    for (const auto& point : materials.trocar_point) {
+        hash.add(static_cast<Index>(point.has_value()));
+        if (point) hash.add(*point);
+    }
+    for (const Vector3& tip : materials.tip) hash.add(tip);
+    for (const SceneBody& body : scene.bodies) {
+        hash.add(body.local);
+        for (const JawPart& jaw : body.jaws) {
+            hash.add(jaw.vertices.first);
+            hash.add(jaw.vertices.count);
+            hash.add(jaw.hinge);
+            hash.add(jaw.axis);
+            hash.add(jaw.angle_open_degrees);
+        }
+        hash.add(static_cast<Index>(body.motion.has_value()));
+        if (!body.motion) continue;
+        hash.add(static_cast<Index>(body.motion->drive));
+        const OperatorModel& hand = body.motion->hand;
+        for (const double number : {hand.mass, hand.damping, hand.hand_stiffness, hand.hand_damping}) hash.add(number);
+        for (const MotionKey& key : body.motion->keys) {
+            hash.add(key.time);
+            hash.add(key.translation);
+            hash.add(key.rotation_degrees);
+            hash.add(key.jaw);
+        }
+    }
+    return hash.value();
+}
+
+std::string read_text(const std::filesystem::path& file) {
+    std::error_code error;
+    if (!std::filesystem::exists(file, error)) throw InputError(file.string(), "", "a scene file", "no such file");
+    if (!std::filesystem::is_regular_file(file, error)) throw InputError(file.string(), "", "a scene file", "no file");
+    std::ifstream stream(file, std::ios::binary);
+    std::ostringstream text;
+    text << stream.rdbuf();
+    if (!stream) throw InputError(file.string(), "", "a readable scene file", "no permission, or an empty file");
+    return text.str();
+}
+
+}  // namespace
+
+Scene read_scene(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data) {
+    const std::string name = file.string();
+    const Json document = parse_json(read_text(file), name);
+    const JsonNode root(document, name);
+    root.expect_keys({"format", "name", "description", "unit", "dt", "ticks", "seed", "bodies", "contact"});
+    root.at("format").expect_word(format_name);
+    Scene scene;
+    scene.name = root.at("name").text();
+    if (const auto description = root.find("description")) static_cast<void>(description->text());
+    Places places{.scene_folder = file.parent_path(), .data = data};
+    if (const auto unit = root.find("unit")) {
+        const std::string word = unit->word(unit_words);
+        places.metres = word == "m" ? 1.0 : word == "mm" ? 0.001 : 0.01;
+    }
+    if (const auto dt = root.find("dt")) scene.dt = dt->positive();
+    scene.ticks = root.at("ticks").integer(1, most_ticks);
+    if (const auto seed = root.find("seed")) scene.seed = seed->unsigned_integer();
+
+    std::vector<BodyPlan> plans;
+    std::set<std::string> names;
+    for (const JsonNode& item : root.at("bodies").list()) {
+        plans.push_back(read_body(item, places));
+        if (!names.insert(plans.back().body.name).second) item.at("name").fail("a name of its own");
+    }
+    if (plans.empty()) root.at("bodies").fail("at least one body");
+    std::stable_sort(plans.begin(), plans.end(),
+                     [](const BodyPlan& a, const BodyPlan& b) { return a.body.kind < b.body.kind; });
+    std::vector<Body> bodies;
+    for (const BodyPlan& plan : plans) bodies.push_back(plan.body);
+    scene.topology = make_topology(bodies);
+
+    const Index vertex_count = scene.topology.vertex_count;
+    scene.first.position.resize(3, vertex_count);
+    for (std::size_t b = 0; b < plans.size(); ++b) {
+        const BodyRange& range = scene.topology.bodies[b];
+        SceneBody body = std::move(plans[b].scene_body);
+        for (JawPart& jaw : body.jaws) jaw.vertices.first += range.vertices.first;
+        for (Index i = 0; i < range.vertices.count; ++i) body.file_vertex.push_back(i);
+        for (Index i = 0; i < range.triangles.count; ++i) body.file_triangle.push_back(i);
+        const Pose pose = body.motion ? body.motion->pose_at(0.0) : plans[b].fixed;
+        place_body(body, range.vertices, pose, scene.first.position);
+        scene.first.pose.push_back(pose);
+        scene.materials.trocar_point.push_back(plans[b].trocar);
+        scene.materials.tip.push_back(plans[b].tip);
+        scene.bodies.push_back(std::move(body));
+    }
+    scene.first.previous = scene.first.position;
+    scene.first.velocity = Matrix3X::Zero(3, vertex_count);
+
+    scene.materials.contact_laws.resize(scene.topology.body_pairs.size());
+    if (const auto contact = root.find("contact")) read_contact(*contact, scene.topology, scene.materials);
+    if (std::any_of(plans.begin(), plans.end(), [](const BodyPlan& plan) { return plan.tissue.has_value(); })) {
+        prepare_tissue_arrays(scene.topology, scene.materials);
+        for (std::size_t b = 0; b < plans.size(); ++b) {
+            if (!plans[b].tissue) continue;
+            add_tissue_body(*plans[b].tissue, scene.topology, scene.topology.bodies[b], scene.first.position, scene.dt,
+                            scene.materials);
+        }
+    }
+    scene.hash = hash_of(scene);
+    return scene;
+}
+
+bool lacks_data(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data) {
+    std::ifstream stream(file, std::ios::binary);
+    const Json document = Json::parse(stream, nullptr, false);  // faults are read_scene's to report
+    const Json::json_pointer bodies("/bodies");
+    if (!document.is_object() || !document.contains(bodies) || !document[bodies].is_array()) return false;
+    const Places places{.scene_folder = file.parent_path(), .data = data};
+    for (const Json& body : document[bodies]) {
+        if (!body.is_object() || !body.contains("parts") || !body["parts"].is_array()) continue;
+        for (const Json& part : body["parts"]) {
+            if (!part.is_object() || !part.contains("mesh") || !part["mesh"].is_string()) continue;
+            const std::string text = part["mesh"].get<std::string>();
+            std::error_code error;
+            if (text.starts_with(data_prefix)) {
+                const std::filesystem::path path = mesh_path(text, places);
+                if (path.empty() || !std::filesystem::exists(path, error)) return true;
+            }
+        }
+    }
+    return false;
+}
+
+void place_body(const SceneBody& body, Range vertices, const Pose& pose, Matrix3X& position) {
+    auto points = position.middleCols(vertices.first, vertices.count);
+    points = body.local;
+    for (const JawPart& jaw : body.jaws) {
+        const double angle = jaw.angle_open_degrees * pose.jaw;
+        if (angle == 0.0) continue;
+        const Matrix3 turn = rotation_from_degrees(angle * jaw.axis).toRotationMatrix();
+        auto part = position.middleCols(jaw.vertices.first, jaw.vertices.count);
+        part.colwise() -= jaw.hinge;
+        apply(turn, jaw.hinge, part);
+    }
+    apply(pose.rotation.toRotationMatrix(), pose.translation, points);
+}
+
+}  // namespace trocar

@@ -1,0 +1,62 @@
+// The numbers a scene may set, each declared once with key, unit, default, bounds and meaning: reading and schema print
+// from these tables.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene/motion.hpp"
+
+namespace trocar {
+
+enum class Bounds { positive, non_negative };
+
+template <typename Settings>
+struct NumberSetting {
+    const char* key;
+    double Settings::*member;
+    const char* unit;  ///< SI; "m" is read in the scene's unit
+    Bounds bounds;
+    const char* meaning;
+};
+
+/// Tissue of one body; defaults are those of METHODS §12.
+struct TissueSettings {
+    double youngs_modulus = 38000.0;  ///< Pa
+    double thickness = 0.003;         ///< m
+    double density = 1060.0;          ///< kg/m³
+    double preload = 0.2;             ///< p in T = p k L
+    double damping = 0.02;            ///< N s/m, per spring
+    double drag = 5.0;                ///< 1/s, times the vertex mass
+    double strain_limit = 1.0;        ///< edge strain
+    std::optional<int> substeps;      ///< absent: 4, or more where the crude bound of METHODS §4 asks for it
+    bool rim_pinned = true;
+    std::vector<Index> pinned;  ///< vertex numbers of the body's files
+};
+
+inline constexpr std::array<NumberSetting<TissueSettings>, 7> tissue_numbers{{
+    {"youngs_modulus", &TissueSettings::youngs_modulus, "Pa", Bounds::positive, "Young's modulus E"},
+    {"thickness", &TissueSettings::thickness, "m", Bounds::positive, "thickness h_t of the membrane"},
+    {"density", &TissueSettings::density, "kg/m^3", Bounds::positive, "density rho"},
+    {"preload", &TissueSettings::preload, "1", Bounds::non_negative, "p: tension at rest is p k L in every spring"},
+    {"damping", &TissueSettings::damping, "N s/m", Bounds::non_negative, "damping c of every spring"},
+    {"drag", &TissueSettings::drag, "1/s", Bounds::non_negative, "drag on every vertex, per mass"},
+    {"strain_limit", &TissueSettings::strain_limit, "1", Bounds::positive, "largest edge strain"},
+}};
+inline constexpr int most_substeps = 1000;
+
+inline constexpr std::array<NumberSetting<OperatorModel>, 4> operator_numbers{{
+    {"mass", &OperatorModel::mass, "kg", Bounds::positive, "mass of hand and instrument"},
+    {"damping", &OperatorModel::damping, "N s/m", Bounds::non_negative, "damping of the device"},
+    {"hand_stiffness", &OperatorModel::hand_stiffness, "N/m", Bounds::non_negative, "spring of the hand to the script"},
+    {"hand_damping", &OperatorModel::hand_damping, "N s/m", Bounds::non_negative, "damping of the hand"},
+}};
+
+inline const std::vector<std::string> body_kind_words{"instrument", "rigid", "tissue"};
+inline const std::vector<std::string> unit_words{"m", "mm", "cm"};
+inline const std::vector<std::string> drive_words{"prescribed", "operator"};
+inline constexpr double default_jaw_angle = 30.0;  ///< degrees that a jaw part opens
+
+}  // namespace trocar

@@ -1,0 +1,18 @@
+// Springs, masses and rest bias of a tissue body from its triangles (METHODS §4), as the flat arrays of Materials.
+#pragma once
+
+#include "scene/scene_settings.hpp"
+#include "scene/world.hpp"
+
+namespace trocar {
+
+/// Sizes the arrays of `materials` for a world with tissue; nothing is tissue yet.
+void prepare_tissue_arrays(const Topology& topology, Materials& materials);
+
+/// Adds the springs and vertex data of one body at rest in `position` (3×N, m). Springs: one per edge,
+/// k = E h_t Σ A/L² over the edge's triangles (Van Gelder); mass: ρ h_t Σ A / 3; rest bias: −Σ T u on free vertices.
+/// Edges of zero length get no spring. Several bodies: the most sub-steps and the smallest strain limit hold for all.
+void add_tissue_body(const TissueSettings& settings, const Topology& topology, const BodyRange& body,
+                     const Matrix3X& position, double dt, Materials& materials);
+
+}  // namespace trocar
