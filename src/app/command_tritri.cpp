@@ -121,6 +121,7 @@ struct Confusion {
 /// One row per class in the order of the classes, then pairs with truth but no class; only rows that have pairs.
 std::vector<Confusion> confusion_table(const std::vector<PairLine>& lines, const std::vector<bool>& verdicts) {
     std::vector<Confusion> rows;
+    rows.reserve(all_classes.size() + 1);
     for (const PairClass pair_class : all_classes) rows.push_back({.name = name_of(pair_class)});
     rows.push_back({.name = "no-class"});
     for (std::size_t i = 0; i < lines.size(); ++i) {

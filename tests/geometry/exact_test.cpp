@@ -183,12 +183,14 @@ void expect_every_pair_exact(const std::vector<Corners>& triangles) {
 
 TEST(TrianglesIntersect, EqualsRationalConstructionOnEveryPairOfTheUnitCube) {
     std::vector<Vector3> points;
+    points.reserve(8);
     for (int n = 0; n < 8; ++n) points.emplace_back(n & 1, (n >> 1) & 1, n >> 2);
     expect_every_pair_exact(all_triangles(points));
 }
 
 TEST(TrianglesIntersect, EqualsRationalConstructionOnEveryPairOfAPlaneGrid) {
     std::vector<Vector3> points;
+    points.reserve(9);
     for (int n = 0; n < 9; ++n) points.emplace_back(n % 3, n / 3, 0.0);
     expect_every_pair_exact(all_triangles(points));
 }

@@ -1,0 +1,31 @@
+// Do two things touch at any time during a tick in which every corner moves on a straight line? Exact for corners given
+// as doubles, so that "crossed within the tick" can be truth for detectors that only see the ends of ticks.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "geometry/types.hpp"
+
+namespace trocar {
+
+/// A point on its way from start (time 0) to end (time 1): x(t) = start + t (end - start), m or any unit.
+struct MovingPoint {
+    Vector3 start;
+    Vector3 end;
+};
+using MovingEdge = std::array<MovingPoint, 2>;
+using MovingTriangle = std::array<MovingPoint, 3>;
+
+/// Earliest time in [0, 1] at which the two closed sets share a point, rounded down to a multiple of 2^-53; nothing
+/// when they never do. Whether they do is decided without rounding, degenerate edges and faces, motion in one plane and
+/// standing still included: candidates are excluded by bisecting (time, place) with bounds that allow for rounding
+/// (inclusion; Snyder 1992), what is left is decided on the roots of the coplanarity polynomial, isolated by Sturm
+/// sequences in integers. Precondition: finite coordinates. Meant for truth, outside timed spans: a pair apart costs
+/// about 0.2 µs, a hit 0.2 ms.
+std::optional<double> first_contact(const MovingPoint& vertex, const MovingTriangle& face);
+std::optional<double> first_contact(const MovingEdge& first, const MovingEdge& second);
+/// All six vertex-face and nine edge-edge contacts, and triangles that intersect at time 0.
+std::optional<double> first_contact(const MovingTriangle& first, const MovingTriangle& second);
+
+}  // namespace trocar

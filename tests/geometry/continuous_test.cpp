@@ -1,0 +1,301 @@
+#include "geometry/continuous.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/multiprecision/cpp_int.hpp>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "geometry/exact.hpp"
+#include "support/data.hpp"
+
+namespace trocar {
+namespace {
+
+MovingPoint still(const Vector3& p) { return {p, p}; }
+MovingPoint moving(const Vector3& from, const Vector3& to) { return {from, to}; }
+Vector3 at(const MovingPoint& p, double t) { return (1.0 - t) * p.start + t * p.end; }
+
+const MovingTriangle face{still({0, 0, 0}), still({4, 0, 0}), still({0, 4, 0})};
+
+TEST(VertexFace, ThroughAStillFaceMeetsAtTheKnownTime) {
+    EXPECT_EQ(first_contact(moving({1, 1, 1}, {1, 1, -3}), face), 0.25);
+    EXPECT_EQ(first_contact(moving({1, 1, 0}, {1, 1, -3}), face), 0.0);
+    EXPECT_EQ(first_contact(moving({1, 1, 3}, {1, 1, 0}), face), 1.0);
+    EXPECT_EQ(first_contact(moving({1, 1, 3}, {1, 1, 1e-300}), face), std::nullopt);
+    EXPECT_EQ(first_contact(moving({3, 3, 1}, {3, 3, -3}), face), std::nullopt);
+    const std::optional<double> third = first_contact(moving({1, 1, 1}, {1, 1, -2}), face);
+    ASSERT_TRUE(third);
+    EXPECT_EQ(*third, std::floor(std::ldexp(1.0, 53) / 3.0) / std::ldexp(1.0, 53));
+}
+
+TEST(VertexFace, EdgesAndCornersBelongToTheFace) {
+    EXPECT_EQ(first_contact(moving({2, 2, 1}, {2, 2, -1}), face), 0.5);
+    EXPECT_EQ(first_contact(moving({4, 0, 1}, {4, 0, -1}), face), 0.5);
+    EXPECT_EQ(first_contact(moving({0, 2, 1}, {0, 2, -1}), face), 0.5);
+    const double past = std::nextafter(2.0, 3.0);
+    EXPECT_EQ(first_contact(moving({2, past, 1}, {2, past, -1}), face), std::nullopt);
+}
+
+TEST(VertexFace, MotionInThePlaneOfTheFaceEntersThroughAnEdge) {
+    EXPECT_EQ(first_contact(moving({-1, 1, 0}, {3, 1, 0}), face), 0.25);
+    EXPECT_EQ(first_contact(moving({-1, 0, 0}, {3, 0, 0}), face), 0.25);  // along the line of an edge
+    EXPECT_EQ(first_contact(moving({-1, -1, 0}, {3, -1, 0}), face), std::nullopt);
+    EXPECT_EQ(first_contact(moving({1, 1, 0}, {9, 9, 0}), face), 0.0);
+    EXPECT_EQ(first_contact(still({1, 1, 0}), face), 0.0);
+    EXPECT_EQ(first_contact(still({1, 1, 1}), face), std::nullopt);
+    EXPECT_EQ(first_contact(still({3, 3, 0}), face), std::nullopt);
+}
+
+TEST(VertexFace, FaceThatCollapsesToASegmentIsMetThere) {
+    // Both free corners move towards x = 0 and on: at t = 1/2 the face is the segment from (0,0,0) to (0,4,0).
+    const MovingTriangle folding{still({0, 0, 0}), moving({2, 2, 1}, {-2, 2, -1}), still({0, 4, 0})};
+    EXPECT_EQ(first_contact(still({0, 3, 0}), folding), 0.0);  // on its edge all the time
+    EXPECT_EQ(first_contact(still({0, 5, 0}), folding), std::nullopt);
+    const MovingTriangle point{moving({1, 0, 0}, {-1, 0, 0}), moving({0, 1, 0}, {0, -1, 0}),
+                               moving({0, 0, 1}, {0, 0, -1})};
+    EXPECT_EQ(first_contact(still({0, 0, 0}), point), 0.5);  // all corners meet in the vertex
+}
+
+TEST(VertexFace, TwoPassesReportTheFirst) {
+    // The face's corner swings: coplanar twice, z = (1 - 4t)(…): the vertex rises and the face tilts past it.
+    const MovingTriangle tilting{still({-4, -4, 0}), still({4, -4, 0}), moving({0, 4, 8}, {0, 4, -8})};
+    const std::optional<double> time = first_contact(moving({0, 0, 1}, {0, 0, 1}), tilting);
+    ASSERT_TRUE(time);
+    EXPECT_NEAR(*time, 0.375, 1e-15);  // height of the face over the origin is 4 (1 - 2t), 1 at t = 3/8
+    EXPECT_EQ(*time, 0.375);
+}
+
+TEST(EdgeEdge, CrossesAtTheKnownTime) {
+    const MovingEdge along_x{still({-1, 0, 0}), still({1, 0, 0})};
+    const auto along_y = [](double from, double to, double x = 0.0) {
+        return MovingEdge{moving({x, -1, from}, {x, -1, to}), moving({x, 1, from}, {x, 1, to})};
+    };
+    EXPECT_EQ(first_contact(along_x, along_y(1, -3)), 0.25);
+    EXPECT_EQ(first_contact(along_x, along_y(1, -3, 1.0)), 0.25);
+    EXPECT_EQ(first_contact(along_x, along_y(1, -3, std::nextafter(1.0, 2.0))), std::nullopt);
+    EXPECT_EQ(first_contact(along_x, along_y(1, 0)), 1.0);
+    EXPECT_EQ(first_contact(along_x, along_y(1, 1e-200)), std::nullopt);
+}
+
+TEST(EdgeEdge, ParallelAndCollinearEdgesMeet) {
+    const MovingEdge along_x{still({-1, 0, 0}), still({1, 0, 0})};
+    const auto also_x = [](const Vector3& from, const Vector3& to) {
+        const Vector3 half(0.5, 0, 0);
+        return MovingEdge{moving(from - half, to - half), moving(from + half, to + half)};
+    };
+    EXPECT_EQ(first_contact(along_x, also_x({0, 0, 1}, {0, 0, -3})), 0.25);
+    EXPECT_EQ(first_contact(along_x, also_x({2.5, 0, 0}, {0.5, 0, 0})), 0.5);
+    EXPECT_EQ(first_contact(along_x, also_x({1.5, 0, 1}, {1.5, 0, -1})), 0.5);  // touches in the end points
+    EXPECT_EQ(first_contact(along_x, also_x({1.75, 0, 1}, {1.75, 0, -1})), std::nullopt);
+    EXPECT_EQ(first_contact(along_x, also_x({5, 0, 0}, {3, 0, 0})), std::nullopt);
+    const MovingEdge point{moving({0, 0, 1}, {0, 0, -1}), moving({0, 0, 1}, {0, 0, -1})};
+    EXPECT_EQ(first_contact(along_x, point), 0.5);
+}
+
+TEST(MovingTriangles, PassThroughEachOtherWithinATickUnseenAtItsEnds) {
+    const auto shifted = [](double from, double to) {
+        MovingTriangle t;
+        const std::array<Vector3, 3> corners{Vector3(1, 1, 0), Vector3(1.5, 1, 0), Vector3(1, 1.5, 0.25)};
+        for (std::size_t i = 0; i < 3; ++i)
+            t[i] = moving(corners[i] + Vector3(0, 0, from), corners[i] + Vector3(0, 0, to));
+        return t;
+    };
+    EXPECT_EQ(first_contact(face, shifted(1, -3)), 0.25);
+    EXPECT_EQ(first_contact(shifted(-1, 1), face), 0.375);  // the upper corner, 0.25 above, arrives first
+    EXPECT_EQ(first_contact(face, shifted(1, 2)), std::nullopt);
+    EXPECT_EQ(first_contact(face, shifted(-0.125, 5)), 0.0);
+}
+
+/// Small integers at both ends of the tick: degenerate sets, coplanar motion and simultaneous events abound.
+class LatticeMotion {
+public:
+    explicit LatticeMotion(std::uint64_t seed) : random_(seed) {}
+    MovingPoint point() { return {corner(), corner()}; }
+    MovingTriangle triangle() { return {point(), point(), point()}; }
+    MovingEdge edge() { return {point(), point()}; }
+    /// Flattened: all motion in the plane z = 0.
+    static void flatten(std::vector<MovingPoint*> points) {
+        for (MovingPoint* p : points) p->start.z() = p->end.z() = 0.0;
+    }
+
+private:
+    Vector3 corner() {
+        std::uniform_int_distribution<int> coordinate(-2, 2);
+        return {static_cast<double>(coordinate(random_)), static_cast<double>(coordinate(random_)),
+                static_cast<double>(coordinate(random_))};
+    }
+    std::mt19937_64 random_;
+};
+
+double distance(const Corners& triangle, const Corners& other) {
+    // Smallest over a fine sampling of both: good enough to see whether two sets of size 1 touch.
+    double nearest = 1e9;
+    constexpr int steps = 24;
+    std::vector<Vector3> points;
+    for (int i = 0; i <= steps; ++i) {
+        for (int j = 0; i + j <= steps; ++j) {
+            points.emplace_back(other[0] + (other[1] - other[0]) * i / steps + (other[2] - other[0]) * j / steps);
+        }
+    }
+    for (int i = 0; i <= steps; ++i) {
+        for (int j = 0; i + j <= steps; ++j) {
+            const Vector3 p =
+                triangle[0] + (triangle[1] - triangle[0]) * i / steps + (triangle[2] - triangle[0]) * j / steps;
+            for (const Vector3& q : points) nearest = std::min(nearest, (p - q).norm());
+        }
+    }
+    return nearest;
+}
+
+/// Positions at t = n/64 are exact for small integers, so the static exact test is a second opinion there: any contact
+/// it sees must be reported, not later. A reported contact must be one of touching sets at its time.
+void expect_consistent(const MovingTriangle& first, const MovingTriangle& second, std::optional<double> time) {
+    const auto place = [](const MovingTriangle& t, double moment) {
+        return Corners{at(t[0], moment), at(t[1], moment), at(t[2], moment)};
+    };
+    for (int n = 0; n <= 64; ++n) {
+        const double moment = n / 64.0;
+        if (triangles_intersect(place(first, moment), place(second, moment))) {
+            ASSERT_TRUE(time) << "missed a contact at " << moment;
+            ASSERT_LE(*time, moment);
+            break;
+        }
+    }
+    if (!time) return;
+    ASSERT_GE(*time, 0.0);
+    ASSERT_LE(*time, 1.0);
+    ASSERT_LT(distance(place(first, *time), place(second, *time)), 0.35);
+}
+
+TEST(VertexFace, SeesEveryContactThatSamplesOfTheMotionSee) {
+    LatticeMotion motion(1);
+    int hits = 0;
+    for (int n = 0; n < 1500; ++n) {
+        MovingPoint vertex = motion.point();
+        MovingTriangle triangle = motion.triangle();
+        if (n % 3 == 0) LatticeMotion::flatten({&vertex, &triangle[0], &triangle[1], &triangle[2]});
+        const std::optional<double> time = first_contact(vertex, triangle);
+        hits += time ? 1 : 0;
+        expect_consistent({vertex, vertex, vertex}, triangle, time);
+        if (HasFatalFailure()) return;
+    }
+    EXPECT_GT(hits, 100);
+    EXPECT_LT(hits, 1400);
+}
+
+TEST(EdgeEdge, SeesEveryContactThatSamplesOfTheMotionSee) {
+    LatticeMotion motion(2);
+    int hits = 0;
+    for (int n = 0; n < 1500; ++n) {
+        MovingEdge first = motion.edge();
+        MovingEdge second = motion.edge();
+        if (n % 3 == 0) LatticeMotion::flatten({&first[0], &first[1], &second[0], &second[1]});
+        const std::optional<double> time = first_contact(first, second);
+        hits += time ? 1 : 0;
+        expect_consistent({first[0], first[1], first[1]}, {second[0], second[1], second[1]}, time);
+        if (HasFatalFailure()) return;
+    }
+    EXPECT_GT(hits, 100);
+    EXPECT_LT(hits, 1400);
+}
+
+TEST(MovingTriangles, VerdictIsTheSameBackwardsExchangedAndReordered) {
+    LatticeMotion motion(3);
+    const auto backwards = [](MovingTriangle t) {
+        for (MovingPoint& p : t) std::swap(p.start, p.end);
+        return t;
+    };
+    int hits = 0;
+    for (int n = 0; n < 300; ++n) {
+        const MovingTriangle first = motion.triangle();
+        const MovingTriangle second = motion.triangle();
+        const std::optional<double> time = first_contact(first, second);
+        hits += time ? 1 : 0;
+        ASSERT_EQ(first_contact(second, first), time);
+        ASSERT_EQ(first_contact({first[2], first[0], first[1]}, {second[1], second[0], second[2]}), time);
+        ASSERT_EQ(first_contact(backwards(first), backwards(second)).has_value(), time.has_value());
+    }
+    EXPECT_GT(hits, 30);
+}
+
+TEST(VertexFace, OneRoundingUnitDecides) {
+    // The face at z = 0.1 moves up by 0.2, the vertex waits at the very height of its end or one unit above.
+    const auto rising = [](double end) {
+        return MovingTriangle{moving({0, 0, 0.1}, {0, 0, end}), moving({1, 0, 0.1}, {1, 0, end}),
+                              moving({0, 1, 0.1}, {0, 1, end})};
+    };
+    const Vector3 vertex(0.25, 0.3, 0.3);
+    EXPECT_EQ(first_contact(still(vertex), rising(0.3)), 1.0);
+    EXPECT_EQ(first_contact(still(vertex), rising(std::nextafter(0.3, 0.0))), std::nullopt);
+    const std::optional<double> above = first_contact(still(vertex), rising(std::nextafter(0.3, 1.0)));
+    ASSERT_TRUE(above);
+    EXPECT_LT(*above, 1.0);
+    EXPECT_GT(*above, 0.999999);
+}
+
+struct Query {
+    std::array<MovingPoint, 4> points;
+    bool collides = false;
+};
+
+/// The data's rows: numerators have up to 67 bits, the quotient is a double.
+std::vector<Query> read_queries(const std::filesystem::path& file) {
+    std::vector<Query> queries;
+    std::ifstream stream(file);
+    std::string line;
+    for (std::size_t row = 0; std::getline(stream, line); ++row) {
+        if (row % 8 == 0) queries.emplace_back();
+        std::ranges::replace(line, ',', ' ');
+        std::istringstream words(line);
+        Query& query = queries.back();
+        MovingPoint& point = query.points[row % 4];
+        for (int i = 0; i < 3; ++i) {
+            std::string numerator;
+            std::string denominator;
+            words >> numerator >> denominator;
+            const boost::multiprecision::cpp_rational value{boost::multiprecision::cpp_int(numerator),
+                                                            boost::multiprecision::cpp_int(denominator)};
+            (row % 8 < 4 ? point.start : point.end)[i] = static_cast<double>(value);
+        }
+        words >> query.collides;
+    }
+    return queries;
+}
+
+class QueryData : public testing::TestWithParam<const char*> {};
+
+TEST_P(QueryData, EveryAnswerIsTheGivenOne) {
+    TROCAR_DATA_OR_SKIP(file, "ccd_queries/" + std::string(GetParam()));
+    const std::vector<Query> queries = read_queries(file);
+    ASSERT_GE(queries.size(), 20U);
+    const bool edges = std::string(GetParam()).find("edge-edge") != std::string::npos;
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+        const auto& p = queries[i].points;
+        const std::optional<double> time = edges ? first_contact(MovingEdge{p[0], p[1]}, MovingEdge{p[2], p[3]})
+                                                 : first_contact(p[0], MovingTriangle{p[1], p[2], p[3]});
+        EXPECT_EQ(time.has_value(), queries[i].collides) << "query " << i;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Files, QueryData,
+                         testing::Values("unit-tests/edge-edge/data_0_0.csv", "unit-tests/edge-edge/data_0_1.csv",
+                                         "unit-tests/vertex-face/data_0_0.csv", "unit-tests/vertex-face/data_0_1.csv",
+                                         "erleben-sliding-spike/edge-edge/data_0_0.csv",
+                                         "erleben-sliding-spike/vertex-face/data_0_0.csv"),
+                         [](const auto& file) {
+                             std::string name = file.param;
+                             std::ranges::replace_if(
+                                 name, [](char c) { return std::isalnum(c) == 0; }, '_');
+                             return name;
+                         });
+
+}  // namespace
+}  // namespace trocar
