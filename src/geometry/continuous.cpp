@@ -326,7 +326,11 @@ std::optional<double> earlier(std::optional<double> a, std::optional<double> b) 
 }
 
 std::optional<double> exact_vertex_face(const std::array<MovingPoint, 4>& points) {
-    const auto [p, a, b, c] = on_grid(points);
+    const std::array<PolynomialVector, 4> grid = on_grid(points);
+    const PolynomialVector& p = grid[0];
+    const PolynomialVector& a = grid[1];
+    const PolynomialVector& b = grid[2];
+    const PolynomialVector& c = grid[3];
     const PolynomialVector normal = cross(b - a, c - a);
     const Polynomial volume = dot(p - a, normal);
     if (volume.is_zero()) {
@@ -349,7 +353,11 @@ std::optional<double> exact_vertex_face(const std::array<MovingPoint, 4>& points
 }
 
 std::optional<double> exact_edge_edge(const std::array<MovingPoint, 4>& points) {
-    const auto [a, b, c, d] = on_grid(points);
+    const std::array<PolynomialVector, 4> grid = on_grid(points);
+    const PolynomialVector& a = grid[0];
+    const PolynomialVector& b = grid[1];
+    const PolynomialVector& c = grid[2];
+    const PolynomialVector& d = grid[3];
     const PolynomialVector normal = cross(b - a, d - c);
     const Polynomial volume = dot(c - a, normal);
     if (volume.is_zero()) {

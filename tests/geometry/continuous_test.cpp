@@ -122,7 +122,7 @@ public:
     MovingTriangle triangle() { return {point(), point(), point()}; }
     MovingEdge edge() { return {point(), point()}; }
     /// Flattened: all motion in the plane z = 0.
-    static void flatten(std::vector<MovingPoint*> points) {
+    static void flatten(const std::vector<MovingPoint*>& points) {
         for (MovingPoint* p : points) p->start.z() = p->end.z() = 0.0;
     }
 
