@@ -28,6 +28,11 @@ struct CellRange {
         return (static_cast<double>(high[0]) - low[0] + 1.0) * (static_cast<double>(high[1]) - low[1] + 1.0) *
                (static_cast<double>(high[2]) - low[2] + 1.0);
     }
+    /// True when no axis holds more than `most` + 1 cells. (Cell numbers stay below 2^30, so differences fit.)
+    [[nodiscard]] bool within(std::int32_t most) const {
+        const Cell wider = (high - low) > most;
+        return ((wider[0] | wider[1]) | wider[2]) == 0;
+    }
     [[nodiscard]] bool overlaps(const CellRange& other) const {
         return low[0] <= other.high[0] && other.low[0] <= high[0] && low[1] <= other.high[1] &&
                other.low[1] <= high[1] && low[2] <= other.high[2] && other.low[2] <= high[2];
@@ -38,9 +43,9 @@ struct CellRange {
     }
 };
 
-/// Maps coordinates to cell numbers: q(x) = round(x / h − base), clamped to ±2^30. Multiplication, subtraction,
-/// rounding and clamping are each monotone, so q is; what lies beyond the clamp shares the border cell, which costs
-/// time and loses nothing. `base` keeps the numbers small wherever the scene lies (1e4 m or 1e-6 m).
+/// Maps coordinates to cell numbers: q(x) = round(x / h − base), clamped below 2^30 in size. Multiplication,
+/// subtraction, rounding and clamping are each monotone, so q is; what lies beyond the clamp shares the border cell,
+/// which costs time and loses nothing. `base` keeps the numbers small wherever the scene lies (1e4 m or 1e-6 m).
 class Lattice {
 public:
     /// edge: cell edge h, m, > 0. corner: a point near which numbers shall be small, m.
@@ -89,7 +94,7 @@ public:
     [[nodiscard]] double edge() const { return 1.0 / inverse_; }
 
 private:
-    static constexpr double limit = 1073741824.0;  // 2^30
+    static constexpr double limit = 1073741823.0;  // 2^30 - 1
     double inverse_ = 1.0;
     double base_[3] = {0.0, 0.0, 0.0};
 };

@@ -40,6 +40,8 @@ public:
         once_.assign(words, 0);
         twice_.assign(words, 0);
         own_.resize(words, 0);
+        near_.resize(words);
+        folded_.resize(words);
     }
 
     /// Marks cells for the body at hand. Returns the number of words written.
@@ -58,6 +60,14 @@ public:
             return false;
         });
     }
+    /// Prepares near(): afterwards one bit tells whether any cell of a block of `reach` + 1 cells on each axis is
+    /// marked. Used on the cells of the bodies merged so far, then on the shared cells.
+    void spread_once() { spread(once_); }
+    void spread_shared() { spread(twice_); }
+    /// True when a marked cell lies in the block whose lowest cell is this one. One look instead of one per cell.
+    [[nodiscard]] bool near(Cell low) const { return bit(near_, low); }
+    static constexpr std::int32_t reach = 2;
+
     /// True when one of the bodies before is in one of these cells.
     [[nodiscard]] bool any_once(const CellRange& range) const { return any(once_, range); }
     /// Marks the cells of `range` that a body before holds as shared.
@@ -68,16 +78,44 @@ public:
         });
     }
     [[nodiscard]] bool any_shared(const CellRange& range) const { return any(twice_, range); }
-    [[nodiscard]] bool shared(Cell cell) const {
-        return ((twice_[row(cell[1], cell[2]) + word_of(cell[0])] >> (static_cast<std::uint32_t>(cell[0]) & 63U)) &
-                1U) != 0;
-    }
+    [[nodiscard]] bool shared(Cell cell) const { return bit(twice_, cell); }
 
 private:
     [[nodiscard]] std::size_t row(std::int32_t y, std::int32_t z) const {
         return (static_cast<std::size_t>(static_cast<std::uint32_t>(z) & z_mask_) << z_shift_) |
                (static_cast<std::size_t>(static_cast<std::uint32_t>(y) & y_mask_) << y_shift_);
     }
+    [[nodiscard]] bool bit(const std::vector<std::uint64_t>& bits, Cell cell) const {
+        const std::uint64_t word = bits[row(cell[1], cell[2]) + word_of(cell[0])];
+        return ((word >> (static_cast<std::uint32_t>(cell[0]) & 63U)) & 1U) != 0;
+    }
+
+    /// near_(c) = any of bits(c + (0…reach)³), one axis after the other.
+    void spread(const std::vector<std::uint64_t>& bits) {
+        const std::size_t row_words = std::size_t{x_mask_} + 1;
+        for (std::size_t start = 0; start < bits.size(); start += row_words) {
+            for (std::size_t w = 0; w < row_words; ++w) {
+                const std::uint64_t here = bits[start + w];
+                const std::uint64_t next = bits[start + ((w + 1) & x_mask_)];
+                near_[start + w] = here | (here >> 1) | (next << 63) | (here >> 2) | (next << 62);
+            }
+        }
+        const std::size_t plane_words = row_words * (std::size_t{y_mask_} + 1);
+        const auto fold = [](std::size_t stride, std::size_t count, const std::uint64_t* from, std::uint64_t* to) {
+            // `count` groups of `stride` words, wrapped: each takes in the two after it.
+            for (std::size_t k = 0; k < count; ++k) {
+                const std::uint64_t* const a = from + k * stride;
+                const std::uint64_t* const b = from + (k + 1) % count * stride;
+                const std::uint64_t* const c = from + (k + 2) % count * stride;
+                for (std::size_t w = 0; w < stride; ++w) to[k * stride + w] = a[w] | b[w] | c[w];
+            }
+        };
+        for (std::size_t start = 0; start < bits.size(); start += plane_words) {
+            fold(row_words, std::size_t{y_mask_} + 1, &near_[start], &folded_[start]);
+        }
+        fold(plane_words, std::size_t{z_mask_} + 1, folded_.data(), near_.data());
+    }
+
     [[nodiscard]] std::size_t word_of(std::int32_t x) const { return static_cast<std::uint32_t>(x >> 6) & x_mask_; }
 
     bool any(const std::vector<std::uint64_t>& bits, const CellRange& range) const {
@@ -126,6 +164,8 @@ private:
     std::vector<std::uint64_t> once_;   ///< cells of the bodies merged so far
     std::vector<std::uint64_t> twice_;  ///< cells of at least two of them
     std::vector<std::uint64_t> own_;    ///< cells of the body being marked; all zero between bodies
+    std::vector<std::uint64_t> near_;
+    std::vector<std::uint64_t> folded_;
     std::uint32_t x_mask_ = 0;
     std::uint32_t y_mask_ = 0;
     std::uint32_t z_mask_ = 0;

@@ -335,35 +335,43 @@ private:
 
     /// The triangles that lie in a shared cell; the last body first, since its cells were not marked yet.
     void collect_shared(const Frame& frame) {
-        const auto collect = [&](Index body, const auto& is_shared) {
-            const Range triangles = topology_->bodies[static_cast<std::size_t>(body)].triangles;
-            for (Index t = triangles.first; t < triangles.end() && !truncated_; ++t) {
-                bool shared = false;
-                double cells = 0.0;
-                for_each_range(
-                    frame, t,
-                    [&](const CellRange& range) {
-                        if (!afford(range)) return;
-                        ++work_.cells_visited;
-                        cells += range.cell_count();
-                        if (is_shared(range)) shared = true;
-                    },
-                    [&](Index triangle) {
-                        if (body == order_.back()) huge_.push_back(triangle);
-                    });
-                if (!shared) continue;
-                hot_.push_back(t);
-                hot_cells_ += static_cast<std::size_t>(cells);
-            }
-        };
-        collect(order_.back(), [this](const CellRange& range) {
+        occupancy_.spread_once();
+        collect(frame, order_.back(), [this](const CellRange& range) {
             if (!occupancy_.any_once(range)) return false;
             occupancy_.share(range);
             return true;
         });
         if (hot_.empty() && order_.size() == 2) return;
+        occupancy_.spread_shared();
         for (std::size_t k = 0; k + 1 < order_.size(); ++k) {
-            collect(order_[k], [this](const CellRange& range) { return occupancy_.any_shared(range); });
+            collect(frame, order_[k], [this](const CellRange& range) { return occupancy_.any_shared(range); });
+        }
+    }
+    template <typename IsShared>
+    void collect(const Frame& frame, Index body, const IsShared& is_shared) {
+        const Range triangles = topology_->bodies[static_cast<std::size_t>(body)].triangles;
+        const bool last = body == order_.back();
+        if (!spend(work_.cells_visited, triangles.count)) return;
+        for (Index t = triangles.first; t < triangles.end(); ++t) {
+            // Nearly all triangles end here: small, and nothing else near.
+            const CellRange range = range_of(t);
+            if (range.within(Occupancy::reach) && !occupancy_.near(range.low)) continue;
+            bool shared = false;
+            double cells = 0.0;
+            for_each_range(
+                frame, t,
+                [&](const CellRange& part) {
+                    if (!afford(part)) return;
+                    ++work_.cells_visited;
+                    cells += part.cell_count();
+                    if (is_shared(part)) shared = true;
+                },
+                [&](Index triangle) {
+                    if (last) huge_.push_back(triangle);
+                });
+            if (!shared) continue;
+            hot_.push_back(t);
+            hot_cells_ += static_cast<std::size_t>(cells);
         }
     }
 

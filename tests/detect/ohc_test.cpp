@@ -1,0 +1,263 @@
+// What ohc promises beyond the contract of every detector (METHODS §14, I1–I8): no setting changes the answer, limits
+// are kept and told, and a tick allocates nothing.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "counted_new.hpp"
+#include "detect/lattice.hpp"
+#include "geometry/exact.hpp"
+#include "method/registry.hpp"
+#include "support/shapes.hpp"
+
+namespace trocar::test {
+namespace {
+
+using Pairs = std::vector<TrianglePair>;
+using Settings = std::map<std::string, std::string>;
+
+/// The plain double loop with the rational oracle.
+Pairs expected_pairs(const World& world) {
+    Pairs pairs;
+    const auto corners = [&world](Index t) {
+        const auto v = world.topology.triangles.col(t);
+        return Corners{world.frame.position.col(v(0)), world.frame.position.col(v(1)), world.frame.position.col(v(2))};
+    };
+    for (const auto& [first, second] : world.topology.body_pairs) {
+        const Range a_range = world.topology.bodies[static_cast<std::size_t>(first)].triangles;
+        const Range b_range = world.topology.bodies[static_cast<std::size_t>(second)].triangles;
+        for (Index a = a_range.first; a < a_range.end(); ++a) {
+            Box box;
+            for (const Vector3& corner : corners(a)) box.add(corner);
+            for (Index b = b_range.first; b < b_range.end(); ++b) {
+                Box other;
+                for (const Vector3& corner : corners(b)) other.add(corner);
+                if (box.overlaps(other) && oracle_intersect(corners(a), corners(b))) pairs.push_back({a, b});
+            }
+        }
+    }
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+}
+
+ContactSet answer(const World& world, const Settings& settings = {}, const std::string& name = "ohc") {
+    const auto detector = make_detector(name, settings);
+    detector->prepare(world.topology, world.frame);
+    ContactSet contacts;
+    detector->update(world.frame);
+    detector->detect(world.frame, contacts);
+    return contacts;
+}
+
+/// Positive and negative coordinates, spread over cells, with some vertices exactly on cell boundaries of h = 1/64 m.
+World boundary_world() {
+    World world = make_world("boundaries", {{BodyKind::instrument, soup(200, 0.02, 0.2, 31)},
+                                            {BodyKind::tissue, soup(300, 0.01, 0.2, 32)},
+                                            {BodyKind::tissue, sheet(0.25, 16)}});
+    for (Index v = 0; v < world.topology.vertex_count; v += 3) {
+        world.frame.position.col(v) = (world.frame.position.col(v) * 128.0).array().round().matrix() / 128.0;
+    }
+    return world;
+}
+
+TEST(Ohc, NoSettingChangesTheAnswer) {
+    for (const double offset : {0.0, 1e4}) {
+        World world = boundary_world();
+        world.frame.position.array() += offset;
+        const Pairs expected = expected_pairs(world);
+        ASSERT_GT(expected.size(), 50U);
+        const std::vector<Settings> variants{
+            {{"cell", "0.015625"}},     {{"cell", "0.0001"}},      {{"cell", "0.003"}},
+            {{"cell", "0.1"}},          {{"cell", "10"}},          {{"cell", "1e-9"}},
+            {{"cell", "1e6"}},          {{"hash", "teschner"}},    {{"hash_bits", "1"}},
+            {{"hash_bits", "16"}},      {{"margin", "0.001"}},     {{"margin", "0.05"}},
+            {{"max_pairs", "1000000"}}, {{"work_budget", "1e12"}}, {{"cell", "0.0004"}, {"margin", "0.002"}}};
+        for (const Settings& settings : variants) {
+            const ContactSet contacts = answer(world, settings);
+            EXPECT_EQ(contacts.pairs, expected) << settings.begin()->first << "=" << settings.begin()->second;
+            EXPECT_FALSE(contacts.truncated);
+        }
+    }
+}
+
+TEST(Ohc, EveryOverlappingBoxPairIsTestedOnce) {
+    // Where no triangle is cut into pieces, every two overlapping boxes become one triangle test: none lost, none
+    // twice.
+    const World world = boundary_world();
+    std::int64_t overlapping = 0;
+    std::vector<Box> boxes;
+    for (Index t = 0; t < world.topology.triangle_count(); ++t) {
+        Box box;
+        for (int k = 0; k < 3; ++k) box.add(world.frame.position.col(world.topology.triangles(k, t)));
+        boxes.push_back(box);
+    }
+    for (Index a = 0; a < world.topology.triangle_count(); ++a) {
+        for (Index b = a + 1; b < world.topology.triangle_count(); ++b) {
+            const auto body_a = world.topology.body_of_triangle[static_cast<std::size_t>(a)];
+            const auto body_b = world.topology.body_of_triangle[static_cast<std::size_t>(b)];
+            if (body_a != body_b && boxes[static_cast<std::size_t>(a)].overlaps(boxes[static_cast<std::size_t>(b)])) {
+                ++overlapping;
+            }
+        }
+    }
+    for (const char* cell : {"0.0234", "0.05", "3"}) {
+        EXPECT_EQ(answer(world, {{"cell", cell}}).work.triangle_tests, overlapping) << cell;
+    }
+}
+
+TEST(Ohc, CellNumbersAreMonotone) {
+    Lattice lattice;
+    lattice.set(0.001, Vector3(-3.0, 2.0, 1e4));
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> near(-4.0, 4.0);
+    for (int k = 0; k < 20000; ++k) {
+        double x = near(random) + (k % 3 == 0 ? 1e4 : 0.0);
+        if (k % 5 == 0) x = std::round(x * 1000.0) / 1000.0;
+        if (k % 7 == 0) x *= 1e12;
+        const double next = std::nextafter(x, INFINITY);
+        const double far = x + std::abs(near(random));
+        for (int axis = 0; axis < 3; ++axis) {
+            EXPECT_LE(lattice.number(x, axis), lattice.number(next, axis));
+            EXPECT_LE(lattice.number(x, axis), lattice.number(far, axis));
+        }
+    }
+}
+
+TEST(Ohc, BulkNumbersEqualSingleNumbers) {
+    Lattice lattice;
+    lattice.set(0.0123, Vector3(0.4, -0.3, 7.0));
+    std::mt19937 random(6);
+    std::uniform_real_distribution<double> anywhere(-20.0, 20.0);
+    for (const Index count : {0, 1, 3, 4, 5, 8, 17}) {
+        std::vector<double> points(3 * static_cast<std::size_t>(count));
+        for (double& x : points) x = anywhere(random);
+        std::vector<std::int32_t> numbers(points.size() + 1, -7);
+        lattice.numbers(points.data(), count, 0.25, numbers.data());
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            EXPECT_EQ(numbers[i], lattice.number(points[i] + 0.25, static_cast<int>(i % 3)));
+        }
+        EXPECT_EQ(numbers.back(), -7) << "wrote behind the end";
+    }
+}
+
+TEST(Ohc, DistantBodiesCostNoCandidates) {
+    const World world = make_world("apart", {{BodyKind::instrument, sphere(0.02, 20)},
+                                             {BodyKind::tissue, sphere(0.02, 20).move({0.3, 0.0, 0.0})}});
+    const ContactSet contacts = answer(world);
+    EXPECT_EQ(contacts.work.box_tests, 0);
+    EXPECT_EQ(contacts.work.triangle_tests, 0);
+    EXPECT_TRUE(contacts.pairs.empty());
+}
+
+TEST(Ohc, StormOfEqualHashesIsStillRight) {
+    // With two slots to begin with and cells along lines whose Teschner hashes agree in the low bits.
+    Shape line;
+    Shape crossing;
+    for (int k = 0; k < 60; ++k) {
+        const auto first = static_cast<Index>(line.vertices.size());
+        const Vector3 x(64.0 * k, 0.0, 0.0);
+        for (const Vector3& corner : {Vector3(0.1, 0.1, 0.5), Vector3(0.9, 0.1, 0.5), Vector3(0.4, 0.9, 0.5)}) {
+            line.vertices.push_back(x + corner);
+        }
+        for (const Vector3& corner : {Vector3(0.4, 0.3, 0.1), Vector3(0.45, 0.35, 0.9), Vector3(0.5, 0.3, 0.9)}) {
+            crossing.vertices.push_back(x + corner);
+        }
+        line.triangles.push_back({first, first + 1, first + 2});
+        crossing.triangles.push_back({first, first + 1, first + 2});
+    }
+    const World world = make_world("storm", {{BodyKind::tissue, line}, {BodyKind::tissue, crossing}});
+    const Pairs expected = expected_pairs(world);
+    ASSERT_EQ(expected.size(), 60U);
+    for (const char* hash : {"fibonacci", "teschner"}) {
+        EXPECT_EQ(answer(world, {{"cell", "1"}, {"hash", hash}, {"hash_bits", "1"}}).pairs, expected) << hash;
+    }
+}
+
+/// A shaft that dips into a slab, moved on by `tick`.
+World dipping(int tick) {
+    return make_world("dip", {{BodyKind::instrument, shaft(0.004, 0.1, 12, 30).move({0.0007 * tick, 0.0003, -0.004})},
+                              {BodyKind::tissue, slab(0.1, 0.01, 20).shake(0.0003, 3)}});
+}
+
+TEST(OhcLimits, WorkStaysWithinTheBudgetAndTheCutIsTold) {
+    const World world = dipping(0);
+    const ContactSet whole = answer(world);
+    ASSERT_GT(whole.pairs.size(), 20U);
+    for (std::int64_t budget = 0; budget < 2 * whole.work.work(); budget += 97) {
+        const ContactSet contacts = answer(world, {{"work_budget", std::to_string(budget)}});
+        EXPECT_LE(contacts.work.work(), budget);
+        EXPECT_TRUE(
+            std::includes(whole.pairs.begin(), whole.pairs.end(), contacts.pairs.begin(), contacts.pairs.end()));
+        if (!contacts.truncated) {
+            EXPECT_EQ(contacts.pairs, whole.pairs) << "cut without a word at " << budget;
+        }
+    }
+    EXPECT_FALSE(answer(world, {{"work_budget", std::to_string(4 * whole.work.work())}}).truncated);
+}
+
+TEST(OhcLimits, PairsOfTheLastTickComeFirst) {
+    const World before = dipping(0);
+    const World after = dipping(1);
+    const Pairs old_pairs = answer(before).pairs;
+    const Pairs new_pairs = answer(after).pairs;
+    Pairs lasting;
+    std::set_intersection(old_pairs.begin(), old_pairs.end(), new_pairs.begin(), new_pairs.end(),
+                          std::back_inserter(lasting));
+    ASSERT_GT(lasting.size(), 10U);
+    ASSERT_LT(lasting.size(), new_pairs.size());
+    const auto detector = make_detector("ohc", {{"max_pairs", std::to_string(old_pairs.size())}});
+    detector->prepare(before.topology, before.frame);
+    ContactSet contacts;
+    detector->update(before.frame);
+    detector->detect(before.frame, contacts);
+    EXPECT_EQ(contacts.pairs, old_pairs);
+    detector->update(after.frame);
+    detector->detect(after.frame, contacts);
+    EXPECT_LE(contacts.pairs.size(), old_pairs.size());
+    EXPECT_TRUE(std::includes(contacts.pairs.begin(), contacts.pairs.end(), lasting.begin(), lasting.end()));
+}
+
+TEST(OhcLimits, MaximumOfPairsIsKeptAndTold) {
+    const World world = dipping(0);
+    const Pairs whole = answer(world).pairs;
+    for (const std::size_t most : {std::size_t{0}, std::size_t{1}, std::size_t{7}, whole.size() - 1}) {
+        const ContactSet contacts = answer(world, {{"max_pairs", std::to_string(most)}});
+        EXPECT_EQ(contacts.pairs.size(), most);
+        EXPECT_TRUE(contacts.truncated);
+    }
+    EXPECT_FALSE(answer(world, {{"max_pairs", std::to_string(whole.size() + 1000)}}).truncated);
+}
+
+class OwnDetectors : public testing::TestWithParam<std::string> {};
+
+TEST_P(OwnDetectors, AllocateNothingAfterTheFirstTicks) {
+    const World world = dipping(0);
+    const auto detector = make_detector(GetParam());
+    detector->prepare(world.topology, world.frame);
+    ContactSet contacts;
+    std::vector<Frame> frames;
+    for (int tick = 0; tick < 12; ++tick) frames.push_back(dipping(tick % 4).frame);
+    long before = 0;
+    for (std::size_t tick = 0; tick < frames.size(); ++tick) {
+        if (tick == 8) before = allocation_count();
+        detector->update(frames[tick]);
+        detector->detect(frames[tick], contacts);
+    }
+    EXPECT_EQ(allocation_count() - before, 0);
+    EXPECT_FALSE(contacts.pairs.empty());
+}
+
+std::vector<std::string> own_detectors() {
+    std::vector<std::string> names;
+    for (const DetectorEntry& entry : registry().detectors()) {
+        if (entry.own) names.push_back(entry.name);
+    }
+    return names;
+}
+INSTANTIATE_TEST_SUITE_P(Every, OwnDetectors, testing::ValuesIn(own_detectors()),
+                         [](const auto& method) { return method.param; });
+
+}  // namespace
+}  // namespace trocar::test
