@@ -258,6 +258,20 @@ struct DepthTruth::State {
         return sum;
     }
 
+    [[nodiscard]] Vector3 farthest_sample(const Direction& direction) {
+        Vector3 farthest = Vector3::Zero();
+        double most = -1.0;
+        for (std::size_t i = 0; i < direction.wrong.size(); ++i) {
+            const Vector3 p = point(direction.from, i, position);
+            const double away = distance(direction.into, p);
+            if (away > most) {
+                most = away;
+                farthest = p;
+            }
+        }
+        return farthest;
+    }
+
     void judge(Direction& direction, bool first) {
         const BodySamples& from = samples(direction.from);
         const BodySamples& into = samples(direction.into);
@@ -268,6 +282,12 @@ struct DepthTruth::State {
         const bool apart = ways.max.x() < surface.min.x() || ways.min.x() > surface.max.x() ||
                            ways.max.y() < surface.min.y() || ways.min.y() > surface.max.y() ||
                            ways.min.z() > surface.max.z() || (closed && ways.max.z() < surface.min.z());
+        Vector3 reference = Vector3::Zero();
+        int reference_crossings = 0;
+        if (first && !closed && !apart) {
+            reference = farthest_sample(direction);
+            reference_crossings = crossings(direction.into, reference);
+        }
         for (std::size_t i = 0; i < direction.wrong.size(); ++i) {
             const int before = direction.crossings[i];
             const Vector3 q = point(direction.from, i, position);
@@ -277,10 +297,11 @@ struct DepthTruth::State {
                 direction.wrong[i] = now != 0;
                 continue;
             }
-            if (first) continue;
-            int change = now - before;
+            // At the start the way leads from the sample that is known to be on the right side.
+            const int start = first ? reference_crossings : before;
+            int change = now - start;
             if (!apart && !into.rim.empty()) {
-                change -= rim_contribution(into, point(direction.from, i, previous), q);
+                change -= rim_contribution(into, first ? reference : point(direction.from, i, previous), q);
             }
             direction.side[i] += change;
             direction.wrong[i] = direction.side[i] != 0;

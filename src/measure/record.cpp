@@ -51,6 +51,7 @@ void visit_row(Row& row, Visit&& visit) {
     visit("max_depth", row.max_depth);
     visit("mean_depth", row.mean_depth);
     visit("depth_error", row.depth_error);
+    visit("native_depth_error", row.native_depth_error);
     visit("wrong_side", row.wrong_side);
     visit("tool_force_x", row.tool_force.x());
     visit("tool_force_y", row.tool_force.y());

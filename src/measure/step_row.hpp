@@ -32,10 +32,13 @@ struct StepRow {
         std::numeric_limits<double>::quiet_NaN();  ///< m, area mean over penetrating samples, after the step
     double depth_error =
         std::numeric_limits<double>::quiet_NaN();  ///< m, worst |contact depth - true depth| on the frame detect saw
+    double native_depth_error =
+        std::numeric_limits<double>::quiet_NaN();  ///< m, the same of the library's own contacts
     std::int64_t wrong_side = -1;  ///< samples inside a body or beyond a sheet, after the step; -1: not computed
-    Vector3 tool_force = Vector3::Constant(
-        std::numeric_limits<double>::quiet_NaN());  ///< N, on the instruments, mean over the tick; NaN in a replay
-    double max_strain = std::numeric_limits<double>::quiet_NaN();  ///< 1
+    Vector3 tool_force =
+        Vector3::Constant(std::numeric_limits<double>::quiet_NaN());  ///< N, on the first instrument with a motion,
+                                                                      ///< mean over the tick; NaN in a replay
+    double max_strain = std::numeric_limits<double>::quiet_NaN();     ///< 1
     std::int64_t ruptures = 0;
     std::int64_t skipped = 0;        ///< contacts without a response (touch, coplanar, degenerate, class not handled)
     std::int64_t no_hit = 0;         ///< projections without a contact point

@@ -192,6 +192,20 @@ TEST(DepthTruth, SheetThatMovesOverThePointIsTheSameAsThePointMoving) {
     }
 }
 
+TEST(DepthTruth, ToolThatStartsThroughTheSheetIsJudgedFromItsFarEnd) {
+    for (const double sign : {1.0, -1.0}) {
+        World world(points_only({{0, 0, 0.03 * sign}, {0, 0, -0.005 * sign}, {0.01, 0, 0.004 * sign}}), sheet(0.1, 10),
+                    false);
+        DepthTruth truth(world.topology, world.frame);
+        EXPECT_EQ(truth.depth_of_vertex(1, 1), 0.005);
+        const DepthTruth::Result result = truth.measure(world.frame);
+        EXPECT_EQ(result.max_depth, 0.005);
+        EXPECT_EQ(result.wrong_side, 1);
+        world.place({0, 0, 0.006 * sign});
+        EXPECT_EQ(truth.measure(world.frame).wrong_side, 0);
+    }
+}
+
 TEST(DepthTruth, GoingAroundTheRimIsNoPenetration) {
     World world(points_only({{0, 0, 0.01}}), sheet(0.1, 10), false);
     DepthTruth truth(world.topology, world.frame);
