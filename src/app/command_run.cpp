@@ -1,11 +1,214 @@
-#include <stdexcept>
+// `trocar run`: one scene with one detector and one response, told to a person or, with --json, to a machine.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <optional>
 
 #include "app/commands.hpp"
+#include "geometry/input_error.hpp"
+#include "measure/metrics.hpp"
+#include "method/registry.hpp"
+#include "scene/recording.hpp"
+#include "scene/scene.hpp"
+#include "simulate/runs.hpp"
+#include "simulate/simulation.hpp"
 
 namespace trocar::app {
+namespace {
 
-int run(const CommonOptions& /*common*/, const RunOptions& /*options*/) {
-    throw std::runtime_error("run is not built yet");
+using Json = nlohmann::ordered_json;
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+volatile std::sig_atomic_t interrupt_asked = 0;
+
+/// Takes Ctrl-C (and a polite kill) as a wish to stop after the current tick, for as long as it lives.
+class InterruptHeld {
+public:
+    InterruptHeld() {
+        struct sigaction action {};
+        action.sa_handler = [](int) { interrupt_asked = 1; };
+        sigaction(SIGINT, &action, &old_interrupt_);
+        sigaction(SIGTERM, &action, &old_terminate_);
+    }
+    ~InterruptHeld() {
+        sigaction(SIGINT, &old_interrupt_, nullptr);
+        sigaction(SIGTERM, &old_terminate_, nullptr);
+    }
+    InterruptHeld(const InterruptHeld&) = delete;
+    InterruptHeld& operator=(const InterruptHeld&) = delete;
+    InterruptHeld(InterruptHeld&&) = delete;
+    InterruptHeld& operator=(InterruptHeld&&) = delete;
+
+private:
+    struct sigaction old_interrupt_ {};
+    struct sigaction old_terminate_ {};
+};
+
+/// One line on a terminal, nothing anywhere else.
+class Progress {
+public:
+    explicit Progress(std::int64_t ticks) : ticks_(ticks), visible_(isatty(STDERR_FILENO) == 1) {}
+    ~Progress() {
+        if (visible_) fmt::print(stderr, "\r\033[K");
+    }
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
+    Progress(Progress&&) = delete;
+    Progress& operator=(Progress&&) = delete;
+    void show(std::int64_t done) const {
+        if (!visible_ || done % 16 != 0) return;
+        fmt::print(stderr, "\rtick {} of {}", done, ticks_);
+        std::fflush(stderr);
+    }
+
+private:
+    std::int64_t ticks_;
+    bool visible_;
+};
+
+Json row_json(const StepRow& row) {
+    Json stages = Json::object();
+    for (std::size_t stage = 0; stage < stage_count; ++stage) {
+        if (row.stage_ns.at(stage) >= 0) stages[stage_names.at(stage)] = row.stage_ns.at(stage);
+    }
+    return {{"tick", row.tick},
+            {"time", number(row.time)},
+            {"pairs", row.pairs},
+            {"contacts", row.contacts},
+            {"max_depth", number(row.max_depth)},
+            {"tool_force", {number(row.tool_force.x()), number(row.tool_force.y()), number(row.tool_force.z())}},
+            {"truncated", row.truncated},
+            {"stage_ns", stages}};
+}
+
+void print_json(const Record& record) {
+    Json rows = Json::array();
+    for (const StepRow& row : record.rows) rows.push_back(row_json(row));
+    Json summary = Json::object();
+    for (const SummaryFigure& figure : summary_figures()) {
+        const auto found = record.summary.find(figure.name);
+        if (found != record.summary.end()) summary[figure.name] = number(found->second);
+    }
+    summary["state_hash"] = record.state_hash;
+    const Json document{{"scene", record.spec.scene},
+                        {"detector", record.spec.detector},
+                        {"response", record.spec.response},
+                        {"contacts", record.spec.contacts},
+                        {"outcome", name_of(record.outcome.kind)},
+                        {"message", record.outcome.message},
+                        {"rows", rows},
+                        {"summary", summary}};
+    fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+/// A figure in the unit a person reads: µs, mm; "n/a" where it does not apply.
+std::string shown(const Record& record, const char* name, double scale, const char* unit, const char* missing = "n/a") {
+    const auto found = record.summary.find(name);
+    if (found == record.summary.end() || std::isnan(found->second)) return missing;
+    return fmt::format("{:.4g}{}", found->second * scale, unit);
+}
+
+void print_text(const Scene& scene, const Record& record) {
+    const auto us = [&](const char* name) { return shown(record, name, 1e-3, " µs"); };
+    const auto tail = [&](const char* name) { return shown(record, name, 1e-3, " µs", "n too small"); };
+    const auto mm = [&](const char* name) { return shown(record, name, 1e3, " mm"); };
+    const auto newton = [&](const char* name) { return shown(record, name, 1.0, " N"); };
+    const auto plain = [&](const char* name) { return shown(record, name, 1.0, ""); };
+    const std::string at_end =
+        record.outcome.message.empty() ? std::string() : fmt::format(" ({})", record.outcome.message);
+    fmt::print("scene      {}: {} bodies, {} triangles, {} of {} ticks of {:g} ms\n", scene.name,
+               scene.topology.body_count(), scene.topology.triangle_count(), record.rows.size(), record.spec.ticks,
+               scene.dt * 1e3);
+    fmt::print("methods    {} + {}, {} contacts\n", record.spec.detector, record.spec.response, record.spec.contacts);
+    fmt::print("outcome    {}{}\n", name_of(record.outcome.kind), at_end);
+    fmt::print("pairs      at most {} in a tick; of {} true ones {} missed, {} reported that are not true\n",
+               plain("pairs_max"), plain("true_pairs"), plain("missing"), plain("extra"));
+    fmt::print("depth      error of contacts: median {}, worst {}\n", mm("depth_error_median_m"),
+               mm("depth_error_max_m"));
+    fmt::print("left over  after a tick: median {}, worst {}; at the end {}\n", mm("residual_median_m"),
+               mm("residual_max_m"), mm("residual_last_m"));
+    fmt::print("tool force largest {}, root mean square {}, largest jump {}\n", newton("force_max_n"),
+               newton("force_rms_n"), newton("force_jump_max_n"));
+    fmt::print("time       tick: median {}, p99 {}, longest {}\n", us("total_median_ns"), tail("total_p99_ns"),
+               us("total_max_ns"));
+    for (const char* stage : stage_names) {
+        const std::string name = stage;
+        if (us((name + "_median_ns").c_str()) == "n/a") continue;
+        fmt::print("           {:<8} median {}, p99 {}\n", name, us((name + "_median_ns").c_str()),
+                   tail((name + "_p99_ns").c_str()));
+    }
+    fmt::print("memory     allocations in a tick: median {}, most {}\n", plain("allocations_median"),
+               plain("allocations_max"));
+    fmt::print("state      {} (hash of the last frame)\n", record.state_hash);
+}
+
+/// Method text with its parameters in alphabetical order, after checking that it can be made.
+std::string checked_detector(const std::string& text) {
+    const MethodSpec spec = parse_method(text);
+    make_detector(spec.name, spec.parameters);
+    return spec.text();
+}
+
+std::string checked_response(const std::string& text) {
+    const MethodSpec spec = parse_method(text);
+    make_response(spec.name, spec.parameters);
+    return spec.text();
+}
+
+}  // namespace
+
+int run(const CommonOptions& common, const RunOptions& options) {
+    if (options.ticks && *options.ticks < 1) {
+        throw InputError("--ticks", "", "an integer >= 1", fmt::format("{}", *options.ticks));
+    }
+    contact_source_from(options.contacts);
+    RunSpec spec;
+    spec.mode = "closed_loop";
+    spec.detector = checked_detector(options.detector);
+    spec.response = checked_response(options.response);
+    spec.contacts = options.contacts;
+    const Scene scene = read_scene(options.scene, common.data);
+    spec.scene = scene.name;
+    spec.scene_file = options.scene.string();
+    spec.scene_hash = fmt::format("{:016x}", scene.hash);
+    spec.seed = scene.seed;
+    spec.ticks = options.ticks.value_or(scene.ticks);
+
+    std::optional<RecordingWriter> recording;
+    if (options.record) recording.emplace(*options.record, scene.topology, scene.dt);
+    Record record;
+    {
+        const InterruptHeld held;
+        const Progress progress(spec.ticks);
+        RunLimits limits;
+        limits.progress = [&](std::int64_t done) {
+            progress.show(done);
+            return interrupt_asked == 0;
+        };
+        limits.observe = [&](const Simulation& simulation, const StepRow&) {
+            if (recording && simulation.outcome().ok()) recording->write(simulation.seen());
+        };
+        record = run_closed_loop(scene, spec, limits);
+    }
+    if (interrupt_asked != 0) {
+        fmt::print(stderr, "trocar: interrupted after {} of {} ticks\n", record.rows.size(), spec.ticks);
+        return interrupted;
+    }
+    if (recording) recording->finish();
+    if (common.json) {
+        print_json(record);
+    } else {
+        print_text(scene, record);
+    }
+    if (record.outcome.ok()) return done;
+    fmt::print(stderr, "trocar: {} + {} ended as {}: {}\n", spec.detector, spec.response, name_of(record.outcome.kind),
+               record.outcome.message);
+    return method_failed;
 }
 
 }  // namespace trocar::app

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "method/detector.hpp"
 #include "scene/scene.hpp"
 
 namespace trocar {
@@ -29,9 +30,15 @@ public:
 /// Frames of a recording file. Throws InputError as RecordingReader does.
 std::unique_ptr<FrameSource> recorded_frames(const std::filesystem::path& file);
 
-/// Frames 1 … ticks of a scene. Bodies follow their scripts; tissue is pushed out by a spring per triangle pair whose
-/// pairs come from neutral boxes and the exact test. Deterministic, and no method under comparison takes part. The
-/// scene outlives the source.
+/// Pairs from overlapping boxes and the exact test: the driver's detector, which takes part in no comparison.
+std::unique_ptr<Detector> neutral_pairs();
+
+inline constexpr double scene_frames_stiffness = 300.0;  ///< N/m, of the driver's spring per triangle pair
+
+/// Frames 0 … ticks-1 of a scene, as detection would see them. Bodies follow their scripts and operators; tissue is
+/// pushed out by a spring per triangle pair, whose pairs come from neutral boxes and the exact test. Deterministic, and
+/// no method under comparison takes part: a frame is only an input. Ends early when the tissue blows up. The scene
+/// outlives the source.
 std::unique_ptr<FrameSource> scene_frames(const Scene& scene, std::int64_t ticks);
 
 }  // namespace trocar

@@ -10,9 +10,13 @@
 
 namespace trocar {
 
+class Simulation;
+
 struct RunLimits {
-    /// Called after every tick with the number of ticks done; false ends the run early (interrupted by the user).
-    std::function<bool(std::int64_t)> progress;
+    /// Called before every tick with the number of ticks done; false ends the run early (the user has had enough).
+    std::function<bool(std::int64_t)> progress = {};
+    /// Closed loop: called after every tick, outside the timed spans.
+    std::function<void(const Simulation&, const StepRow&)> observe = {};
 };
 
 /// Runs spec.mode ("replay", "closed_loop", "triangle_pair") for spec.ticks ticks (0: the scene's own number). Throws
@@ -28,7 +32,8 @@ Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limi
 Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
 
 /// The thesis' own table: the response's time per triangle pair and per iteration on the scene's stream, "without" the
-/// triangle test (intersections given) and "with" it inside the span (over the pairs whose boxes overlap).
+/// triangle test (the intersections given) and "with" it inside the span (the pairs given), on the very same pairs. An
+/// iteration is a tick with a pair. Rows hold the stages of the "with" run.
 Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
 
 }  // namespace trocar

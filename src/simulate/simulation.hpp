@@ -2,7 +2,10 @@
 // one page; replay() is the same tick with frames from outside.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <string_view>
+#include <vector>
 
 #include "contact/contact_set.hpp"
 #include "contact/effect.hpp"
@@ -10,16 +13,19 @@
 #include "method/detector.hpp"
 #include "method/response.hpp"
 #include "scene/scene.hpp"
-#include "tissue/hand_operator.hpp"
-#include "tissue/mass_spring.hpp"
 
 namespace trocar {
 
 enum class ContactSource : std::uint8_t { canonical, native };
 
+/// "canonical" or "native"; throws InputError for anything else.
+ContactSource contact_source_from(std::string_view name);
+
 class Simulation {
 public:
-    /// The scene outlives the simulation. `response` may be null (detect only; instruments follow their script).
+    /// The scene outlives the simulation. `response` may be null: detection only, bodies follow their scripts and
+    /// tissue stays as it is. A method that throws while it is prepared leaves its outcome in outcome(), and every step
+    /// then fails with it.
     Simulation(const Scene& scene, std::unique_ptr<Detector> detector, std::unique_ptr<Response> response,
                ContactSource source);
     ~Simulation();
@@ -28,14 +34,22 @@ public:
     Simulation(Simulation&&) = delete;
     Simulation& operator=(Simulation&&) = delete;
 
-    /// Advances one tick. After a failed outcome the frame stays as it was.
+    /// Does one tick. The first one is tick 0 and sees the scene's first frame. After a failed outcome the frame stays
+    /// as it was. Truth fields of the row stay unset.
     StepRow step();
+
+    /// update, detect and derive on a frame from outside; the world is not advanced. seen() is then that frame.
+    StepRow replay(const Frame& frame);
 
     [[nodiscard]] const Frame& seen() const;   ///< the frame that detect saw in the last step
     [[nodiscard]] const Frame& frame() const;  ///< the frame after the last step
+    /// Result of the last detect; contacts.contacts are those of the contact source.
     [[nodiscard]] const ContactSet& contacts() const;
     [[nodiscard]] const Effect& effect() const;
     [[nodiscard]] const Outcome& outcome() const;
+    /// One flag per Topology::body_pairs entry: something in the pair gives way (tissue, an operator), so that depth
+    /// left over is the method's doing and not the script's.
+    [[nodiscard]] std::vector<std::uint8_t> yielding_pairs() const;
 
 private:
     struct State;

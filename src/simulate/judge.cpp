@@ -1,0 +1,74 @@
+#include "simulate/judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "measure/pair_truth.hpp"
+
+namespace trocar {
+
+Judge::Judge(const Topology& topology, const Frame& first, std::span<const std::uint8_t> yielding)
+    : topology_(&topology),
+      anything_yields_(std::any_of(yielding.begin(), yielding.end(), [](std::uint8_t flag) { return flag != 0; })),
+      depth_(topology, first, yielding) {}
+
+/// Depth of the entering vertex where the contact names one; else, for contacts of libraries, of the deepest corner of
+/// its two triangles. NaN where the contact claims no depth.
+double Judge::true_depth(const Contact& contact) const {
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    if (contact.a < 0 || contact.b < 0 || !std::isfinite(contact.depth)) return none;
+    const Index body_a = topology_->body_of_triangle[static_cast<std::size_t>(contact.a)];
+    const Index body_b = topology_->body_of_triangle[static_cast<std::size_t>(contact.b)];
+    switch (contact.kind) {
+        case ContactCase::a_enters_b:
+            return contact.vertex_a < 0 ? none : depth_.depth_of_vertex(contact.vertex_a, body_b);
+        case ContactCase::b_enters_a:
+            return contact.vertex_b < 0 ? none : depth_.depth_of_vertex(contact.vertex_b, body_a);
+        case ContactCase::unset: {
+            double deepest = 0.0;
+            for (int corner = 0; corner < 3; ++corner) {
+                deepest = std::max({deepest, depth_.depth_of_vertex(topology_->triangles(corner, contact.a), body_b),
+                                    depth_.depth_of_vertex(topology_->triangles(corner, contact.b), body_a)});
+            }
+            return deepest;
+        }
+        case ContactCase::edges_cross:
+        case ContactCase::touch:
+        case ContactCase::coplanar:
+        case ContactCase::degenerate:
+            return none;
+    }
+    return none;
+}
+
+double Judge::worst_error(std::span<const Contact> contacts) const {
+    double worst = std::numeric_limits<double>::quiet_NaN();
+    for (const Contact& contact : contacts) {
+        worst = std::fmax(worst, std::abs(contact.depth - true_depth(contact)));
+    }
+    return worst;
+}
+
+void Judge::judge_detection(const Frame& seen, const ContactSet& contacts, StepRow& row) {
+    true_pairs(*topology_, seen, truth_);
+    touches_ = touching_pairs(*topology_, seen, truth_);
+    const PairErrors errors = compare_pairs(contacts.pairs, truth_, touches_);
+    row.true_pairs = static_cast<std::int64_t>(truth_.size());
+    row.true_touch = static_cast<std::int64_t>(touches_.size());
+    row.missing = errors.missing;
+    row.extra = errors.extra;
+    row.missing_touch = errors.missing_touch;
+    depth_.measure(seen);
+    row.depth_error = worst_error(contacts.contacts);
+    row.native_depth_error = worst_error(contacts.native);
+}
+
+void Judge::judge_outcome(const Frame& after, StepRow& row) {
+    const DepthTruth::Result left = depth_.measure(after);
+    if (!anything_yields_) return;
+    row.max_depth = left.max_depth;
+    row.mean_depth = left.mean_depth;
+    row.wrong_side = left.wrong_side;
+}
+
+}  // namespace trocar

@@ -1,0 +1,157 @@
+#include "simulate/leading.hpp"
+
+#include <algorithm>
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+bool same(const Pose& a, const Pose& b) {
+    return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs() && a.jaw == b.jaw;
+}
+
+/// Force that contacts without tissue give a body at the frame the response saw, N: nothing integrates them when no
+/// operator holds the body.
+Vector3 force_at_frame(const Topology& topology, const Effect& effect, const Frame& frame, Index body) {
+    Vector3 sum = Vector3::Zero();
+    for (const LinearContact& contact : effect.contacts) {
+        bool pushes_body = false;
+        bool pushes_tissue = false;
+        double rate = -contact.face_velocity;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const Index vertex = contact.vertices[i];
+            if (vertex < 0) continue;
+            const Index owner = topology.body_of_vertex(vertex);
+            pushes_body = pushes_body || owner == body;
+            pushes_tissue = pushes_tissue || topology.bodies[at(owner)].kind == BodyKind::tissue;
+            rate += contact.weights[i] * frame.velocity.col(vertex).dot(contact.normal);
+        }
+        if (pushes_tissue || !(pushes_body || contact.reaction_body == body)) continue;
+        double force = -contact.k * contact.gap - contact.mu * rate;
+        if (!contact.bilateral && (contact.gap > 0.0 || (!contact.adhesive && force < 0.0))) force = 0.0;
+        sum += (pushes_body ? force : -force) * contact.normal;
+    }
+    return sum;
+}
+
+}  // namespace
+
+Leading::Leading(const Scene& scene) : scene_(&scene), last_pose_(scene.first.pose) {
+    const Topology& topology = scene.topology;
+    hand_of_body_.assign(topology.bodies.size(), -1);
+    for (Index body = 0; body < topology.body_count() && body < static_cast<Index>(scene.bodies.size()); ++body) {
+        const std::optional<Motion>& motion = scene.bodies[at(body)].motion;
+        const BodyRange& range = topology.bodies[at(body)];
+        if (range.kind == BodyKind::instrument &&
+            (shown_body_ < 0 || (motion && !scene.bodies[at(shown_body_)].motion))) {
+            shown_body_ = body;
+        }
+        if (!motion || motion->drive != Drive::simulated_operator) continue;
+        // Bodies of the same instrument hang together: one hand holds them all.
+        Index hand = -1;
+        for (Index other = 0; other < body && !range.instrument.empty(); ++other) {
+            if (topology.bodies[at(other)].instrument == range.instrument && hand_of_body_[at(other)] >= 0) {
+                hand = hand_of_body_[at(other)];
+            }
+        }
+        if (hand < 0) {
+            hand = static_cast<Index>(operators_.size());
+            operators_.push_back({{}, {motion->pose_at(0.0).translation, Vector3::Zero()}});
+        }
+        hand_of_body_[at(body)] = hand;
+        operators_[at(hand)].bodies.push_back(body);
+    }
+}
+
+void Leading::place(Index body, const Pose& pose, bool keep_previous, Frame& frame) const {
+    const Range range = scene_->topology.bodies[at(body)].vertices;
+    auto position = frame.position.middleCols(range.first, range.count);
+    auto previous = frame.previous.middleCols(range.first, range.count);
+    if (!keep_previous) previous = position;
+    place_body(scene_->bodies[at(body)], range, pose, frame.position);
+    frame.velocity.middleCols(range.first, range.count) = (position - previous) / scene_->dt;
+    frame.pose[at(body)] = pose;
+}
+
+void Leading::move(double time, Frame& frame) {
+    const Topology& topology = scene_->topology;
+    if (!frame.moved) frame.moved.emplace();
+    frame.moved->clear();
+    for (Index body = 0; body < topology.body_count(); ++body) {
+        const BodyRange& range = topology.bodies[at(body)];
+        const bool led = at(body) < scene_->bodies.size() && scene_->bodies[at(body)].motion.has_value();
+        if (!led) {
+            if (range.kind == BodyKind::tissue) frame.moved->push_back(range.vertices);
+            continue;
+        }
+        Pose pose = scene_->bodies[at(body)].motion->pose_at(time);
+        const Index hand = hand_of_body_[at(body)];
+        if (hand >= 0) {
+            // The operator's step at the end of the last tick set `previous`; only rotation and jaw are new here.
+            const Hand& holder = operators_[at(hand)];
+            const Vector3 target = scene_->bodies[at(holder.bodies.front())].motion->pose_at(time).translation;
+            pose.translation += holder.state.position - target;
+            place(body, pose, true, frame);
+            frame.moved->push_back(range.vertices);
+            last_pose_[at(body)] = pose;
+            continue;
+        }
+        if (!same(pose, last_pose_[at(body)])) {
+            place(body, pose, false, frame);
+            frame.moved->push_back(range.vertices);
+            last_pose_[at(body)] = pose;
+            continue;
+        }
+        // At rest: the tick before may have been its last moving one.
+        const Range v = range.vertices;
+        frame.previous.middleCols(v.first, v.count) = frame.position.middleCols(v.first, v.count);
+        frame.velocity.middleCols(v.first, v.count).setZero();
+    }
+}
+
+void Leading::advance(double time, const Effect& effect, const std::vector<Wrench>& reaction, Frame& frame,
+                      std::vector<Vector3>& force) {
+    const Topology& topology = scene_->topology;
+    const double dt = scene_->dt;
+    for (std::size_t body = 0; body < force.size(); ++body) {
+        const auto index = static_cast<Index>(body);
+        force[body] = reaction[body].force + effect.wrench[body].force;
+        if (hand_of_body_[body] < 0 && topology.bodies[body].kind == BodyKind::instrument) {
+            force[body] += force_at_frame(topology, effect, frame, index);
+        }
+    }
+    for (Hand& hand : operators_) {
+        const Motion& script = *scene_->bodies[at(hand.bodies.front())].motion;
+        const Vector3 target = script.pose_at(time).translation;
+        const Vector3 target_velocity = (target - script.pose_at(time - dt).translation) / dt;
+        Vector3 external = Vector3::Zero();
+        for (const Index body : hand.bodies) external += force[at(body)];
+        const Vector3 mean = advance_operator(script.hand, topology, frame, hand.bodies, target, target_velocity,
+                                              effect, external, dt, scene_->materials.substeps, hand.state);
+        for (const Index body : hand.bodies) force[at(body)] = mean;
+    }
+    for (Index body = 0; body < topology.body_count(); ++body) {
+        if (hand_of_body_[at(body)] < 0) continue;
+        const Hand& hand = operators_[at(hand_of_body_[at(body)])];
+        const Vector3 target = scene_->bodies[at(hand.bodies.front())].motion->pose_at(time).translation;
+        Pose pose = scene_->bodies[at(body)].motion->pose_at(time);
+        pose.translation += hand.state.position - target;
+        place(body, pose, false, frame);
+    }
+}
+
+std::vector<std::uint8_t> Leading::yielding_pairs() const {
+    std::vector<std::uint8_t> flags;
+    for (const auto& [a, b] : scene_->topology.body_pairs) {
+        bool yields = false;
+        for (const Index body : {a, b}) {
+            yields =
+                yields || scene_->topology.bodies[at(body)].kind == BodyKind::tissue || hand_of_body_[at(body)] >= 0;
+        }
+        flags.push_back(yields ? 1 : 0);
+    }
+    return flags;
+}
+
+}  // namespace trocar

@@ -1,0 +1,50 @@
+// Who leads the bodies of a scene: scripts that are followed exactly, and simulated operators that contact pushes back
+// (DESIGN §4, METHODS §11). Moves vertices and tells which ranges moved; knows no tissue.
+#pragma once
+
+#include <vector>
+
+#include "contact/effect.hpp"
+#include "scene/scene.hpp"
+#include "tissue/hand_operator.hpp"
+
+namespace trocar {
+
+class Leading {
+public:
+    /// The scene outlives the object.
+    explicit Leading(const Scene& scene);
+
+    /// Before detection: every scripted body goes to its pose at `time`; a body led by an operator stays where the
+    /// operator is and takes rotation and jaw from its script. Sets position, previous, velocity, pose and `moved` of
+    /// the frame (tissue counts as moved when there is any).
+    void move(double time, Frame& frame);
+
+    /// After the response: operators move under hand and contact, and their bodies with them. `reaction` holds what
+    /// tissue gave back per body (N, mean over the tick). Writes the mean force on every body, N, to `force`.
+    void advance(double time, const Effect& effect, const std::vector<Wrench>& reaction, Frame& frame,
+                 std::vector<Vector3>& force);
+
+    /// The first instrument that has a motion, else the first instrument, else -1: whose force a row shows.
+    [[nodiscard]] Index shown_body() const { return shown_body_; }
+    [[nodiscard]] bool has_operator() const { return !operators_.empty(); }
+    /// One flag per Topology::body_pairs entry: tissue or a hand is in the pair.
+    [[nodiscard]] std::vector<std::uint8_t> yielding_pairs() const;
+
+private:
+    /// Bodies led by one hand: those of one instrument, or a single one.
+    struct Hand {
+        std::vector<Index> bodies;  ///< the first one has the script that the hand follows
+        OperatorState state;
+    };
+
+    void place(Index body, const Pose& pose, bool keep_previous, Frame& frame) const;
+
+    const Scene* scene_;
+    std::vector<Hand> operators_;
+    std::vector<Index> hand_of_body_;  ///< position in operators_, -1 = scripted or fixed
+    std::vector<Pose> last_pose_;
+    Index shown_body_ = -1;
+};
+
+}  // namespace trocar

@@ -1,0 +1,262 @@
+#include "simulate/runs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+
+#include "contact/derive.hpp"
+#include "geometry/input_error.hpp"
+#include "measure/environment.hpp"
+#include "measure/metrics.hpp"
+#include "measure/statistics.hpp"
+#include "method/registry.hpp"
+#include "simulate/frame_source.hpp"
+#include "simulate/judge.hpp"
+#include "simulate/simulation.hpp"
+
+namespace trocar {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::int64_t ns_between(Clock::time_point start, Clock::time_point end) {
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(end - start).count();
+}
+
+std::unique_ptr<Detector> detector_of(const RunSpec& spec) {
+    const MethodSpec method = parse_method(spec.detector);
+    return make_detector(method.name, method.parameters);
+}
+
+std::unique_ptr<Response> response_of(const RunSpec& spec) {
+    const MethodSpec method = parse_method(spec.response);
+    return make_response(method.name, method.parameters);
+}
+
+std::int64_t ticks_of(const Scene& scene, const RunSpec& spec) { return spec.ticks > 0 ? spec.ticks : scene.ticks; }
+
+Record start_record(const RunSpec& spec, std::int64_t ticks) {
+    Record record;
+    record.spec = spec;
+    record.environment = environment();
+    constexpr std::int64_t most_reserved = 200000;
+    record.rows.reserve(static_cast<std::size_t>(std::min(ticks, most_reserved)));
+    return record;
+}
+
+bool is_judged(const RunSpec& spec, std::int64_t tick, std::int64_t ticks) {
+    return spec.truth_stride > 0 && (tick % spec.truth_stride == 0 || tick + 1 == ticks);
+}
+
+/// False when the user has had enough.
+bool go_on(const RunLimits& limits, std::int64_t done) { return !limits.progress || limits.progress(done); }
+
+/// FNV-1a over the hashes of all frames.
+class StreamHash {
+public:
+    void add(std::uint64_t frame_hash) {
+        for (int shift = 0; shift < 64; shift += 8) {
+            value_ = (value_ ^ ((frame_hash >> shift) & 0xffU)) * 1099511628211ULL;
+        }
+    }
+    [[nodiscard]] std::string text() const { return fmt::format("{:016x}", value_); }
+
+private:
+    std::uint64_t value_ = 14695981039346656037ULL;
+};
+
+/// Native contacts of a replay come from a detector of their own, outside the timed spans: the one that is timed is not
+/// charged for answers that nobody asked it for.
+class NativeContacts {
+public:
+    NativeContacts(const Scene& scene, const RunSpec& spec) {
+        if (!registry().detector(parse_method(spec.detector).name).native_contacts) return;
+        detector_ = detector_of(spec);
+        try {
+            detector_->prepare(scene.topology, scene.first);
+        } catch (const std::exception&) {
+            detector_.reset();  // the timed one has failed in the same way and says so
+        }
+    }
+    void judge(const Frame& frame, const Judge& judge, StepRow& row) {
+        if (!detector_) return;
+        frame_ = frame;
+        frame_.moved.reset();  // ticks in between were skipped
+        try {
+            detector_->update(frame_);
+            detector_->detect(frame_, contacts_);
+        } catch (const std::exception&) {
+            return;
+        }
+        row.native_contacts = static_cast<std::int64_t>(contacts_.native.size());
+        row.native_depth_error = judge.worst_error(contacts_.native);
+    }
+
+private:
+    std::unique_ptr<Detector> detector_;
+    Frame frame_;
+    ContactSet contacts_;
+};
+
+std::string stream_text() {
+    return fmt::format(
+        "the scene driven without any contestant: pairs from overlapping boxes and the exact test, one spring of {} "
+        "N/m per pair",
+        scene_frames_stiffness);
+}
+
+}  // namespace
+
+Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
+    if (spec.mode == "replay") return run_replay(scene, spec, limits);
+    if (spec.mode == "closed_loop") return run_closed_loop(scene, spec, limits);
+    if (spec.mode == "triangle_pair") return run_triangle_pair(scene, spec, limits);
+    throw InputError("run", "/mode", "replay, closed_loop or triangle_pair", fmt::format("'{}'", spec.mode));
+}
+
+Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
+    const std::int64_t ticks = ticks_of(scene, spec);
+    Record record = start_record(spec, ticks);
+    record.environment["frames"] = stream_text();
+    Simulation simulation(scene, detector_of(spec), nullptr, ContactSource::canonical);
+    Judge judge(scene.topology, scene.first, {});
+    const std::unique_ptr<FrameSource> source = scene_frames(scene, ticks);
+    NativeContacts native(scene, spec);
+    StreamHash hash;
+    Frame frame;
+    for (std::int64_t tick = 0; source->next(frame) && go_on(limits, tick); ++tick) {
+        hash.add(frame.hash());
+        StepRow row = simulation.replay(frame);
+        if (simulation.outcome().ok() && is_judged(spec, tick, ticks)) {
+            judge.judge_detection(simulation.seen(), simulation.contacts(), row);
+            native.judge(frame, judge, row);
+        }
+        if (record.outcome.ok()) record.outcome = simulation.outcome();
+        record.rows.push_back(row);
+    }
+    record.frames_hash = hash.text();
+    record.summary = summarize(record.rows);
+    return record;
+}
+
+Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
+    const std::int64_t ticks = ticks_of(scene, spec);
+    const ContactSource source = contact_source_from(spec.contacts);
+    Record record = start_record(spec, ticks);
+    const DetectorEntry& detector = registry().detector(parse_method(spec.detector).name);
+    const ResponseEntry& response = registry().response(parse_method(spec.response).name);
+    if (source == ContactSource::native && !detector.native_contacts) {
+        record.outcome = {OutcomeKind::unsupported, detector.name + " has no native contacts"};
+    } else if (source == ContactSource::canonical && response.needs_native) {
+        record.outcome = {OutcomeKind::unsupported, response.name + " reads native contacts only"};
+    }
+    Simulation simulation(scene, detector_of(spec), response_of(spec), source);
+    Judge judge(scene.topology, scene.first, simulation.yielding_pairs());
+    for (std::int64_t tick = 0; record.outcome.ok() && tick < ticks && go_on(limits, tick); ++tick) {
+        StepRow row = simulation.step();
+        record.outcome = simulation.outcome();
+        if (record.outcome.ok() && is_judged(spec, tick, ticks)) {
+            judge.judge_detection(simulation.seen(), simulation.contacts(), row);
+            judge.judge_outcome(simulation.frame(), row);
+        }
+        if (limits.observe) limits.observe(simulation, row);
+        record.rows.push_back(row);
+    }
+    if (!record.outcome.ok() && !record.rows.empty()) {
+        record.outcome.message = fmt::format("tick {}: {}", record.rows.back().tick, record.outcome.message);
+    }
+    record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
+    record.summary = summarize(record.rows);
+    return record;
+}
+
+Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
+    const std::int64_t ticks = ticks_of(scene, spec);
+    Record record = start_record(spec, ticks);
+    record.environment["frames"] = stream_text();
+    // One response for each span, so that neither meets the other's memory.
+    const std::unique_ptr<Response> without = response_of(spec);
+    const std::unique_ptr<Response> with = response_of(spec);
+    Effect effect;
+    effect.resize(scene.topology.vertex_count, scene.topology.body_count());
+    const std::unique_ptr<FrameSource> source = scene_frames(scene, ticks);
+    const std::unique_ptr<Detector> detector = neutral_pairs();
+    detector->prepare(scene.topology, scene.first);
+    StreamHash hash;
+    Frame frame;
+    ContactSet given;
+    ContactSet tested;
+    std::array<std::vector<double>, 2> iteration;  // ns, without and with
+    std::array<std::vector<double>, 2> pair;       // ns, without and with
+    double pair_sum = 0.0;
+    try {
+        without->prepare(scene.topology, scene.materials);
+        with->prepare(scene.topology, scene.materials);
+        for (std::int64_t tick = 0; source->next(frame) && go_on(limits, tick); ++tick) {
+            hash.add(frame.hash());
+            detector->update(frame);
+            detector->detect(frame, given);
+            derive(scene.topology, frame, given);
+            tested.pairs.assign(given.pairs.begin(), given.pairs.end());
+            StepRow row;
+            row.tick = frame.tick;
+            row.time = frame.time;
+            row.pairs = static_cast<std::int64_t>(given.pairs.size());
+            row.contacts = row.pairs;
+            std::int64_t without_ns = 0;
+            const auto run_without = [&] {
+                const auto start = Clock::now();
+                without->respond(frame, scene.dt, given, effect);
+                without_ns = ns_between(start, Clock::now());
+            };
+            const auto run_with = [&] {
+                const auto start = Clock::now();
+                derive(scene.topology, frame, tested);
+                const auto middle = Clock::now();
+                with->respond(frame, scene.dt, tested, effect);
+                const auto end = Clock::now();
+                row.stage_ns[static_cast<std::size_t>(Stage::derive)] = ns_between(start, middle);
+                row.stage_ns[static_cast<std::size_t>(Stage::respond)] = ns_between(middle, end);
+            };
+            // Whoever comes second finds the data in the cache: they take turns.
+            if (tick % 2 == 0) {
+                run_without();
+                run_with();
+            } else {
+                run_with();
+                run_without();
+            }
+            row.skipped = effect.skipped;
+            row.no_hit = effect.no_hit;
+            record.rows.push_back(row);
+            if (row.pairs == 0 || tick < warm_up_ticks) continue;
+            const auto count = static_cast<double>(row.pairs);
+            pair_sum += count;
+            const std::array<double, 2> ns{static_cast<double>(without_ns), static_cast<double>(row.total_ns())};
+            for (std::size_t i = 0; i < 2; ++i) {
+                iteration.at(i).push_back(ns.at(i));
+                pair.at(i).push_back(ns.at(i) / count);
+            }
+        }
+    } catch (const std::exception& error) {
+        record.outcome = {OutcomeKind::threw, error.what()};
+    }
+    record.frames_hash = hash.text();
+    record.summary = summarize(record.rows);
+    const auto iterations = static_cast<double>(iteration[0].size());
+    record.summary["iterations"] = iterations;
+    record.summary["pairs_per_iteration"] = iterations > 0.0 ? pair_sum / iterations : std::nan("");
+    for (std::size_t i = 0; i < 2; ++i) {
+        const std::string name = i == 0 ? "without" : "with";
+        record.summary[name + "_per_pair_median_ns"] = median(pair.at(i));
+        record.summary[name + "_per_pair_p99_ns"] = tail_quantile(pair.at(i), 0.99).value_or(std::nan(""));
+        record.summary[name + "_per_iteration_median_ns"] = median(iteration.at(i));
+        record.summary[name + "_per_iteration_p99_ns"] = tail_quantile(iteration.at(i), 0.99).value_or(std::nan(""));
+    }
+    return record;
+}
+
+}  // namespace trocar

@@ -1,0 +1,134 @@
+// `trocar run` as a user meets it: the document of DESIGN §10, the recording, and the exit status.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "scene/recording.hpp"
+#include "support/program.hpp"
+#include "support/scene_samples.hpp"
+
+namespace trocar {
+namespace {
+
+using Json = nlohmann::json;
+using test::run_program;
+
+class RunCommand : public testing::Test {
+protected:
+    void SetUp() override {
+        scene_ = (folder_.path() / "poke.json").string();
+        std::ofstream(scene_) << test::poke_text();
+    }
+    test::TemporaryFolder folder_;
+    std::string scene_;
+};
+
+TEST_F(RunCommand, JsonIsOneDocumentOfTheStatedShape) {
+    const test::ProgramResult result = run_program("run " + scene_ + " --ticks 50 --json");
+    ASSERT_EQ(result.status, 0) << result.err;
+    const Json json = Json::parse(result.out);
+    EXPECT_EQ(json.at("scene"), "poke");
+    EXPECT_EQ(json.at("contacts"), "canonical");
+    EXPECT_EQ(json.at("outcome"), "ok");
+    EXPECT_EQ(json.at("message"), "");
+    EXPECT_TRUE(json.at("detector").is_string());
+    EXPECT_TRUE(json.at("response").is_string());
+    ASSERT_EQ(json.at("rows").size(), 50U);
+    EXPECT_TRUE(json.at("summary").is_object());
+    double deepest = 0.0;
+    for (std::size_t i = 0; i < 50; ++i) {
+        const Json& row = json.at("rows").at(i);
+        EXPECT_EQ(row.at("tick"), i);
+        EXPECT_DOUBLE_EQ(row.at("time").get<double>(), 0.001 * static_cast<double>(i));
+        EXPECT_TRUE(row.at("pairs").is_number_integer());
+        EXPECT_TRUE(row.at("contacts").is_number_integer());
+        EXPECT_EQ(row.at("tool_force").size(), 3U);
+        EXPECT_TRUE(row.at("truncated").is_boolean());
+        for (const char* stage : {"move", "update", "detect", "derive", "respond", "advance"}) {
+            EXPECT_GE(row.at("stage_ns").at(stage).get<std::int64_t>(), 0) << stage;
+        }
+        EXPECT_EQ(row.size(), 8U);
+        deepest = std::max(deepest, row.at("max_depth").get<double>());
+    }
+    EXPECT_GT(json.at("rows").at(49).at("pairs"), 0);
+    EXPECT_GT(json.at("rows").at(49).at("tool_force").at(2).get<double>(), 0.0) << "tissue pushes the tool up";
+    EXPECT_LT(deepest, 0.0021) << "the script goes 2 mm below the rest plane";
+}
+
+TEST_F(RunCommand, TextNamesSceneMethodsAndOutcome) {
+    const test::ProgramResult result = run_program("run " + scene_ + " --ticks 20");
+    ASSERT_EQ(result.status, 0) << result.err;
+    for (const char* word : {"poke", "outcome    ok", "pairs", "tool force", "n too small", "detect"}) {
+        EXPECT_NE(result.out.find(word), std::string::npos) << word << '\n' << result.out;
+    }
+    EXPECT_EQ(result.err, "") << "progress belongs on a terminal";
+}
+
+TEST_F(RunCommand, RecordingHoldsTheFramesThatDetectionSaw) {
+    const std::string file = (folder_.path() / "frames.trocrec").string();
+    const test::ProgramResult result = run_program("run " + scene_ + " --ticks 45 --json --record " + file);
+    ASSERT_EQ(result.status, 0) << result.err;
+    RecordingReader reader(file);
+    ASSERT_EQ(reader.frame_count(), 45);
+    const Scene scene = read_scene(scene_, std::nullopt);
+    Frame frame;
+    reader.read(0, frame);
+    EXPECT_EQ(frame.position, scene.first.position);
+    // The tool's lowest point follows the script; the tissue is what it was one tick before.
+    reader.read(40, frame);
+    for (const BodyRange& body : scene.topology.bodies) {
+        if (body.kind != BodyKind::instrument) continue;
+        const Index v = body.vertices.first;
+        EXPECT_NEAR(frame.position(2, v), scene.first.position(2, v) - 0.005, 1e-15);
+    }
+}
+
+TEST_F(RunCommand, BadRequestsEndWithTwoAndWriteNothing) {
+    const std::string file = (folder_.path() / "never.trocrec").string();
+    for (const std::string& arguments :
+         {scene_ + " --detector no_such_method", scene_ + " --response no_such_method",
+          scene_ + " --detector ohc:nonsense=1", scene_ + " --contacts magic", scene_ + " --ticks 0",
+          scene_ + " --ticks -3", std::string("/no/such/scene.json")}) {
+        const test::ProgramResult result = run_program("run " + arguments + " --record " + file);
+        EXPECT_EQ(result.status, 2) << arguments;
+        EXPECT_EQ(result.out, "") << arguments;
+        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+        EXPECT_FALSE(std::filesystem::exists(file)) << arguments;
+    }
+}
+
+TEST_F(RunCommand, MethodThatCannotAnswerEndsWithThree) {
+    // ohc stops at pairs; asking for its native contacts is asking for what it does not have.
+    const test::ProgramResult result = run_program("run " + scene_ + " --contacts native --json");
+    EXPECT_EQ(result.status, 3) << result.err;
+    const Json json = Json::parse(result.out);
+    EXPECT_EQ(json.at("outcome"), "unsupported");
+    EXPECT_TRUE(json.at("rows").empty());
+}
+
+TEST_F(RunCommand, InterruptedRunEndsWithOneHundredAndThirty) {
+    const std::string file = (folder_.path() / "half.trocrec").string();
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+        if (std::freopen("/dev/null", "w", stdout) == nullptr || std::freopen("/dev/null", "w", stderr) == nullptr)
+            _exit(9);
+        execl(TROCAR_PROGRAM, TROCAR_PROGRAM, "run", scene_.c_str(), "--ticks", "100000000", "--record", file.c_str(),
+              nullptr);
+        _exit(9);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    ASSERT_EQ(kill(child, SIGINT), 0);
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 130);
+    EXPECT_FALSE(std::filesystem::exists(file)) << "nothing half-written";
+}
+
+}  // namespace
+}  // namespace trocar

@@ -1,0 +1,68 @@
+#include "simulate/frame_source.hpp"
+
+#include <gtest/gtest.h>
+
+#include "scene/recording.hpp"
+#include "support/scene_samples.hpp"
+
+namespace trocar {
+namespace {
+
+TEST(SceneFrames, SameSceneGivesTheSameBits) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    const auto one = scene_frames(scene, 50);
+    const auto two = scene_frames(scene, 50);
+    EXPECT_EQ(one->frame_count(), 50);
+    Frame a;
+    Frame b;
+    std::int64_t count = 0;
+    while (one->next(a)) {
+        ASSERT_TRUE(two->next(b));
+        EXPECT_EQ(a.tick, count++);
+        EXPECT_EQ(a.hash(), b.hash());
+    }
+    EXPECT_EQ(count, 50);
+    EXPECT_FALSE(two->next(b));
+}
+
+TEST(SceneFrames, TissueGivesWayToTheTool) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    const auto source = scene_frames(scene, 60);
+    Frame frame;
+    while (source->next(frame)) {
+    }
+    for (const BodyRange& body : scene.topology.bodies) {
+        if (body.kind != BodyKind::tissue) continue;
+        const auto z = frame.position.row(2).segment(body.vertices.first, body.vertices.count);
+        EXPECT_LT(z.minCoeff(), -0.0005);
+        EXPECT_GT(z.minCoeff(), -0.0035);
+    }
+}
+
+TEST(RecordedFrames, GiveBackWhatWasWritten) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    const test::TemporaryFolder folder;
+    const std::filesystem::path file = folder.path() / "frames.trocrec";
+    {
+        RecordingWriter writer(file, scene.topology, scene.dt);
+        const auto source = scene_frames(scene, 7);
+        Frame frame;
+        while (source->next(frame)) writer.write(frame);
+        writer.finish();
+    }
+    const auto source = scene_frames(scene, 7);
+    const auto recorded = recorded_frames(file);
+    EXPECT_EQ(recorded->frame_count(), 7);
+    EXPECT_EQ(recorded->dt(), scene.dt);
+    EXPECT_EQ(recorded->topology().triangles, scene.topology.triangles);
+    Frame a;
+    Frame b;
+    while (source->next(a)) {
+        ASSERT_TRUE(recorded->next(b));
+        EXPECT_EQ(a.hash(), b.hash());
+    }
+    EXPECT_FALSE(recorded->next(b));
+}
+
+}  // namespace
+}  // namespace trocar

@@ -1,0 +1,153 @@
+#include "simulate/runs.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "geometry/input_error.hpp"
+#include "measure/metrics.hpp"
+#include "method/registry.hpp"
+#include "simulate/simulation.hpp"
+#include "support/scene_samples.hpp"
+
+namespace trocar {
+namespace {
+
+/// Own methods by trait, never by name; an empty answer fails.
+std::vector<std::string> own_exact_detectors() {
+    std::vector<std::string> names;
+    for (const DetectorEntry& entry : registry().detectors()) {
+        if (entry.own && entry.claims_exact) names.push_back(entry.name);
+    }
+    EXPECT_FALSE(names.empty());
+    return names;
+}
+
+std::vector<std::string> own_responses() {
+    std::vector<std::string> names;
+    for (const ResponseEntry& entry : registry().responses()) {
+        if (entry.own) names.push_back(entry.name);
+    }
+    EXPECT_FALSE(names.empty());
+    return names;
+}
+
+RunSpec spec_of(const std::string& mode, const std::string& detector, const std::string& response) {
+    RunSpec spec;
+    spec.mode = mode;
+    spec.detector = detector;
+    spec.response = response;
+    spec.contacts = mode == "closed_loop" ? "canonical" : "";
+    spec.truth_stride = 5;
+    return spec;
+}
+
+TEST(Replay, EveryDetectorSeesTheSameFramesAndExactOnesMissNothing) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    std::set<std::string> hashes;
+    for (const std::string& detector : own_exact_detectors()) {
+        const Record record = make_run(scene, spec_of("replay", detector, ""));
+        EXPECT_TRUE(record.outcome.ok()) << detector << ' ' << record.outcome.message;
+        EXPECT_EQ(record.rows.size(), 60U);
+        EXPECT_EQ(record.summary.at("recall"), 1.0) << detector;
+        EXPECT_EQ(record.summary.at("precision"), 1.0) << detector;
+        EXPECT_EQ(record.summary.at("judged_ticks"), 13.0) << "every fifth tick and the last";
+        EXPECT_TRUE(std::isnan(record.summary.at("residual_max_m"))) << "a replay leaves nothing over";
+        EXPECT_TRUE(record.environment.contains("commit"));
+        hashes.insert(record.frames_hash);
+    }
+    EXPECT_EQ(hashes.size(), 1U);
+}
+
+TEST(ClosedLoop, EndsOnTheSameStateTwiceAndReadsBack) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    for (const std::string& response : own_responses()) {
+        const RunSpec spec = spec_of("closed_loop", own_exact_detectors().front(), response);
+        const Record one = make_run(scene, spec);
+        const Record two = make_run(scene, spec);
+        EXPECT_TRUE(one.outcome.ok()) << response << ' ' << one.outcome.message;
+        EXPECT_EQ(one.state_hash, two.state_hash);
+        EXPECT_EQ(one.rows.size(), 60U);
+        EXPECT_GT(one.summary.at("pairs_max"), 0.0);
+        EXPECT_TRUE(std::isfinite(one.summary.at("residual_max_m")));
+        // The tool goes 2 mm below the sheet's rest plane: nothing can be left deeper.
+        EXPECT_LE(one.summary.at("residual_max_m"), 0.0021);
+        for (const auto& [name, value] : one.summary) EXPECT_NO_THROW((void)summary_figure(name)) << name;
+        EXPECT_EQ(to_json_line(record_from_json_line(to_json_line(one), "f", 1)), to_json_line(one));
+    }
+}
+
+TEST(ClosedLoop, DifferentExactDetectorsLeadToTheSameState) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    std::set<std::string> states;
+    for (const std::string& detector : own_exact_detectors()) {
+        states.insert(make_run(scene, spec_of("closed_loop", detector, own_responses().front())).state_hash);
+    }
+    EXPECT_EQ(states.size(), 1U);
+}
+
+TEST(ClosedLoop, ScriptedBodiesLeaveNothingThatAMethodCouldAnswerFor) {
+    std::string text = test::press_text(0.001);
+    text.replace(text.find("operator"), 8, "prescribed");
+    const Scene scene = test::scene_from_text(text);
+    RunSpec spec = spec_of("closed_loop", own_exact_detectors().front(), own_responses().front());
+    spec.ticks = 120;
+    const Record record = make_run(scene, spec);
+    EXPECT_GT(record.summary.at("pairs_max"), 0.0);
+    EXPECT_TRUE(std::isnan(record.summary.at("residual_max_m")));
+    EXPECT_TRUE(std::isfinite(record.summary.at("depth_error_max_m")));
+}
+
+TEST(ClosedLoop, NativeContactsOfADetectorWithoutThemAreUnsupported) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    for (const DetectorEntry& entry : registry().detectors()) {
+        if (entry.native_contacts) continue;
+        RunSpec spec = spec_of("closed_loop", entry.name, own_responses().front());
+        spec.contacts = "native";
+        const Record record = make_run(scene, spec);
+        EXPECT_EQ(record.outcome.kind, OutcomeKind::unsupported);
+        EXPECT_TRUE(record.rows.empty());
+        return;
+    }
+    FAIL() << "no detector without native contacts";
+}
+
+TEST(ClosedLoop, ProgressCanEndARunEarly) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    RunLimits limits;
+    limits.progress = [](std::int64_t done) { return done < 10; };
+    std::int64_t observed = 0;
+    limits.observe = [&observed](const Simulation& simulation, const StepRow& row) {
+        EXPECT_EQ(simulation.seen().tick, row.tick);
+        ++observed;
+    };
+    const Record record =
+        make_run(scene, spec_of("closed_loop", own_exact_detectors().front(), own_responses().front()), limits);
+    EXPECT_EQ(record.rows.size(), 10U);
+    EXPECT_EQ(observed, 10);
+}
+
+TEST(TrianglePairs, WithTheTestTakesLongerOnTheSamePairs) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    RunSpec spec = spec_of("triangle_pair", "", own_responses().front());
+    spec.ticks = 200;
+    const Record record = make_run(scene, spec);
+    ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
+    EXPECT_GT(record.summary.at("iterations"), 100.0);
+    EXPECT_GT(record.summary.at("pairs_per_iteration"), 1.0);
+    EXPECT_GT(record.summary.at("without_per_pair_median_ns"), 0.0);
+    EXPECT_GT(record.summary.at("with_per_iteration_median_ns"), record.summary.at("without_per_iteration_median_ns"));
+    EXPECT_TRUE(std::isnan(record.summary.at("with_per_pair_p99_ns"))) << "n too small";
+    for (const auto& [name, value] : record.summary) EXPECT_NO_THROW((void)summary_figure(name)) << name;
+}
+
+TEST(MakeRun, UnknownModeOrMethodIsBadInput) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    EXPECT_THROW(make_run(scene, spec_of("dance", "", "")), InputError);
+    EXPECT_THROW(make_run(scene, spec_of("replay", "no_such_method", "")), InputError);
+    EXPECT_THROW(make_run(scene, spec_of("closed_loop", own_exact_detectors().front(), "no_such_method")), InputError);
+}
+
+}  // namespace
+}  // namespace trocar

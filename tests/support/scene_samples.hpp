@@ -1,0 +1,43 @@
+// Small scenes with known answers, read through the scene reader like anybody's.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <string>
+
+#include "scene/scene.hpp"
+#include "support/program.hpp"
+
+namespace trocar::test {
+
+inline Scene scene_from_text(const std::string& text) {
+    const TemporaryFolder folder;
+    const std::filesystem::path file = folder.path() / "scene.json";
+    std::ofstream(file) << text;
+    return read_scene(file, std::nullopt);
+}
+
+/// A ball of 8 mm goes straight down into a pinned sheet at z = 0: its lowest point from +3 mm to -2 mm in 40 ms, and
+/// stays there.
+inline std::string poke_text() {
+    return R"({"format":"trocar-scene-1","name":"poke","unit":"m","dt":0.001,"ticks":60,"seed":1,"bodies":[
+      {"name":"sheet","kind":"tissue","closed":false,"parts":[{"shape":"sheet","size":[0.06,0.06],"edge":0.006}]},
+      {"name":"tool","kind":"instrument","closed":true,"parts":[{"shape":"sphere","radius":0.008,"edge":0.002}],
+       "motion":{"drive":"prescribed","keys":[{"time":0,"pose":[0.001,0.0007,0.011,0,0,0]},
+                                              {"time":0.04,"pose":[0.001,0.0007,0.006,0,0,0]}]}}]})";
+}
+
+/// A ball led by an operator is pressed `press` metres into the top of a block that stands still.
+inline std::string press_text(double press) {
+    return fmt::format(
+        R"({{"format":"trocar-scene-1","name":"press","unit":"m","dt":0.001,"ticks":400,"seed":1,"bodies":[
+      {{"name":"block","kind":"rigid","closed":true,"parts":[{{"shape":"box","size":[0.1,0.1,0.02],"edge":0.02}}],
+       "pose":[0,0,-0.01,0,0,0]}},
+      {{"name":"tool","kind":"instrument","closed":true,"parts":[{{"shape":"sphere","radius":0.008,"edge":0.003}}],
+       "motion":{{"drive":"operator","keys":[{{"time":0,"pose":[0,0,0.009,0,0,0]}},
+                                            {{"time":0.1,"pose":[0,0,{},0,0,0]}}]}}}}]}})",
+        0.008 - press);
+}
+
+}  // namespace trocar::test
