@@ -1,0 +1,115 @@
+// Scenes of the detection benchmark: a moving instrument and a deforming tissue of any size, made by formula and the
+// same to the last bit on every machine for the same specification. A frame is a pure function of its step, so that
+// contestants that are measured in turns all see the same frames and none has to be stored.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "scene/world.hpp"
+
+namespace trocar::bench {
+
+/// What the instrument does with the tissue. In all but `local` every tissue vertex moves every step.
+enum class Variant : std::uint8_t {
+    light,     ///< jaws and a part of the shaft dip into the surface: about 200 true pairs with a 2k instrument
+    deep,      ///< the instrument lies in the surface along its whole length
+    near,      ///< it hovers in a hollow: the bodies' boxes overlap, nothing touches
+    far,       ///< it is a slab's length away
+    rotating,  ///< light, and the instrument turns about its axis by 5 degrees a step
+    strain,    ///< light, and the tissue is stretched by up to 20 % from the shape it was prepared in
+    local      ///< light, and only the upper side within 8 mm of the contact moves; the frame tells the moved ranges
+};
+std::string_view name_of(Variant variant);
+
+/// Numbering of vertices and triangles within each body.
+enum class VertexOrder : std::uint8_t {
+    renumbered,  ///< along a space-filling curve, once, at load: the order a careful simulator would choose
+    generated,   ///< as the shape's maker wrote it, face by face and row by row
+    shuffled     ///< at random: the worst a mesh file can do
+};
+std::string_view name_of(VertexOrder order);
+
+/// Everything that decides a scene's bits.
+struct SceneSpec {
+    Variant variant = Variant::light;
+    Index tissue_triangles = 20000;     ///< per tissue; the slab has the nearest number that its grid allows
+    Index instrument_triangles = 2000;  ///< per instrument; likewise
+    Index tissues = 1;
+    Index instruments = 1;  ///< dealt out to the tissues in turn, at most two for each
+    VertexOrder order = VertexOrder::renumbered;
+    std::uint64_t seed = 1;
+
+    /// "light 20k x 2k", "light 5 x 20k + 10 x 2k", "light 200k x 2k shuffled".
+    [[nodiscard]] std::string name() const;
+    bool operator==(const SceneSpec&) const = default;
+};
+
+/// Triangle counts as people write them: 500, 20k, 1M.
+std::string short_count(std::int64_t count);
+
+/// Closed slabs of 0.1 × 0.1 × 0.01 m whose top lies at z = 0, and instruments (shaft and two jaws, 0.12 m long).
+class ContactScene {
+public:
+    /// Throws std::invalid_argument for counts below 100 triangles or more than two instruments per tissue.
+    explicit ContactScene(const SceneSpec& spec);
+
+    [[nodiscard]] const SceneSpec& spec() const { return spec_; }
+    [[nodiscard]] const Topology& topology() const { return topology_; }
+    [[nodiscard]] static double dt() { return 0.001; }  ///< s
+    /// m; mean edge of the first tissue's triangles before it moves.
+    [[nodiscard]] double tissue_edge() const { return tissue_edge_; }
+    /// Writes positions, previous positions, velocities, tick and time of `step` >= 0. Cheapest when `frame` holds the
+    /// step before; what it holds otherwise makes no difference to the result.
+    void write(std::int64_t step, Frame& frame) const;
+
+private:
+    /// Rest shape of one tissue with what its motion needs: sines and cosines of two crossing waves at each vertex.
+    struct Tissue {
+        Range vertices;
+        Matrix3X rest;  ///< 3×n, m, world
+        Eigen::Array<double, 4, Eigen::Dynamic> wave;
+        std::vector<Index> local;  ///< variant local: vertices that move, numbers within the tissue
+        std::vector<double> weight;
+    };
+    struct Instrument {
+        Range vertices;
+        Matrix3X rest;                   ///< 3×n, m, each part in the frame of its shape
+        std::vector<std::uint8_t> part;  ///< 0 shaft, 1 and 2 jaws
+        Vector3 tip = Vector3::Zero();   ///< m, world, where the tip is held
+        double yaw_degrees = 0.0;        ///< about z: where the shaft leans to
+    };
+
+    [[nodiscard]] Vector3 contact_centre(const Instrument& instrument) const;
+    void place_tissue(const Tissue& tissue, std::int64_t step, Matrix3X& position) const;
+    void place_instrument(const Instrument& instrument, std::int64_t step, Matrix3X& position) const;
+    void place(std::int64_t step, Matrix3X& position) const;
+
+    SceneSpec spec_;
+    Topology topology_;
+    double tissue_edge_ = 0.0;
+    std::vector<Tissue> tissues_;
+    std::vector<Instrument> instruments_;
+    std::vector<Range> moved_;  ///< variant local
+};
+
+/// Small deforming bodies for the sweep over the number of bodies: `count` geodesic spheres of about `triangles`
+/// triangles on a cubic lattice, wobbling, each reaching a little into its neighbours along x, all tested against all.
+class ManyBodies {
+public:
+    ManyBodies(Index count, Index triangles, std::uint64_t seed);
+    [[nodiscard]] const Topology& topology() const { return topology_; }
+    void write(std::int64_t step, Frame& frame) const;
+
+private:
+    void place(std::int64_t step, Matrix3X& position) const;
+
+    Topology topology_;
+    Matrix3X ball_;                ///< 3×n, m, one sphere about the origin
+    std::vector<Vector3> centre_;  ///< m
+    std::vector<Vector3> wobble_;  ///< degrees, phase per axis
+};
+
+}  // namespace trocar::bench

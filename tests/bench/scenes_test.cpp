@@ -1,0 +1,244 @@
+// The benchmark's scenes are what their names say: the same bits for the same specification, closed surfaces, moving
+// everywhere, and touching as much as the targets assume. Pairs are counted by the exact oracle, never by a contestant.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <numeric>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "bench/scenes.hpp"
+#include "measure/pair_truth.hpp"
+
+namespace trocar::bench {
+namespace {
+
+Frame frame_of(const ContactScene& scene, std::int64_t step) {
+    Frame frame;
+    scene.write(step, frame);
+    return frame;
+}
+
+std::size_t pairs_at(const ContactScene& scene, std::int64_t step) {
+    std::vector<TrianglePair> pairs;
+    true_pairs(scene.topology(), frame_of(scene, step), pairs);
+    return pairs.size();
+}
+
+/// Signed volume of a body, m³; positive when its triangles are counter-clockwise seen from outside.
+double volume(const Topology& topology, const Matrix3X& position, const BodyRange& body) {
+    double sum = 0.0;
+    for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
+        const auto v = topology.triangles.col(t);
+        sum += position.col(v[0]).dot(position.col(v[1]).cross(position.col(v[2]))) / 6.0;
+    }
+    return sum;
+}
+
+/// Every directed edge once, and its opposite once: closed and consistently wound.
+bool is_closed(const Topology& topology) {
+    std::set<std::pair<Index, Index>> edges;
+    for (Index t = 0; t < topology.triangle_count(); ++t) {
+        const auto v = topology.triangles.col(t);
+        for (int k = 0; k < 3; ++k) {
+            if (!edges.emplace(v[k], v[(k + 1) % 3]).second) return false;
+        }
+    }
+    return std::all_of(edges.begin(), edges.end(), [&edges](auto edge) {
+        return edges.contains({edge.second, edge.first});
+    });
+}
+
+std::vector<SceneSpec> one_of_each() {
+    std::vector<SceneSpec> specs;
+    for (const Variant variant : {Variant::light, Variant::deep, Variant::near, Variant::far, Variant::rotating,
+                                  Variant::strain, Variant::local}) {
+        specs.push_back({.variant = variant, .tissue_triangles = 2000, .instrument_triangles = 500});
+    }
+    specs.push_back({.tissue_triangles = 2000, .instrument_triangles = 500, .tissues = 2, .instruments = 4});
+    specs.push_back({.tissue_triangles = 2000, .instrument_triangles = 500, .order = VertexOrder::shuffled});
+    specs.push_back({.tissue_triangles = 2000, .instrument_triangles = 500, .order = VertexOrder::generated});
+    return specs;
+}
+
+TEST(BenchScenes, SameSpecificationGivesTheSameBitsInAnyOrderOfSteps) {
+    for (const SceneSpec& spec : one_of_each()) {
+        const ContactScene first(spec);
+        const ContactScene second(spec);
+        Frame running;
+        std::vector<std::uint64_t> hashes;
+        for (std::int64_t step = 0; step < 4; ++step) {
+            first.write(step, running);
+            hashes.push_back(running.hash());
+        }
+        for (const std::int64_t step : {3, 0, 2, 1}) {
+            const Frame alone = frame_of(second, step);
+            EXPECT_EQ(alone.hash(), hashes[static_cast<std::size_t>(step)]) << spec.name();
+            if (step != 3) continue;
+            EXPECT_EQ(alone.previous, running.previous) << spec.name();
+            EXPECT_EQ(alone.velocity, running.velocity) << spec.name();
+        }
+    }
+}
+
+TEST(BenchScenes, AnotherSeedGivesOtherBits) {
+    const ContactScene first({.tissue_triangles = 2000, .instrument_triangles = 500, .seed = 1});
+    const ContactScene second({.tissue_triangles = 2000, .instrument_triangles = 500, .seed = 2});
+    EXPECT_NE(frame_of(first, 0).hash(), frame_of(second, 0).hash());
+}
+
+TEST(BenchScenes, TriangleCountsAreTheOnesAskedFor) {
+    for (const auto& [n, m] : {std::pair{2000, 500}, {20000, 2000}, {200000, 10000}}) {
+        const ContactScene scene({.tissue_triangles = n, .instrument_triangles = m});
+        ASSERT_EQ(scene.topology().body_count(), 2);
+        EXPECT_NEAR(scene.topology().bodies[0].triangles.count, m, 0.15 * m);
+        EXPECT_NEAR(scene.topology().bodies[1].triangles.count, n, 0.05 * n);
+    }
+}
+
+TEST(BenchScenes, BodiesAreClosedAndTurnedOutward) {
+    for (const SceneSpec& spec : one_of_each()) {
+        const ContactScene scene(spec);
+        EXPECT_TRUE(is_closed(scene.topology())) << spec.name();
+        const Frame frame = frame_of(scene, 5);
+        for (const BodyRange& body : scene.topology().bodies) {
+            const double found = volume(scene.topology(), frame.position, body);
+            if (body.kind == BodyKind::tissue) {
+                EXPECT_NEAR(found, 0.1 * 0.1 * 0.01, 5e-6) << spec.name();
+            } else {
+                // Shaft of 100 mm × 2.5 mm and two half capsules of 20 mm × 2 mm, less what flat facets cut off.
+                EXPECT_GT(found, 1.6e-6) << spec.name();
+                EXPECT_LT(found, 2.3e-6) << spec.name();
+            }
+        }
+    }
+}
+
+TEST(BenchScenes, ReorderingMovesNothing) {
+    std::array<std::vector<std::array<double, 3>>, 3> corners;
+    for (const VertexOrder order : {VertexOrder::renumbered, VertexOrder::generated, VertexOrder::shuffled}) {
+        const ContactScene scene({.tissue_triangles = 2000, .instrument_triangles = 500, .order = order});
+        const Frame frame = frame_of(scene, 3);
+        const Range instrument = scene.topology().bodies[0].triangles;
+        auto& list = corners.at(static_cast<std::size_t>(order));
+        for (Index t = instrument.first; t < instrument.end(); ++t) {
+            for (int k = 0; k < 3; ++k) {
+                const Vector3 p = frame.position.col(scene.topology().triangles(k, t));
+                list.push_back({p.x(), p.y(), p.z()});
+            }
+        }
+        std::sort(list.begin(), list.end());
+    }
+    EXPECT_EQ(corners[0], corners[1]);
+    EXPECT_EQ(corners[0], corners[2]);
+}
+
+TEST(BenchScenes, EveryTissueVertexMovesEveryStepUnlessLocal) {
+    for (const SceneSpec& spec : one_of_each()) {
+        const ContactScene scene(spec);
+        const Frame frame = frame_of(scene, 7);
+        std::vector<std::uint8_t> may_move(static_cast<std::size_t>(frame.position.cols()), frame.moved ? 0 : 1);
+        if (frame.moved) {
+            for (const Range range : *frame.moved) {
+                for (Index v = range.first; v < range.end(); ++v) may_move[static_cast<std::size_t>(v)] = 1;
+            }
+        }
+        EXPECT_EQ(frame.moved.has_value(), spec.variant == Variant::local);
+        Index still = 0;
+        for (Index v = 0; v < frame.position.cols(); ++v) {
+            const bool moved = frame.position.col(v) != frame.previous.col(v);
+            if (!moved) ++still;
+            EXPECT_TRUE(!moved || may_move[static_cast<std::size_t>(v)] == 1) << spec.name() << " vertex " << v;
+        }
+        if (spec.variant == Variant::local) {
+            EXPECT_GT(still, frame.position.cols() / 2);
+        } else {
+            EXPECT_EQ(still, 0) << spec.name();
+        }
+    }
+}
+
+TEST(BenchScenes, LightContactHasThePairsThatTheTargetsAssume) {
+    for (const Index n : {2000, 20000, 200000}) {
+        const ContactScene scene({.tissue_triangles = n, .instrument_triangles = 2000});
+        for (const std::int64_t step : {0, 17, 41}) {
+            const std::size_t pairs = pairs_at(scene, step);
+            EXPECT_GE(pairs, 170U) << n << " triangles, step " << step;
+            EXPECT_LE(pairs, 255U) << n << " triangles, step " << step;
+        }
+    }
+}
+
+TEST(BenchScenes, DeepHasManyMorePairsNearAndFarHaveNone) {
+    const SceneSpec base{.tissue_triangles = 20000, .instrument_triangles = 2000};
+    for (const std::int64_t step : {0, 17, 41}) {
+        SceneSpec spec = base;
+        spec.variant = Variant::deep;
+        EXPECT_GT(pairs_at(ContactScene(spec), step), 500U);
+        for (const auto& [variant, boxes_meet] : {std::pair{Variant::near, true}, {Variant::far, false}}) {
+            spec.variant = variant;
+            const ContactScene scene(spec);
+            EXPECT_EQ(pairs_at(scene, step), 0U) << spec.name();
+            const Frame frame = frame_of(scene, step);
+            std::array<Box, 2> boxes;
+            for (Index v = 0; v < frame.position.cols(); ++v) {
+                boxes.at(static_cast<std::size_t>(scene.topology().body_of_vertex(v))).add(frame.position.col(v));
+            }
+            EXPECT_EQ(boxes[0].overlaps(boxes[1]), boxes_meet) << spec.name();
+        }
+    }
+}
+
+TEST(BenchScenes, StrainReachesTwentyPercent) {
+    const ContactScene scene({.variant = Variant::strain, .tissue_triangles = 2000, .instrument_triangles = 500});
+    const auto width = [&scene](std::int64_t step) {
+        const Frame frame = frame_of(scene, step);
+        const Range tissue = scene.topology().bodies[1].vertices;
+        const auto x = frame.position.row(0).segment(tissue.first, tissue.count);
+        return x.maxCoeff() - x.minCoeff();
+    };
+    EXPECT_NEAR(width(32) / width(0), 1.2, 0.01);
+}
+
+TEST(BenchScenes, EveryInstrumentOfAMultiBodySceneTouchesItsTissue) {
+    const ContactScene scene({.tissue_triangles = 2000, .instrument_triangles = 500, .tissues = 5, .instruments = 10});
+    std::vector<TrianglePair> pairs;
+    true_pairs(scene.topology(), frame_of(scene, 9), pairs);
+    std::map<std::pair<Index, Index>, int> count;
+    for (const TrianglePair pair : pairs) {
+        ++count[{scene.topology().body_of_triangle[static_cast<std::size_t>(pair.a)],
+                 scene.topology().body_of_triangle[static_cast<std::size_t>(pair.b)]}];
+    }
+    EXPECT_EQ(count.size(), 10U);
+    for (const auto& [bodies, pairs_of_bodies] : count) {
+        EXPECT_LT(bodies.first, 10);
+        EXPECT_EQ(bodies.second, 10 + bodies.first % 5);
+        EXPECT_GT(pairs_of_bodies, 20);
+    }
+}
+
+TEST(BenchScenes, ManyBodiesTouchOnlyNeighbours) {
+    for (const Index count : {2, 8, 64}) {
+        const ManyBodies scene(count, 200, 1);
+        EXPECT_TRUE(is_closed(scene.topology()));
+        Frame frame;
+        scene.write(11, frame);
+        std::vector<TrianglePair> pairs;
+        true_pairs(scene.topology(), frame, pairs);
+        std::set<std::pair<Index, Index>> touching;
+        for (const TrianglePair pair : pairs) {
+            touching.emplace(scene.topology().body_of_triangle[static_cast<std::size_t>(pair.a)],
+                             scene.topology().body_of_triangle[static_cast<std::size_t>(pair.b)]);
+        }
+        // A lattice of side s touches along x only: count - count / s pairs, each of consecutive bodies.
+        const Index side = count == 2 ? 2 : count == 8 ? 2 : 4;
+        EXPECT_EQ(touching.size(), static_cast<std::size_t>(count - count / side));
+        for (const auto& [a, b] : touching) EXPECT_EQ(b, a + 1);
+    }
+}
+
+}  // namespace
+}  // namespace trocar::bench
