@@ -141,7 +141,7 @@ std::string answer_bytes(const MethodSpec& method, const Question& question) {
 Answer ask(const MethodSpec& method, const Question& question, double time_limit_s) {
     const DetectorEntry& entry = registry().detector(method.name);
     // Checks the values here, where bad input ends the program.
-    ParameterValues(entry.name, entry.parameters, method.parameters);
+    [[maybe_unused]] const ParameterValues checked(entry.name, entry.parameters, method.parameters);
     Answer answer{.name = method.text(), .claims_exact = entry.claims_exact};
     const IsolatedResult result =
         call_isolated([&method, &question] { return answer_bytes(method, question); }, time_limit_s);

@@ -161,7 +161,7 @@ public:
         const std::size_t each = encoding_ == Encoding::text ? 1 : size_of(property.type);
         if (size < 0 || static_cast<std::uint64_t>(size) > bytes_left() / each) {
             fail(fmt::format("a list '{}' that fits into the file ({})", property.name, row_name()),
-                 fmt::format("{} entries", size));
+                 fmt::format("{} entries and {} bytes to the end of file", size, bytes_left()));
         }
         return size;
     }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <tuple>
 #include <vector>
 
 #include "geometry/box_pairs.hpp"
@@ -34,7 +35,9 @@ struct Side {
     Index high;
     Index triangle;
     bool forward;  ///< the triangle runs from low to high
-    auto operator<=>(const Side&) const = default;
+    bool operator<(const Side& other) const {
+        return std::tie(low, high, triangle, forward) < std::tie(other.low, other.high, other.triangle, other.forward);
+    }
 };
 
 /// All sides, so that those of one edge stand together.

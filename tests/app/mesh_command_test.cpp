@@ -1,0 +1,73 @@
+// The command as others drive it: keys of the JSON document, exit status, one line per error.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "support/program.hpp"
+
+namespace trocar {
+namespace {
+
+using test::ProgramResult;
+using test::run_program;
+using Json = nlohmann::ordered_json;
+
+class MeshCommand : public testing::Test {
+protected:
+    ProgramResult run(const std::string& name, const std::string& text, const std::string& options = "") {
+        const std::filesystem::path file = folder_.path() / name;
+        std::ofstream(file, std::ios::binary) << text;
+        return run_program("mesh " + file.string() + " " + options);
+    }
+    test::TemporaryFolder folder_;
+};
+
+const std::string tetrahedron = "OFF\n5 4 0\n0 0 0\n2 0 0\n0 2 0\n0 0 2\n9 9 9\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n";
+
+TEST_F(MeshCommand, JsonHoldsExactlyTheAgreedKeys) {
+    const ProgramResult result = run("t.off", tetrahedron, "--json");
+    EXPECT_EQ(result.status, 0);
+    EXPECT_EQ(result.err, "");
+    const Json expected = Json::parse(R"({"format":"off","vertices_stored":5,"vertices":4,"triangles":4,"shells":1,
+        "boundary_edges":0,"holes":0,"non_manifold_edges":0,"flipped_edges":0,"bow_vertices":0,
+        "degenerate_triangles":0,"duplicate_triangles":0,"self_intersections":0,"watertight":true,
+        "signed_volume":1.3333333333333333,"box":[[0.0,0.0,0.0],[2.0,2.0,2.0]],"unit":{"name":"m","guessed":true}})");
+    EXPECT_EQ(Json::parse(result.out), expected);
+}
+
+TEST_F(MeshCommand, MeshWithoutTrianglesIsDoneWithNullForWhatHasNoNumber) {
+    const ProgramResult result = run("t.off", "OFF\n1 0 0\n1 2 3\n", "--json");
+    EXPECT_EQ(result.status, 0);
+    const Json document = Json::parse(result.out);
+    EXPECT_EQ(document.at("triangles"), 0);
+    EXPECT_EQ(document.at("signed_volume"), 0.0);
+    EXPECT_TRUE(document.at("box")[0][0].is_null());
+}
+
+TEST_F(MeshCommand, TableSaysThatAUnitIsAGuess) {
+    const ProgramResult guessed = run("t.off", tetrahedron);
+    EXPECT_EQ(guessed.status, 0);
+    EXPECT_NE(guessed.out.find("guessed"), std::string::npos) << guessed.out;
+    const ProgramResult stated = run("t.off", "OFF # units: mm\n" + tetrahedron.substr(4));
+    EXPECT_EQ(stated.out.find("guessed"), std::string::npos) << stated.out;
+}
+
+TEST_F(MeshCommand, BadFilesEndWithStatusTwoAndOneLine) {
+    const ProgramResult bad = run("t.off", "OFF\n1 1 0\n0 0 0\n3 0 0 1\n", "--json");
+    EXPECT_EQ(bad.status, 2);
+    EXPECT_EQ(bad.out, "");
+    EXPECT_NE(bad.err.find("t.off: line 4: expected a vertex number 0 to 0, got '1'\n"), std::string::npos) << bad.err;
+    EXPECT_EQ(std::count(bad.err.begin(), bad.err.end(), '\n'), 1);
+    EXPECT_EQ(run_program("mesh no/such/file.stl").status, 2);
+    EXPECT_EQ(run_program("mesh").status, 2);
+}
+
+TEST_F(MeshCommand, SurfacesThatAreNotReadAreNamed) {
+    const ProgramResult result = run("t.wrl", "#VRML V2.0 utf8\nShape { geometry Box { size 1 1 1 } }\n", "--json");
+    EXPECT_EQ(result.status, 0);
+    EXPECT_NE(result.err.find("line 2: Box"), std::string::npos) << result.err;
+}
+
+}  // namespace
+}  // namespace trocar

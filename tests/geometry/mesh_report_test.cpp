@@ -1,0 +1,364 @@
+// Small meshes whose counts follow by hand, and the table that comes with the data's meshes.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "geometry/mesh_report.hpp"
+#include "support/data.hpp"
+
+namespace trocar {
+namespace {
+
+using List = std::vector<std::array<Index, 3>>;
+
+Mesh make_mesh(const std::vector<Vector3>& points, const List& triangles) {
+    Mesh mesh;
+    mesh.vertices.resize(3, static_cast<Eigen::Index>(points.size()));
+    for (std::size_t i = 0; i < points.size(); ++i) mesh.vertices.col(static_cast<Eigen::Index>(i)) = points[i];
+    mesh.triangles.resize(3, static_cast<Eigen::Index>(triangles.size()));
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+        for (int k = 0; k < 3; ++k)
+            mesh.triangles(k, static_cast<Eigen::Index>(t)) = triangles[t][static_cast<std::size_t>(k)];
+    }
+    mesh.vertices_stored = static_cast<Index>(points.size());
+    return mesh;
+}
+
+/// Corners 0 … 7 by bits x, y, z.
+std::vector<Vector3> cube_points(const Vector3& low, double edge) {
+    std::vector<Vector3> points;
+    for (int i = 0; i < 8; ++i) points.push_back(low + edge * Vector3(i & 1, (i >> 1) & 1, (i >> 2) & 1));
+    return points;
+}
+const List cube_triangles{{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                          {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+
+Mesh two_cubes(const Vector3& second_low) {
+    std::vector<Vector3> points = cube_points(Vector3::Zero(), 1.0);
+    const std::vector<Vector3> more = cube_points(second_low, 1.0);
+    points.insert(points.end(), more.begin(), more.end());
+    List triangles = cube_triangles;
+    for (auto t : cube_triangles) {
+        for (Index& v : t) v += 8;
+        triangles.push_back(t);
+    }
+    return make_mesh(points, triangles);
+}
+
+TEST(MeshReport, CubeIsOneWatertightShellOfItsVolume) {
+    const MeshReport report = report_mesh(make_mesh(cube_points(Vector3(1, 2, 3), 2.0), cube_triangles));
+    EXPECT_EQ(report.vertices, 8);
+    EXPECT_EQ(report.triangles, 12);
+    EXPECT_EQ(report.shells, 1);
+    EXPECT_TRUE(report.watertight);
+    EXPECT_EQ(report.boundary_edges + report.holes + report.non_manifold_edges + report.flipped_edges, 0);
+    EXPECT_EQ(report.bow_vertices + report.degenerate_triangles + report.duplicate_triangles, 0);
+    EXPECT_EQ(report.self_intersections, 0);
+    EXPECT_DOUBLE_EQ(report.signed_volume, 8.0);
+    EXPECT_DOUBLE_EQ(report.median_longest_edge, 2.0 * std::numbers::sqrt2);
+    EXPECT_EQ(report.box.min, Vector3(1, 2, 3));
+    EXPECT_EQ(report.box.max, Vector3(3, 4, 5));
+}
+
+TEST(MeshReport, TetrahedronTurnedInsideOutHasNegativeVolume) {
+    const std::vector<Vector3> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    EXPECT_DOUBLE_EQ(report_mesh(make_mesh(points, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}})).signed_volume,
+                     1.0 / 6.0);
+    const MeshReport turned = report_mesh(make_mesh(points, {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {0, 2, 3}}));
+    EXPECT_DOUBLE_EQ(turned.signed_volume, -1.0 / 6.0);
+    EXPECT_TRUE(turned.watertight);
+}
+
+TEST(MeshReport, OneTurnedTriangleFlipsItsThreeEdges) {
+    List triangles = cube_triangles;
+    std::swap(triangles[4][1], triangles[4][2]);
+    const MeshReport report = report_mesh(make_mesh(cube_points(Vector3::Zero(), 1.0), triangles));
+    EXPECT_EQ(report.flipped_edges, 3);
+    EXPECT_FALSE(report.watertight);
+}
+
+TEST(MeshReport, MoebiusStripHasOneEdgeLoopAndOneFlippedEdge) {
+    constexpr int n = 20;
+    std::vector<Vector3> points;
+    List triangles;
+    for (int i = 0; i < n; ++i) {
+        const double turn = 2.0 * std::numbers::pi * i / n;
+        for (const double side : {-0.3, 0.3}) {
+            const double radius = 1.0 + side * std::cos(turn / 2);
+            points.emplace_back(radius * std::cos(turn), radius * std::sin(turn), side * std::sin(turn / 2));
+        }
+        const bool last = i == n - 1;  // the strip closes with a half turn: sides change places
+        const Index a = 2 * i;
+        const Index c = last ? 1 : a + 2;
+        const Index d = last ? 0 : a + 3;
+        triangles.push_back({a, c, a + 1});
+        triangles.push_back({a + 1, c, d});
+    }
+    const MeshReport report = report_mesh(make_mesh(points, triangles));
+    EXPECT_EQ(report.shells, 1);
+    EXPECT_EQ(report.boundary_edges, 2 * n);
+    EXPECT_EQ(report.holes, 1);
+    EXPECT_EQ(report.flipped_edges, 1);
+    EXPECT_EQ(report.non_manifold_edges, 0);
+    EXPECT_EQ(report.bow_vertices, 0);
+}
+
+TEST(MeshReport, CubesThatShareACornerAreTwoShellsAndABow) {
+    const MeshReport report = report_mesh(two_cubes(Vector3(1, 1, 1)));
+    EXPECT_EQ(report.vertices_stored, 16);
+    EXPECT_EQ(report.vertices, 15);
+    EXPECT_EQ(report.shells, 2);
+    EXPECT_EQ(report.bow_vertices, 1);
+    EXPECT_TRUE(report.watertight);
+    EXPECT_EQ(report.self_intersections, 0);
+    EXPECT_DOUBLE_EQ(report.signed_volume, 2.0);
+}
+
+TEST(MeshReport, CubesThatShareAnEdgeHaveOneNonManifoldEdge) {
+    const MeshReport report = report_mesh(two_cubes(Vector3(1, 1, 0)));
+    EXPECT_EQ(report.vertices, 14);
+    EXPECT_EQ(report.shells, 1);
+    EXPECT_EQ(report.non_manifold_edges, 1);
+    EXPECT_EQ(report.bow_vertices, 0);  // the edge joins both fans at its ends
+    EXPECT_FALSE(report.watertight);
+}
+
+TEST(MeshReport, TwoTrianglesOnOneEdgeOfABookAreCountedByTriangles) {
+    // Four pages on one spine: one non-manifold edge, eight boundary edges that meet at the spine's ends: one loop.
+    const MeshReport report =
+        report_mesh(make_mesh({{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}},
+                              {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}, {0, 1, 5}}));
+    EXPECT_EQ(report.non_manifold_edges, 1);
+    EXPECT_EQ(report.boundary_edges, 8);
+    EXPECT_EQ(report.holes, 1);
+    EXPECT_EQ(report.flipped_edges, 0);
+}
+
+TEST(MeshReport, RepeatedThinAndCollapsedTrianglesAreToldApart) {
+    const MeshReport report =
+        report_mesh(make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.5, 0.9e-7, 0}, {0.5, -1.1e-7, 0}, {1, 0, 0}},
+                              {{0, 1, 2}, {2, 0, 1}, {2, 1, 0}, {0, 1, 3}, {0, 4, 1}, {1, 5, 2}, {0, 0, 0}}));
+    EXPECT_EQ(report.triangles, 7);
+    EXPECT_EQ(report.collapsed, 2);
+    EXPECT_EQ(report.duplicate_triangles, 2);
+    EXPECT_EQ(report.degenerate_triangles, 1);
+    EXPECT_EQ(report.vertices, 5);
+}
+
+/// Two triangles as a mesh; they share no vertex.
+std::int64_t self_intersections(const std::array<Vector3, 3>& a, const std::array<Vector3, 3>& b) {
+    return report_mesh(make_mesh({a[0], a[1], a[2], b[0], b[1], b[2]}, {{0, 1, 2}, {3, 4, 5}})).self_intersections;
+}
+
+TEST(MeshReport, SelfIntersectionsTakeTouchingButNotOverlapInOnePlane) {
+    const std::array<Vector3, 3> face{Vector3(0, 0, 0), Vector3(4, 0, 0), Vector3(0, 4, 0)};
+    EXPECT_EQ(self_intersections(face, {Vector3(1, 1, -1), Vector3(1, 1, 1), Vector3(2, 2, 1)}), 1);  // through
+    EXPECT_EQ(self_intersections(face, {Vector3(1, 1, 0), Vector3(1, 1, 1), Vector3(2, 2, 1)}), 1);   // corner on face
+    EXPECT_EQ(self_intersections(face, {Vector3(1, 1, 0), Vector3(2, 1, 0), Vector3(2, 2, 1)}), 1);   // edge on face
+    EXPECT_EQ(self_intersections(face, {Vector3(2, 0, 0), Vector3(2, 0, 1), Vector3(2, -1, 1)}), 1);  // corner on edge
+    EXPECT_EQ(self_intersections(face, {Vector3(1, 1, 0), Vector3(2, 1, 0), Vector3(1, 2, 0)}), 0);   // one plane
+    EXPECT_EQ(self_intersections(face, {Vector3(2, 0, 1), Vector3(2, 0, -1), Vector3(2, -2, 0.5)}), 0);  // edges cross
+    EXPECT_EQ(self_intersections(face, {Vector3(1, 1, 1), Vector3(1, 1, 2), Vector3(2, 2, 1)}), 0);      // apart
+    EXPECT_EQ(self_intersections(face, {Vector3(1, 1, -1), Vector3(1, 1, 0), Vector3(1, 1, 1)}), 1);  // needle through
+}
+
+TEST(MeshReport, SpikeThroughAFaceMeetsItWithThreeSides) {
+    const auto spike = [](double tip) {
+        return make_mesh({{-9, -9, 0}, {9, -9, 0}, {0, 9, 0}, {1, 0, -1}, {-1, 1, -1}, {-1, -1, -1}, {0, 0, tip}},
+                         {{0, 1, 2}, {3, 5, 4}, {3, 4, 6}, {4, 5, 6}, {5, 3, 6}});
+    };
+    EXPECT_EQ(report_mesh(spike(1.0)).self_intersections, 3);
+    EXPECT_EQ(report_mesh(spike(0.0)).self_intersections, 3);  // the tip touches
+    EXPECT_EQ(report_mesh(spike(-1e-300)).self_intersections, 0);
+}
+
+TEST(MeshReport, MeshWithoutTrianglesIsEmptyAndNotAnError) {
+    const MeshReport report = report_mesh(make_mesh({{1, 2, 3}}, {}));
+    EXPECT_EQ(report.vertices_stored, 1);
+    EXPECT_EQ(report.vertices + report.triangles + report.shells, 0);
+    EXPECT_EQ(report.signed_volume, 0.0);
+    EXPECT_TRUE(std::isnan(report.median_longest_edge));
+    EXPECT_EQ(report.unit.name, "unknown");
+}
+
+TEST(MeshReport, UnitIsGuessedFromTheBoxUnlessStated) {
+    Mesh mesh = make_mesh(cube_points(Vector3::Zero(), 0.3), cube_triangles);
+    EXPECT_EQ(report_mesh(mesh).unit.name, "m");
+    EXPECT_TRUE(report_mesh(mesh).unit.guessed);
+    mesh.vertices *= 1000.0;
+    EXPECT_EQ(report_mesh(mesh).unit.name, "mm");
+    mesh.stated_unit = "in";
+    EXPECT_EQ(report_mesh(mesh).unit.name, "in");
+    EXPECT_FALSE(report_mesh(mesh).unit.guessed);
+}
+
+// The two tables "Counts" of meshes/README.md beside the data. Box and volume stand there with five digits, the box
+// after rounding to 1e-6.
+struct DataRow {
+    const char* file;
+    std::array<std::int64_t, 13>
+        counts;  // stored, welded, triangles, watertight, shells, bnd, loops, nm, flip, bow, deg, dup, self
+    Vector3 box_min;
+    Vector3 box_max;
+    double median_longest_edge;
+    double volume;
+    const char* unit;
+};
+const std::vector<DataRow>& data_rows() {
+    static const std::vector<DataRow> rows{
+        {"liver_collision.stl",
+         {13428, 2219, 4476, 0, 1, 0, 0, 15, 0, 2, 0, 0, 0},
+         Vector3(-0.1141, -0.15149, 0.045),
+         Vector3(0.11655, 0.044215, 0.098897),
+         0.00804,
+         0.00059537,
+         "m"},
+        {"gallbladder_visual.stl",
+         {44100, 7352, 14700, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0},
+         Vector3(-83.743, -27.347, -47.976),
+         Vector3(6.3086, 29.812, 2.7006),
+         1.54,
+         36278,
+         "mm"},
+        {"duodenum.stl",
+         {20838, 3475, 6946, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0},
+         Vector3(-44.772, -3.8743, 111.8),
+         Vector3(55.96, 129.1, 178.16),
+         2.87,
+         92124,
+         "mm"},
+        {"aneurysm3D_1.off",
+         {7095, 7095, 14186, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0},
+         Vector3(-21.764, -17.3, -15.563),
+         Vector3(11.436, 5.3114, 7.4019),
+         0.445,
+         1378.8,
+         "mm"},
+        {"r_femur.stl",
+         {2724, 456, 908, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0},
+         Vector3(-0.037415, -0.43036, -0.037628),
+         Vector3(0.032902, 0.022348, 0.061875),
+         0.0132,
+         0.00034849,
+         "m"},
+        {"hat_lumbar.stl",
+         {7104, 1216, 2368, 0, 11, 98, 13, 10, 37, 6, 0, 0, 504},
+         Vector3(-0.048602, -0.015432, -0.032302),
+         Vector3(0.031567, 0.14277, 0.032302),
+         0.0094,
+         0.00010418,
+         "m"},
+        {"maryland/instrument_shaft.stl",
+         {3120, 522, 1040, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0},
+         Vector3(-2.2284, -2.1439, -349.31),
+         Vector3(2.2284, 2.1585, 2.1385),
+         1.03,
+         5160.8,
+         "mm"},
+        {"maryland/maryland_dissector_jaw_left.stl",
+         {2856, 478, 952, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0},
+         Vector3(-2.257, -6.1813, -2.3848),
+         Vector3(2.257, 2.3519, 25.696),
+         1.68,
+         143.13,
+         "mm"},
+        {"maryland/maryland_dissector_jaw_right.stl",
+         {2964, 496, 988, 1, 1, 0, 0, 0, 0, 0, 0, 0, 4},
+         Vector3(-2.2593, -5.0353, -2.3848),
+         Vector3(2.2593, 2.3641, 26.211),
+         1.8,
+         155.78,
+         "mm"},
+        {"psm/tool_pitch_link.STL",
+         {6000, 998, 2000, 1, 2, 0, 0, 0, 0, 0, 0, 0, 182},
+         Vector3(-0.0024, -0.0032, -0.0039),
+         Vector3(0.010599, 0.0031, 0.00412),
+         0.000759,
+         2.5903e-07,
+         "m"},
+        {"psm/tool_gripper1_link.obj",
+         {648, 648, 1296, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0},
+         Vector3(-0.002499, -0.002499, -0.00195),
+         Vector3(0.002493, 0.0106, 0.0003),
+         0.000403,
+         3.9006e-08,
+         "m"},
+        {"psm/tool_gripper2_link.obj",
+         {648, 648, 1296, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0},
+         Vector3(-0.002493, -0.002499, -0.00031),
+         Vector3(0.002499, 0.0106, 0.00194),
+         0.000403,
+         3.9006e-08,
+         "m"},
+        {"m7tool/toolbase.wrl",
+         {1929, 1925, 3882, 1, 2, 0, 0, 0, 0, 4, 0, 0, 132},
+         Vector3(-11.176, -91.726, -12.852),
+         Vector3(11.176, 3.683, 12.852),
+         2.26,
+         4932,
+         "mm"},
+        {"m7tool/p1.wrl",
+         {735, 735, 1474, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0},
+         Vector3(-15.526, -60.828, -4.9895),
+         Vector3(6.8884, 56.993, 3.8862),
+         1.84,
+         1692.8,
+         "mm"},
+        {"m7tool/p2.wrl",
+         {770, 770, 1544, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0},
+         Vector3(-6.8884, -60.828, -4.9895),
+         Vector3(15.526, 56.993, 2.54),
+         1.84,
+         1693.6,
+         "mm"},
+        {"vase.wrl",
+         {1296, 1296, 2592, 0, 1, 0, 0, 0, 108, 0, 0, 0, 0},
+         Vector3(0.20956, 0.18426, 0.13501),
+         Vector3(0.41102, 0.38573, 0.54212),
+         0.0236,
+         0.0015698,
+         "m"},
+        {"wound_deformable.ply",
+         {391, 226, 407, 0, 2, 41, 2, 0, 0, 0, 0, 0, 0},
+         Vector3(-0.045621, -0.021059, -0.047689),
+         Vector3(0.055055, 0.010046, 0.037841),
+         0.00542,
+         6.467e-06,
+         "m"},
+    };
+    return rows;
+}
+
+TEST(MeshReport, GivesTheNumbersOfTheDataOnEveryFile) {
+    TROCAR_DATA_OR_SKIP(folder, "meshes");
+    for (const DataRow& row : data_rows()) {
+        SCOPED_TRACE(row.file);
+        const MeshReport r = report_mesh(read_mesh(folder / row.file));
+        const std::array<std::int64_t, 13> counts{r.vertices_stored,
+                                                  r.vertices,
+                                                  r.triangles,
+                                                  r.watertight ? 1 : 0,
+                                                  r.shells,
+                                                  r.boundary_edges,
+                                                  r.holes,
+                                                  r.non_manifold_edges,
+                                                  r.flipped_edges,
+                                                  r.bow_vertices,
+                                                  r.degenerate_triangles,
+                                                  r.duplicate_triangles,
+                                                  r.self_intersections};
+        EXPECT_EQ(counts, row.counts);
+        for (int axis = 0; axis < 3; ++axis) {
+            const double slack = 1e-6 + 5e-5 * std::max(std::abs(row.box_min[axis]), std::abs(row.box_max[axis]));
+            EXPECT_NEAR(r.box.min[axis], row.box_min[axis], slack);
+            EXPECT_NEAR(r.box.max[axis], row.box_max[axis], slack);
+        }
+        EXPECT_NEAR(r.median_longest_edge, row.median_longest_edge, 0.005 * row.median_longest_edge);
+        EXPECT_NEAR(r.signed_volume, row.volume, 5e-5 * std::abs(row.volume));
+        EXPECT_EQ(r.unit.name, row.unit);
+    }
+}
+
+}  // namespace
+}  // namespace trocar
