@@ -1,11 +1,183 @@
-#include <stdexcept>
+// `trocar study`: plans, runs every run in a child process (this same program with --child-run), reports, publishes.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <map>
+#include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
+#include "geometry/input_error.hpp"
+#include "measure/environment.hpp"
+#include "report/report.hpp"
+#include "simulate/runs.hpp"
+#include "study/runner.hpp"
+#include "study/study.hpp"
 
 namespace trocar::app {
+namespace {
 
-int study(const CommonOptions& /*common*/, const StudyOptions& /*options*/) {
-    throw std::runtime_error("study is not built yet");
+using Json = nlohmann::ordered_json;
+
+constexpr std::uintmax_t largest_published = 10'000'000;  // bytes
+
+std::string contestant(const RunSpec& spec) {
+    std::string text = spec.detector;
+    if (!spec.response.empty()) text += (text.empty() ? "" : " + ") + spec.response;
+    if (spec.mode == "closed_loop") text += " (" + spec.contacts + ")";
+    return text;
+}
+
+std::vector<PlannedRun> completed_plan(const Study& study, const CommonOptions& common) {
+    std::vector<PlannedRun> plan = make_plan(study);
+    std::map<std::string, SceneFacts> facts;
+    for (PlannedRun& run : plan) {
+        const std::string& file = run.spec.scene_file;
+        if (file.empty()) continue;
+        auto known = facts.find(file);
+        if (known == facts.end()) {
+            known = facts.emplace(file, read_scene_facts(study.file.parent_path() / file, common.data)).first;
+        }
+        complete_run(known->second, run);
+    }
+    return plan;
+}
+
+/// One run in this process; what it finds goes into a file, so that a crash on the way leaves none.
+int child(const Study& study, const CommonOptions& common, const StudyOptions& options) {
+    std::vector<PlannedRun> plan = make_plan(study);
+    if (*options.child_run < 0 || *options.child_run >= static_cast<std::int64_t>(plan.size()) ||
+        !options.child_output) {
+        throw InputError("command line", "--child-run",
+                         fmt::format("a number below {} and --child-output", plan.size()),
+                         std::to_string(*options.child_run));
+    }
+    PlannedRun& run = plan[static_cast<std::size_t>(*options.child_run)];
+    const Scene scene = read_scene(study.file.parent_path() / run.spec.scene_file, common.data);
+    complete_run(facts_of(scene), run);
+    Record record = make_run(scene, run.spec);
+    for (const auto& [key, value] : method_facts(study, run)) record.environment[key] = value;
+    shorten_rows(record);
+    write_whole(*options.child_output, to_json_line(record) + "\n");
+    return done;
+}
+
+int print_plan(const Study& study, const std::vector<PlannedRun>& plan, bool json) {
+    if (json) {
+        Json document{{"study", study.name}, {"runs", Json::array()}};
+        for (const PlannedRun& run : plan) {
+            const RunSpec& spec = run.spec;
+            document["runs"].push_back({{"mode", spec.mode},
+                                        {"scene", spec.scene},
+                                        {"class", spec.pair_class},
+                                        {"detector", spec.detector},
+                                        {"response", spec.response},
+                                        {"contacts", spec.contacts},
+                                        {"setting", spec.setting},
+                                        {"repetition", spec.repetition},
+                                        {"ticks", spec.ticks},
+                                        {"outcome", run.settled ? Json(name_of(run.settled->kind)) : Json(nullptr)},
+                                        {"message", run.settled ? run.settled->message : ""}});
+        }
+        fmt::print("{}\n", document.dump());
+        return done;
+    }
+    std::size_t number = 0;
+    for (const PlannedRun& run : plan) {
+        const std::string settled =
+            run.settled ? fmt::format("  {} ({})", name_of(run.settled->kind), run.settled->message) : std::string();
+        fmt::print("{:4}  {}  {:<13}  {:<14}  {}  {} ticks{}\n", number++, run.spec.repetition, run.spec.mode,
+                   run.spec.scene.empty() ? "all scenes" : run.spec.scene, contestant(run.spec), run.spec.ticks,
+                   settled);
+    }
+    return done;
+}
+
+/// Copies a finished report (records, report, drawings) to reports/<study>, as a whole or not at all.
+std::filesystem::path publish(const Study& study, const std::filesystem::path& directory, const Report& report) {
+    std::vector<std::string> names{"records.jsonl"};
+    for (const auto& [name, content] : report.files) names.push_back(name);
+    std::uintmax_t size = 0;
+    for (const std::string& name : names) size += std::filesystem::file_size(directory / name);
+    if (size > largest_published) {
+        throw InputError(directory.string(), "", "at most 10 MB to publish",
+                         fmt::format("{:.1f} MB", 1e-6 * static_cast<double>(size)));
+    }
+    const std::filesystem::path target = std::filesystem::path("reports") / study.name;
+    if (std::filesystem::exists(target) && std::filesystem::equivalent(target, directory)) return target;
+    std::filesystem::path beside = target;
+    beside += ".part";
+    std::filesystem::remove_all(beside);
+    std::filesystem::create_directories(beside / "charts");
+    for (const std::string& name : names) std::filesystem::copy_file(directory / name, beside / name);
+    std::filesystem::remove_all(target);
+    std::filesystem::rename(beside, target);
+    return target;
+}
+
+}  // namespace
+
+int study(const CommonOptions& common, const StudyOptions& options) {
+    const Study study = read_study(options.file);
+    if (options.child_run) return child(study, common, options);
+    const std::vector<PlannedRun> plan = completed_plan(study, common);
+    if (options.plan_only) return print_plan(study, plan, common.json);
+
+    RunnerOptions runner;
+    runner.directory = options.output.value_or(std::filesystem::path("build") / "reports" / study.name);
+    runner.child_command = {"/proc/self/exe", "study", options.file.string()};
+    if (common.data) {
+        runner.child_command.emplace_back("--data");
+        runner.child_command.push_back(common.data->string());
+    }
+    runner.binary = binary_identity();
+    runner.time_limit_s = study.time_limit_s;
+    const std::map<std::string, std::string> here = environment();
+    runner.environment = [&study, &here](const PlannedRun& run) {
+        std::map<std::string, std::string> facts = method_facts(study, run);
+        facts.insert(here.begin(), here.end());
+        return facts;
+    };
+    if (isatty(STDERR_FILENO) != 0) {
+        runner.progress = [&plan](std::size_t position, const PlannedRun* run) {
+            const std::string text = run == nullptr
+                                         ? std::string()
+                                         : fmt::format("[{}/{}] {} {}: {}", position + 1, plan.size(), run->spec.mode,
+                                                       run->spec.scene, contestant(run->spec));
+            fmt::print(stderr, "\r{:<110.110}{}", text, run == nullptr ? "\r" : "");
+            std::fflush(stderr);
+        };
+    }
+    const RunnerResult result = run_plan(plan, runner);
+    if (result.interrupted) {
+        fmt::print(stderr,
+                   "\ntrocar study: interrupted; {} of {} runs are kept in {}, the same command goes on there\n",
+                   result.made + result.found, plan.size(), runner.directory.string());
+        return interrupted;
+    }
+    const Report report = write_report(runner.directory);
+    const std::filesystem::path published =
+        options.publish ? publish(study, runner.directory, report) : std::filesystem::path();
+    if (!common.json) {
+        fmt::print("{}\n{} runs ({} made now, {} found from an earlier start)\nReport: {}\n", report.page_one,
+                   plan.size(), result.made, result.found, (runner.directory / "report.html").string());
+        if (options.publish) fmt::print("Published: {}\n", published.string());
+        return done;
+    }
+    std::map<std::string, std::int64_t> outcomes;
+    for (const Record& record : read_records(runner.directory / "records.jsonl")) {
+        ++outcomes[std::string(name_of(record.outcome.kind))];
+    }
+    const Json document{{"study", study.name},
+                        {"directory", runner.directory.string()},
+                        {"report", (runner.directory / "report.html").string()},
+                        {"runs", plan.size()},
+                        {"made", result.made},
+                        {"found", result.found},
+                        {"outcomes", outcomes},
+                        {"published", options.publish ? Json(published.string()) : Json(nullptr)}};
+    fmt::print("{}\n", document.dump());
+    return done;
 }
 
 }  // namespace trocar::app

@@ -1,0 +1,174 @@
+// `trocar study` from outside: killed in the middle and started again, rebuilt, published, refused.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "support/program.hpp"
+
+namespace trocar::test {
+namespace {
+
+using Files = std::map<std::filesystem::path, std::string>;
+
+class StudyCommand : public ::testing::Test {
+protected:
+    StudyCommand() {
+        const std::filesystem::path scenes = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes";
+        for (const char* name : {"i2t_poke.json", "i2i_cross.json"}) {
+            std::filesystem::copy_file(scenes / name, folder_.path() / name);
+        }
+        write_study(40);
+    }
+    void write_study(int ticks) {
+        nlohmann::json study{
+            {"format", "trocar-study-1"},
+            {"name", "small"},
+            {"reference", "brute_force"},
+            {"replay",
+             {{"scenes", {"i2t_poke.json", "i2i_cross.json"}},
+              {"detectors", {"ohc", "brute_force"}},
+              {"ticks", ticks}}},
+            {"closed_loop",
+             {{"scenes", {"i2t_poke.json", "i2i_cross.json"}},
+              {"detectors", {"ohc", "brute_force"}},
+              {"responses", {"thesis:profile=faithful", "penalty"}},
+              {"contacts", {"canonical", "native"}},
+              {"ticks", ticks}}},
+            {"triangle_pair", {{"scenes", {"i2t_poke.json"}}, {"response", "thesis"}, {"ticks", ticks}}}};
+        std::ofstream(file()) << study.dump(1);
+    }
+    [[nodiscard]] std::filesystem::path file() const { return folder_.path() / "study.json"; }
+    [[nodiscard]] std::filesystem::path output() const { return folder_.path() / "out"; }
+    [[nodiscard]] std::string arguments() const {
+        return "study " + file().string() + " --output " + output().string();
+    }
+
+    [[nodiscard]] Files finished_runs() const {
+        Files files;
+        if (!std::filesystem::exists(output() / "runs")) return files;
+        for (const auto& entry : std::filesystem::recursive_directory_iterator(output() / "runs")) {
+            if (entry.path().extension() == ".json") files[entry.path()] = read_file(entry.path());
+        }
+        return files;
+    }
+    /// Starts the study, waits until `count` runs are finished, sends the signal; the exit status, or -signal.
+    int start_and_kill(std::size_t count, int signal) const {
+        const pid_t child = fork();
+        if (child == 0) {
+            if (std::freopen("/dev/null", "w", stdout) == nullptr ||
+                std::freopen("/dev/null", "w", stderr) == nullptr) {
+                _exit(126);
+            }
+            execl(TROCAR_PROGRAM, TROCAR_PROGRAM, "study", file().c_str(), "--output", output().c_str(), nullptr);
+            _exit(127);
+        }
+        for (int i = 0; i < 6000 && finished_runs().size() < count; ++i) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        }
+        kill(child, signal);
+        int status = 0;
+        waitpid(child, &status, 0);
+        return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+    }
+    [[nodiscard]] nlohmann::json run_json() const {
+        const ProgramResult result = run_program(arguments() + " --json");
+        EXPECT_EQ(result.status, 0) << result.err;
+        return nlohmann::json::parse(result.out);
+    }
+    void expect_resumed(const Files& before) const {
+        ASSERT_GE(before.size(), 2U);
+        EXPECT_FALSE(std::filesystem::exists(output() / "records.jsonl"));
+        const nlohmann::json summary = run_json();
+        EXPECT_GE(summary["found"].get<std::size_t>(), before.size());
+        EXPECT_EQ(summary["made"].get<int>() + summary["found"].get<int>(), total_runs);
+        const Files after = finished_runs();
+        for (const auto& [path, content] : before)
+            EXPECT_EQ(after.at(path), content) << "a finished run was made again";
+    }
+
+    // Replay 2 x 2, closed loop 2 scenes x 2 detectors x 2 responses, native contacts told once per detector, 1 of
+    // pairs.
+    static constexpr int total_runs = 4 + 8 + 2 + 1;
+    TemporaryFolder folder_;
+};
+
+TEST_F(StudyCommand, InterruptedItGoesOnWhereItStopped) {
+    write_study(200);
+    EXPECT_EQ(start_and_kill(2, SIGINT), 130);
+    expect_resumed(finished_runs());
+}
+
+TEST_F(StudyCommand, KilledItGoesOnWhereItStopped) {
+    write_study(200);
+    EXPECT_EQ(start_and_kill(2, SIGKILL), -SIGKILL);
+    expect_resumed(finished_runs());
+}
+
+TEST_F(StudyCommand, ReportsEveryRunAndRebuildsTheReportToTheByte) {
+    const nlohmann::json first = run_json();
+    EXPECT_EQ(first["runs"], total_runs);
+    EXPECT_EQ(first["outcomes"]["ok"], total_runs - 2) << first.dump();
+    EXPECT_EQ(first["outcomes"]["unsupported"], 2) << "own detectors have no native contacts; told once each";
+    Files files;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(output())) {
+        if (entry.is_regular_file() && entry.path().string().find("/runs/") == std::string::npos) {
+            files[entry.path()] = read_file(entry.path());
+        }
+    }
+    for (const char* name : {"report.md", "report.html", "report.tex", "results.csv", "records.jsonl"}) {
+        EXPECT_TRUE(files.contains(output() / name)) << name;
+    }
+    const ProgramResult rebuilt = run_program("report " + output().string());
+    EXPECT_EQ(rebuilt.status, 0) << rebuilt.err;
+    for (const auto& [path, content] : files) EXPECT_EQ(read_file(path), content) << path;
+    // Records carry where their numbers come from.
+    const nlohmann::json record = nlohmann::json::parse(
+        files.at(output() / "records.jsonl").substr(0, files.at(output() / "records.jsonl").find('\n')));
+    for (const char* key : {"cpu", "compiler", "commit", "dirty", "binary", "study.reference"}) {
+        EXPECT_TRUE(record["environment"].contains(key)) << key;
+    }
+}
+
+TEST_F(StudyCommand, DetectorsWithEqualPairsAreReportedAsIdentical) {
+    (void)run_json();
+    EXPECT_NE(read_file(output() / "report.md").find("identical to 1"), std::string::npos);
+}
+
+TEST_F(StudyCommand, PlanRunsNothing) {
+    const ProgramResult result = run_program(arguments() + " --plan --json");
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(nlohmann::json::parse(result.out)["runs"].size(), static_cast<std::size_t>(total_runs));
+    EXPECT_FALSE(std::filesystem::exists(output()));
+}
+
+TEST_F(StudyCommand, BadStudyIsOneLineAndLeavesNothing) {
+    std::ofstream(file())
+        << R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["i2t_poke.json"],"detectors":["nobody"]}})";
+    const ProgramResult result = run_program(arguments());
+    EXPECT_EQ(result.status, 2);
+    EXPECT_NE(result.err.find("/replay/detectors/0"), std::string::npos) << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_FALSE(std::filesystem::exists(output()));
+}
+
+TEST_F(StudyCommand, SceneWithoutItsDataIsARow) {
+    std::ofstream(folder_.path() / "away.json")
+        << R"({"format":"trocar-scene-1","name":"away","unit":"m","dt":0.001,"ticks":5,"seed":1,"bodies":[)"
+           R"({"name":"liver","kind":"rigid","closed":true,"parts":[{"mesh":"data:no/such.stl","pose":[0,0,0,0,0,0]}]}]})";
+    std::ofstream(file())
+        << R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["away.json"],"detectors":["ohc"]}})";
+    const ProgramResult result = run_program(arguments() + " --json");
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(nlohmann::json::parse(result.out)["outcomes"]["unsupported"], 1);
+    EXPECT_NE(read_file(output() / "report.md").find("unsupported (no data)"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace trocar::test

@@ -1,0 +1,179 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <set>
+
+#include "geometry/input_error.hpp"
+#include "method/registry.hpp"
+#include "study/study.hpp"
+#include "support/program.hpp"
+
+namespace trocar {
+namespace {
+
+class StudyFile : public ::testing::Test {
+protected:
+    StudyFile() {
+        for (const char* name : {"a.json", "b.json"}) std::ofstream(folder_.path() / name) << "{}\n";
+    }
+    [[nodiscard]] Study read(const std::string& text) const {
+        const std::filesystem::path file = folder_.path() / "study.json";
+        std::ofstream(file) << text;
+        return read_study(file);
+    }
+    /// The complaint about a bad study.
+    [[nodiscard]] std::string complaint(const std::string& text) const {
+        try {
+            (void)read(text);
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    }
+    test::TemporaryFolder folder_;
+};
+
+constexpr const char* good = R"({"format":"trocar-study-1","name":"s","seed":5,"repetitions":3,"time_limit_s":2.5,
+ "replay":{"scenes":["a.json","b.json"],"detectors":["ohc",{"method":"brute_force"}],"ticks":20,"repetitions":2},
+ "closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"truth_stride":4,
+   "responses":[{"method":"thesis:profile=faithful"},{"method":"penalty","setting":"tuned","basis":"five values of k"}],
+   "contacts":["canonical","native"]},
+ "triangle_pair":{"scenes":["b.json"],"response":"thesis"}})";
+
+TEST_F(StudyFile, IsReadAsWritten) {
+    const Study study = read(good);
+    EXPECT_EQ(study.name, "s");
+    EXPECT_EQ(study.seed, 5U);
+    EXPECT_EQ(study.time_limit_s, 2.5);
+    EXPECT_EQ(study.replay->repetitions, 2);
+    EXPECT_EQ(study.replay->ticks, 20);
+    EXPECT_EQ(study.replay->truth_stride, 1);
+    EXPECT_EQ(study.closed_loop->repetitions, 3);
+    EXPECT_EQ(study.closed_loop->truth_stride, 4);
+    EXPECT_EQ(study.closed_loop->responses[1].setting, "tuned");
+    EXPECT_EQ(study.closed_loop->responses[1].basis, "five values of k");
+    EXPECT_EQ(study.triangle_pair->response.text, "thesis");
+}
+
+TEST_F(StudyFile, EveryFaultIsNamedWithItsPlace) {
+    const std::string head = R"({"format":"trocar-study-1","name":"s",)";
+    const std::string replay = R"("replay":{"scenes":["a.json"],"detectors":["ohc"])";
+    const std::vector<std::pair<std::string, std::string>> faults{
+        {head + R"("replays":{}})", "/replays"},
+        {head + R"("replay":{"scenes":["a.json"]}})", "detectors"},
+        {head + R"("replay":{"scenes":["a.json"],"detectors":["ohc"],"tick":3}})", "/replay/tick"},
+        {head + replay + R"(,"ticks":0}})", "/replay/ticks"},
+        {head + replay + R"(,"ticks":-5}})", "/replay/ticks"},
+        {head + replay + R"(,"ticks":2.5}})", "/replay/ticks"},
+        {head + replay + R"(,"truth_stride":0}})", "/replay/truth_stride"},
+        {head + R"("repetitions":0,)" + replay + "}}", "/repetitions"},
+        {head + R"("time_limit_s":-1,)" + replay + "}}", "/time_limit_s"},
+        {head + R"("seed":-1,)" + replay + "}}", "/seed"},
+        {head + R"("seed":"one",)" + replay + "}}", "/seed"},
+        {head + R"("replay":{"scenes":[],"detectors":["ohc"]}})", "/replay/scenes"},
+        {head + R"("replay":{"scenes":"a.json","detectors":["ohc"]}})", "/replay/scenes"},
+        {head + R"("replay":{"scenes":["c.json"],"detectors":["ohc"]}})", "/replay/scenes/0"},
+        {head + R"("replay":{"scenes":["a.json","a.json"],"detectors":["ohc"]}})", "/replay/scenes/1"},
+        {head + R"("replay":{"scenes":["a.json"],"detectors":["no_such"]}})", "/replay/detectors/0"},
+        {head + R"("replay":{"scenes":["a.json"],"detectors":["ohc:no_such=1"]}})", "/replay/detectors/0"},
+        {head + R"("replay":{"scenes":["a.json"],"detectors":["ohc:cell=-1"]}})", "/replay/detectors/0"},
+        {head + R"("replay":{"scenes":["a.json"],"detectors":["ohc","ohc"]}})", "/replay/detectors/1"},
+        {head + R"("replay":{"scenes":["a.json"],"detectors":[{"method":"ohc","setting":"best"}]}})",
+         "/replay/detectors/0/setting"},
+        {head + R"("replay":{"scenes":["a.json"],"detectors":[{"method":"ohc","setting":"tuned"}]}})", "basis"},
+        {head + R"("replay":{"scenes":["a.json"],"detectors":[3]}})", "/replay/detectors/0"},
+        {head +
+             R"("closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty"],"contacts":["both"]}})",
+         "/closed_loop/contacts/0"},
+        {head + R"("triangle_pair":{"scenes":["a.json"],"response":"ohc"}})", "/triangle_pair/response"},
+        {head + R"("reference":"brute_force",)" + replay + "}}", "/reference"},
+        {R"({"format":"trocar-study-2","name":"s"})", "/format"},
+        {R"({"format":"trocar-study-1","name":"../s",)" + replay + "}}", "/name"},
+        {R"({"format":"trocar-study-1",)" + replay + "}}", "name"},
+        {R"({"format":"trocar-study-1","name":"s"})", "replay"},
+        {R"({"format":"trocar-study-1","name":)", "line 1"},
+        {"[]", "object"},
+    };
+    for (const auto& [text, place] : faults) {
+        const std::string message = complaint(text);
+        EXPECT_NE(message.find("study.json"), std::string::npos) << text << "\n" << message;
+        EXPECT_NE(message.find(place), std::string::npos) << text << "\n" << message;
+        EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    }
+}
+
+TEST_F(StudyFile, PlanIsTheSameForTheSameSeedOnly) {
+    const auto order = [](const Study& study) {
+        std::string text;
+        for (const PlannedRun& run : make_plan(study)) {
+            text += run.spec.mode + run.spec.scene_file + run.spec.detector + run.spec.response + run.spec.contacts +
+                    std::to_string(run.spec.repetition) + ";";
+        }
+        return text;
+    };
+    Study study = read(good);
+    const std::string first = order(study);
+    EXPECT_EQ(first, order(study));
+    study.seed = 6;
+    EXPECT_NE(first, order(study));
+}
+
+TEST_F(StudyFile, PlanHoldsEveryCombinationOnce) {
+    const std::vector<PlannedRun> plan = make_plan(read(good));
+    std::set<std::string> keys;
+    std::size_t unsupported = 0;
+    for (const PlannedRun& run : plan) {
+        keys.insert(run.spec.mode + run.spec.scene_file + run.spec.detector + run.spec.response + run.spec.contacts +
+                    std::to_string(run.spec.repetition));
+        if (run.settled && run.settled->kind == OutcomeKind::unsupported) ++unsupported;
+    }
+    EXPECT_EQ(keys.size(), plan.size());
+    // Replay 2 scenes x 2 detectors x 2; closed loop 1 x 1 x 2 responses x 3; triangle pairs 3; and ohc has no contacts
+    // of its own, which is told once.
+    EXPECT_EQ(unsupported, 1U);
+    EXPECT_EQ(plan.size(), 8U + 6U + 3U + 1U);
+}
+
+TEST_F(StudyFile, RepetitionsAreBlocksOfInterleavedContestants) {
+    std::int64_t last = 0;
+    for (const PlannedRun& run : make_plan(read(good))) {
+        EXPECT_GE(run.spec.repetition, last);
+        last = run.spec.repetition;
+    }
+    EXPECT_EQ(last, 2);
+}
+
+TEST_F(StudyFile, AbsentMethodBecomesRowsWithItsReason) {
+    if (registry().absent_detectors().empty()) GTEST_SKIP() << "this build has every detector";
+    const AbsentMethod& absent = registry().absent_detectors().front();
+    const Study study =
+        read(R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["a.json"],"detectors":["ohc",")" +
+             absent.name + R"("]}})");
+    const std::vector<PlannedRun> plan = make_plan(study);
+    ASSERT_EQ(plan.size(), 2U);
+    const auto lost =
+        std::find_if(plan.begin(), plan.end(), [](const PlannedRun& run) { return run.settled.has_value(); });
+    ASSERT_NE(lost, plan.end());
+    EXPECT_EQ(lost->settled->kind, OutcomeKind::absent);
+    EXPECT_NE(lost->settled->message.find(absent.reason), std::string::npos);
+}
+
+TEST_F(StudyFile, SceneWithoutItsDataIsSettledAsUnsupported) {
+    PlannedRun run;
+    complete_run({.name = "liver", .hash = "", .pair_class = "", .ticks = 0, .lacks_data = true}, run);
+    ASSERT_TRUE(run.settled);
+    EXPECT_EQ(run.settled->kind, OutcomeKind::unsupported);
+    EXPECT_EQ(run.settled->message, "no data");
+}
+
+TEST(Studies, OfTheProjectAreReadable) {
+    for (const char* name : {"default.json", "full.json"}) {
+        const Study study = read_study(std::filesystem::path(TROCAR_SOURCE_DIR) / "bench" / "studies" / name);
+        EXPECT_FALSE(make_plan(study).empty()) << name;
+        EXPECT_TRUE(study.replay && study.closed_loop && study.triangle_pair) << name;
+    }
+}
+
+}  // namespace
+}  // namespace trocar
