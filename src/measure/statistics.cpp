@@ -54,6 +54,7 @@ void choose(const std::vector<std::size_t>& ticks_of_process, std::size_t block,
 
 std::vector<std::size_t> sizes_of(const std::vector<std::vector<double>>& processes) {
     std::vector<std::size_t> sizes;
+    sizes.reserve(processes.size());
     for (const std::vector<double>& ticks : processes) sizes.push_back(ticks.size());
     return sizes;
 }
