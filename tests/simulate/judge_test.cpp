@@ -1,0 +1,160 @@
+#include "simulate/judge.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/exact.hpp"
+#include "measure/surface_distance.hpp"
+#include "simulate/simulation.hpp"
+#include "support/scene_samples.hpp"
+
+namespace trocar {
+namespace {
+
+/// The poke scene with the tool at its lowest and the sheet at rest: what is true there is known in closed form.
+class JudgeOnAPoke : public testing::Test {
+protected:
+    JudgeOnAPoke() : scene_(test::scene_from_text(test::poke_text())), simulation_(scene_, neutral(), nullptr, source) {
+        for (int tick = 0; tick <= 45; ++tick) simulation_.step();
+        for (const BodyRange& body : scene_.topology.bodies) {
+            if (body.kind == BodyKind::instrument) tool_ = body.vertices;
+        }
+        for (Index v = tool_.first; v < tool_.end(); ++v) {
+            lowest_ = std::min(lowest_, simulation_.seen().position(2, v));
+        }
+    }
+    static constexpr ContactSource source = ContactSource::canonical;
+    static std::unique_ptr<Detector> neutral();
+
+    /// Contacts of tool vertices that enter the sheet: it is the plane z = 0, so their depth is the true one.
+    [[nodiscard]] ContactSet plain_contacts() const {
+        ContactSet contacts;
+        contacts.pairs = simulation_.contacts().pairs;
+        for (const Contact& contact : simulation_.contacts().contacts) {
+            if (contact.kind == ContactCase::a_enters_b) contacts.contacts.push_back(contact);
+        }
+        EXPECT_FALSE(contacts.contacts.empty());
+        return contacts;
+    }
+
+    StepRow judged(const ContactSet& contacts) {
+        Judge judge(scene_.topology, scene_.first, std::vector<std::uint8_t>{1});
+        StepRow row;
+        judge.judge_detection(simulation_.seen(), contacts, row);
+        judge.judge_outcome(simulation_.seen(), row);
+        return row;
+    }
+
+    Scene scene_;
+    Simulation simulation_;
+    Range tool_;
+    double lowest_ = 0.0;
+};
+
+std::unique_ptr<Detector> JudgeOnAPoke::neutral() {
+    /// Every pair whose boxes and triangles meet, found the slow way.
+    class Slow final : public Detector {
+    public:
+        void prepare(const Topology& topology, const Frame& /*frame*/) override { topology_ = &topology; }
+        void update(const Frame& /*frame*/) override {}
+        void detect(const Frame& frame, ContactSet& contacts) override {
+            contacts.clear();
+            const auto corners = [&](Index t) {
+                const auto v = topology_->triangles.col(t);
+                return Corners{frame.position.col(v[0]), frame.position.col(v[1]), frame.position.col(v[2])};
+            };
+            for (Index a = 0; a < topology_->bodies[0].triangles.end(); ++a) {
+                for (Index b = topology_->bodies[1].triangles.first; b < topology_->bodies[1].triangles.end(); ++b) {
+                    if (oracle_intersect_boxed(corners(a), corners(b))) contacts.pairs.push_back({a, b});
+                }
+            }
+        }
+
+    private:
+        static bool oracle_intersect_boxed(const Corners& a, const Corners& b) {
+            Box box_a;
+            Box box_b;
+            for (const Vector3& p : a) box_a.add(p);
+            for (const Vector3& p : b) box_b.add(p);
+            return box_a.overlaps(box_b) && oracle_intersect(a, b);
+        }
+        const Topology* topology_ = nullptr;
+    };
+    return std::make_unique<Slow>();
+}
+
+TEST_F(JudgeOnAPoke, TrueAnswerHasNoErrors) {
+    const StepRow row = judged(plain_contacts());
+    EXPECT_GT(row.true_pairs, 3);
+    EXPECT_EQ(row.missing, 0);
+    EXPECT_EQ(row.extra, 0);
+    // The sheet is the plane z = 0: the deepest sample is the tool's lowest vertex.
+    EXPECT_LT(lowest_, -0.0019);
+    EXPECT_NEAR(row.max_depth, -lowest_, 1e-15);
+    EXPECT_NEAR(row.depth_error, 0.0, 1e-12);
+    EXPECT_TRUE(std::isnan(row.native_depth_error));
+    EXPECT_GT(row.wrong_side, 0);
+    EXPECT_LT(row.mean_depth, row.max_depth);
+}
+
+TEST_F(JudgeOnAPoke, BlindAnswerMissesEverything) {
+    const StepRow row = judged({});
+    EXPECT_EQ(row.missing, row.true_pairs);
+    EXPECT_EQ(row.extra, 0);
+    EXPECT_TRUE(std::isnan(row.depth_error)) << "no contact claims a depth";
+}
+
+TEST_F(JudgeOnAPoke, InventedPairsAreExtra) {
+    ContactSet contacts;
+    contacts.pairs = simulation_.contacts().pairs;
+    const Index sheet_corner = scene_.topology.bodies[1].triangles.first;
+    contacts.pairs.push_back({0, sheet_corner});
+    contacts.sort_pairs();
+    const StepRow row = judged(contacts);
+    EXPECT_EQ(row.missing, 0);
+    EXPECT_EQ(row.extra, 1);
+}
+
+TEST_F(JudgeOnAPoke, WrongDepthIsOffByWhatWasAdded) {
+    ContactSet contacts = plain_contacts();
+    const auto entering = contacts.contacts.begin();
+    entering->depth += 0.001;
+    EXPECT_NEAR(judged(contacts).depth_error, 0.001, 1e-12);
+    // A library that names the triangles and a depth is held against the deepest corner of the two.
+    Contact native;
+    native.a = entering->a;
+    native.b = entering->b;
+    native.depth = 0.0;
+    contacts.native = {native};
+    // Corners of the sheet may be inside the tool as well: there the distance to every face of the tool decides.
+    double deepest = 0.0;
+    const Matrix3X& position = simulation_.seen().position;
+    for (int corner = 0; corner < 3; ++corner) {
+        deepest = std::max(deepest, -position(2, scene_.topology.triangles(corner, native.a)));
+        const Vector3 p = position.col(scene_.topology.triangles(corner, native.b));
+        const double from_centre = (p - Vector3(0.001, 0.0007, 0.006)).norm();
+        EXPECT_TRUE(from_centre < 0.0075 || from_centre > 0.008) << "too near to the faceted ball to tell by formula";
+        if (from_centre > 0.008) continue;
+        double nearest = 1.0;
+        for (Index t = 0; t < scene_.topology.bodies[0].triangles.end(); ++t) {
+            const auto v = scene_.topology.triangles.col(t);
+            nearest = std::min(nearest, std::sqrt(squared_distance_to_triangle(position.col(v[0]), position.col(v[1]),
+                                                                               position.col(v[2]), p)));
+        }
+        deepest = std::max(deepest, nearest);
+    }
+    EXPECT_NEAR(judged(contacts).native_depth_error, deepest, 1e-12);
+}
+
+TEST_F(JudgeOnAPoke, NothingThatYieldsMeansNothingLeftOver) {
+    Judge judge(scene_.topology, scene_.first, std::vector<std::uint8_t>{0});
+    StepRow row;
+    judge.judge_outcome(simulation_.seen(), row);
+    EXPECT_TRUE(std::isnan(row.max_depth));
+    EXPECT_EQ(row.wrong_side, -1);
+}
+
+}  // namespace
+}  // namespace trocar
