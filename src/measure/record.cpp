@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "geometry/input_error.hpp"
 
@@ -152,6 +153,56 @@ private:
     std::int64_t line_;
 };
 
+/// A column in the shortest of its forms: [v, …] · {"all": v} · {"from": i} for i, i+1, … · {"every": k, "values": […],
+/// "last": v} when only every k-th entry and perhaps the last are set (truth is computed on every k-th tick).
+Json compact_column(const Json& values, const Json& unset) {
+    const std::size_t count = values.size();
+    constexpr std::size_t worth_it = 8;
+    if (count < worth_it) return values;
+    if (std::all_of(values.begin(), values.end(), [&values](const Json& v) { return v == values[0]; })) {
+        return {{"all", values[0]}};
+    }
+    bool consecutive = true;
+    std::size_t every = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        consecutive = consecutive && values[i].is_number_integer() &&
+                      values[i].get<std::int64_t>() == values[0].get<std::int64_t>() + static_cast<std::int64_t>(i);
+        if (i + 1 < count && values[i] != unset) every = std::gcd(every, i);
+    }
+    if (consecutive) return {{"from", values[0]}};
+    if (every == 0) every = count;
+    if (every < 2) return values;
+    Json kept = Json::array();
+    for (std::size_t i = 0; i + 1 < count; i += every) kept.push_back(values[i]);
+    return {{"every", every}, {"values", kept}, {"last", values[count - 1]}};
+}
+
+/// Inverse of compact_column; null when the column has none of its forms or another length.
+Json expanded_column(const Json& column, std::size_t count, const Json& unset) {
+    if (column.is_array()) return column.size() == count ? column : Json();
+    if (!column.is_object()) return {};
+    Json values = Json::array();
+    if (column.size() == 1 && column.contains("all")) {
+        for (std::size_t i = 0; i < count; ++i) values.push_back(column["all"]);
+        return values;
+    }
+    if (column.size() == 1 && column.contains("from") && column["from"].is_number_integer()) {
+        const auto first = column["from"].get<std::int64_t>();
+        for (std::size_t i = 0; i < count; ++i) values.push_back(first + static_cast<std::int64_t>(i));
+        return values;
+    }
+    if (column.size() != 3 || !column.contains("every") || !column.contains("values") || !column.contains("last") ||
+        !column["every"].is_number_unsigned() || !column["values"].is_array()) {
+        return {};
+    }
+    const auto every = column["every"].get<std::size_t>();
+    const Json& kept = column["values"];
+    if (count < 2 || every < 1 || every > count || kept.size() != (count - 2) / every + 1) return {};
+    for (std::size_t i = 0; i + 1 < count; ++i) values.push_back(i % every == 0 ? kept[i / every] : unset);
+    values.push_back(column["last"]);
+    return values;
+}
+
 Json rows_to_json(const std::vector<StepRow>& rows) {
     Json columns = Json::object();
     const StepRow unset_row;
@@ -168,7 +219,7 @@ Json rows_to_json(const std::vector<StepRow>& rows) {
         const Json& values = column["values"];
         const bool unset = std::all_of(values.begin(), values.end(),
                                        [&column = column](const Json& value) { return value == column["unset"]; });
-        if (!unset) json[name] = values;
+        if (!unset) json[name] = compact_column(values, column["unset"]);
     }
     return json;
 }
@@ -176,14 +227,20 @@ Json rows_to_json(const std::vector<StepRow>& rows) {
 std::vector<StepRow> rows_from_json(const Reader& reader, const Json& json) {
     std::uint64_t count = 0;
     reader.read(reader.member(json, "/rows", "count"), "/rows/count", count);
+    constexpr std::uint64_t most_rows = 100'000'000;
+    if (count > most_rows) reader.fail("/rows/count", fmt::format("at most {}", most_rows), fmt::format("{}", count));
     std::vector<std::string> known{"count"};
     const StepRow unset_row;
     visit_row(unset_row, [&known](const std::string& name, const auto&) { known.push_back(name); });
     reader.check_keys(json, "/rows", known);
+    Json unset = Json::object();
+    visit_row(unset_row, [&unset](const std::string& name, const auto& value) { unset[name] = to_json(value); });
+    Json columns = Json::object();
     for (const auto& [name, column] : json.items()) {
         if (name == "count") continue;
-        if (!column.is_array() || column.size() != count) {
-            reader.fail("/rows/" + name, fmt::format("an array of {} values", count),
+        columns[name] = expanded_column(column, count, unset[name]);
+        if (columns[name].is_null()) {
+            reader.fail("/rows/" + name, fmt::format("{} values", count),
                         column.is_array() ? fmt::format("{} values", column.size()) : column.type_name());
         }
     }
@@ -192,8 +249,8 @@ std::vector<StepRow> rows_from_json(const Reader& reader, const Json& json) {
     if (rows.size() != count) reader.fail("/rows", fmt::format("columns for {} rows", count), "none");
     for (std::size_t i = 0; i < rows.size(); ++i) {
         visit_row(rows[i], [&](const std::string& name, auto& value) {
-            const auto column = json.find(name);
-            if (column != json.end()) reader.read((*column)[i], fmt::format("/rows/{}/{}", name, i), value);
+            const auto column = columns.find(name);
+            if (column != columns.end()) reader.read((*column)[i], fmt::format("/rows/{}/{}", name, i), value);
         });
     }
     return rows;

@@ -43,7 +43,8 @@ struct Record {
 };
 
 /// One JSON line without a newline; non-finite numbers are null (NaN again when read). Numbers are written with as few
-/// digits as bring back the same bits. Rows are stored column by column; a column that is unset throughout is left out.
+/// digits as bring back the same bits. Rows are stored column by column; a column that is unset throughout is left out,
+/// one that is constant, counts up, or is set on every k-th tick only is stored in that short form.
 std::string to_json_line(const Record& record);
 /// Throws InputError with file and line number.
 Record record_from_json_line(const std::string& line, const std::string& file, std::int64_t line_number);

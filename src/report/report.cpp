@@ -956,6 +956,11 @@ private:
             factors.push_back(std::move(list));
         }
         for (std::size_t d = 0; d < detectors.size(); ++d) {
+            // A detector that was not planned on every scene has no share of them.
+            if (std::any_of(judged.begin(), judged.end(),
+                            [&](const std::string& scene) { return results_.find(detectors[d], scene) == nullptr; })) {
+                continue;
+            }
             LineChart::Line line{.name = detectors[d].detector,
                                  .colour = static_cast<int>(d),
                                  .dash = static_cast<int>(d) % 4,

@@ -103,8 +103,9 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
     }
     row.depth_error_p50 = quantile(depth_errors, 0.5);
     row.left_p50 = quantile(left, 0.5);
-    // A contestant that failed somewhere has no mean over the scenes: leaving the scene out would flatter it.
-    if (row.scenes_ok == row.scenes && row.scenes > 0 && !row.not_applicable) {
+    // A contestant that failed somewhere has no mean over the scenes: leaving the scene out would flatter it. The same
+    // holds for one that was not run everywhere.
+    if (row.scenes_ok == static_cast<int>(scenes.size())) {
         row.p50 = over_scenes(p50);
         row.p99 = over_scenes(p99);
         row.ratio = over_scenes(ratio);
@@ -148,10 +149,10 @@ std::string two_numbers(double first, double second, double scale) {
     return format_number(first * scale) + " / " + format_number(second * scale);
 }
 
-std::string failures_text(const VerdictRow& row) {
+std::string failures_text(const VerdictRow& row, int all_scenes) {
     std::string text = row.failed_runs == 0 ? "0" : fmt::format("{} of {} runs", row.failed_runs, row.runs);
     if (row.scenes_ok < row.scenes) text += fmt::format(", {} of {} scenes ok", row.scenes_ok, row.scenes);
-    if (row.not_applicable) text += ", n/a on some scenes";
+    if (row.scenes < all_scenes) text += fmt::format(", run on {} of {} scenes", row.scenes, all_scenes);
     return text;
 }
 
@@ -217,8 +218,8 @@ Verdict make_verdict(const Results& results, const std::string& reference, const
         const double error = error_of(row, depth);
         const double time = time_of(row);
         constexpr double last = std::numeric_limits<double>::infinity();
-        return std::tuple(std::isnan(time), std::isnan(error) ? last : error, std::isnan(time) ? last : time,
-                          row.contestant);
+        return std::tuple(row.failed_runs > 0, std::isnan(time), std::isnan(error) ? last : error,
+                          std::isnan(time) ? last : time, row.contestant);
     };
     std::sort(verdict.rows.begin(), verdict.rows.end(),
               [&rank](const VerdictRow& a, const VerdictRow& b) { return rank(a) < rank(b); });
@@ -282,7 +283,7 @@ Table verdict_table(const Verdict& verdict, const std::string& caption, double n
             time_text(row, row.p99, true),
             ratio_text(row, noise_floor),
             fmt::format("{:.0f} of {:.0f}", row.deadline_misses, row.timed_ticks),
-            failures_text(row)};
+            failures_text(row, static_cast<int>(verdict.scenes.size()))};
         cells.insert(cells.end(), figures.begin(), figures.end());
         table.rows.push_back({.cells = std::move(cells)});
         TableRow& printed = table.rows.back();

@@ -59,9 +59,10 @@ StudyMethod check_method(const JsonNode& node, const std::string& text, const st
     return method;
 }
 
-StudyMethod read_method(const JsonNode& node, bool is_detector) {
+StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes = {}) {
     const bool plain = node.is_text();
-    if (!plain) expect_object(node, {"method", "setting", "basis"}, {"method"});
+    if (!plain && scenes.empty()) expect_object(node, {"method", "setting", "basis"}, {"method"});
+    if (!plain && !scenes.empty()) expect_object(node, {"method", "setting", "basis", "scenes"}, {"method"});
     const JsonNode name = plain ? node : node.at("method");
     StudyMethod method =
         is_detector ? check_method(name, name.text(), registry().absent_detectors(),
@@ -72,6 +73,9 @@ StudyMethod read_method(const JsonNode& node, bool is_detector) {
     if (node.has("setting")) {
         method.setting = node.at("setting").word({"default", "recommended", "tuned"});
     }
+    if (node.has("scenes")) {
+        for (const JsonNode& item : items_of(node.at("scenes"))) method.scenes.push_back(item.word(scenes));
+    }
     if (node.has("basis")) method.basis = node.at("basis").text();
     if (method.setting != "default" && method.basis.empty()) {
         node.fail("the key 'basis' (who recommends the setting, or the search and its budget)", "none");
@@ -79,11 +83,11 @@ StudyMethod read_method(const JsonNode& node, bool is_detector) {
     return method;
 }
 
-std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector) {
+std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes) {
     std::vector<StudyMethod> methods;
     std::set<std::string> seen;
     for (const JsonNode& item : items_of(node)) {
-        methods.push_back(read_method(item, is_detector));
+        methods.push_back(read_method(item, is_detector, scenes));
         if (!seen.insert(methods.back().text).second) item.fail("each method once", methods.back().text + " again");
     }
     return methods;
@@ -171,6 +175,10 @@ PlannedRun planned(const Study& study, const std::string& mode, const std::strin
     return run;
 }
 
+bool runs_on(const StudyMethod& method, const std::string& scene) {
+    return method.scenes.empty() || std::find(method.scenes.begin(), method.scenes.end(), scene) != method.scenes.end();
+}
+
 /// The runs of one repetition; an unanswerable combination is told once, in the first repetition, not per scene.
 std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
     std::vector<PlannedRun> runs;
@@ -178,6 +186,7 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
     if (study.replay && repetition < study.replay->repetitions) {
         for (const std::string& scene : study.replay->scenes) {
             for (const StudyMethod& detector : study.replay->detectors) {
+                if (!runs_on(detector, scene)) continue;
                 PlannedRun run = planned(study, "replay", scene, study.replay->ticks, study.replay->truth_stride,
                                          repetition, detector, StudyMethod{}, "");
                 if (wanted(run)) runs.push_back(std::move(run));
@@ -206,6 +215,7 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
                         continue;
                     }
                     for (const std::string& scene : part.scenes) {
+                        if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
                         PlannedRun run = planned(study, "closed_loop", scene, part.ticks, part.truth_stride, repetition,
                                                  detector, response, contacts);
                         if (wanted(run)) runs.push_back(std::move(run));
@@ -285,7 +295,7 @@ Study read_study(const std::filesystem::path& file) {
         expect_object(node, {"scenes", "detectors", "ticks", "repetitions", "truth_stride"}, {"scenes", "detectors"});
         ReplayPart part;
         part.scenes = read_scenes(node.at("scenes"), file);
-        part.detectors = read_methods(node.at("detectors"), true);
+        part.detectors = read_methods(node.at("detectors"), true, part.scenes);
         read_counts(node, repetitions, part);
         study.replay = std::move(part);
     }
@@ -295,8 +305,8 @@ Study read_study(const std::filesystem::path& file) {
                       {"scenes", "detectors", "responses"});
         ClosedLoopPart part;
         part.scenes = read_scenes(node.at("scenes"), file);
-        part.detectors = read_methods(node.at("detectors"), true);
-        part.responses = read_methods(node.at("responses"), false);
+        part.detectors = read_methods(node.at("detectors"), true, part.scenes);
+        part.responses = read_methods(node.at("responses"), false, part.scenes);
         if (node.has("contacts")) {
             for (const JsonNode& item : items_of(node.at("contacts"))) {
                 const std::string contacts = item.word({"canonical", "native"});

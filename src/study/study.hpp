@@ -20,6 +20,7 @@ struct StudyMethod {
     std::string text;                 ///< NAME[:key=value…], keys in alphabetical order
     std::string setting = "default";  ///< "default" | "recommended" | "tuned"
     std::string basis;                ///< who recommends the setting, or how it was searched and with what budget
+    std::vector<std::string> scenes;  ///< of the part's scenes, those it runs on; empty: all
     std::optional<std::string> absent_reason;  ///< set when this build lacks the method: its runs become rows `absent`
 };
 

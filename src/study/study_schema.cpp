@@ -51,7 +51,8 @@ std::string study_schema() {
        "properties": {
          "method": {"type": "string", "minLength": 1},
          "setting": {"enum": ["default", "recommended", "tuned"], "default": "default"},
-         "basis": {"type": "string", "minLength": 1, "description": "Who recommends the setting, or how it was searched and with what budget; required unless default"}}}]},
+         "basis": {"type": "string", "minLength": 1, "description": "Who recommends the setting, or how it was searched and with what budget; required unless default"},
+         "scenes": {"$ref": "#/$defs/scenes", "description": "In lists of detectors and responses: those of the part's scenes it runs on; default all"}}}]},
     "ticks": {"type": "integer", "minimum": 1, "description": "Instead of the scene's own number; p99 needs 1000, after the warm-up"},
     "repetitions": {"type": "integer", "minimum": 1, "description": "Instead of the study's"},
     "truth_stride": {"type": "integer", "minimum": 1, "default": 1, "description": "Truth (pairs and depth) is computed on every n-th tick; it is never timed"}

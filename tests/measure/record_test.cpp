@@ -139,5 +139,34 @@ TEST(RecordLine, BadRecordIsRefusedWithFileLineAndPlace) {
     }
 }
 
+TEST(RecordJson, ShortColumnsReadBackTheSame) {
+    for (const std::size_t count : {1U, 7U, 8U, 9U, 10U, 31U}) {
+        for (const std::size_t every : {1U, 2U, 3U, 5U}) {
+            Record record;
+            for (std::size_t i = 0; i < count; ++i) {
+                StepRow row;
+                row.tick = static_cast<std::int64_t>(i) + 7;
+                row.pairs = 3;
+                row.contacts = static_cast<std::int64_t>(i * i);
+                if (i % every == 0 || i + 1 == count) row.max_depth = 0.5 + static_cast<double>(i);
+                record.rows.push_back(row);
+            }
+            const std::string line = to_json_line(record);
+            const Record back = record_from_json_line(line, "file", 1);
+            ASSERT_EQ(back.rows.size(), count);
+            for (std::size_t i = 0; i < count; ++i) {
+                EXPECT_EQ(back.rows[i].tick, record.rows[i].tick);
+                EXPECT_EQ(back.rows[i].pairs, 3);
+                EXPECT_EQ(back.rows[i].contacts, record.rows[i].contacts);
+                EXPECT_EQ(std::isnan(back.rows[i].max_depth), std::isnan(record.rows[i].max_depth)) << i;
+                if (!std::isnan(record.rows[i].max_depth)) {
+                    EXPECT_EQ(back.rows[i].max_depth, record.rows[i].max_depth);
+                }
+            }
+            EXPECT_EQ(to_json_line(back), line);
+        }
+    }
+}
+
 }  // namespace
 }  // namespace trocar

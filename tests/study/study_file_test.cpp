@@ -144,6 +144,16 @@ TEST_F(StudyFile, RepetitionsAreBlocksOfInterleavedContestants) {
     EXPECT_EQ(last, 2);
 }
 
+TEST_F(StudyFile, MethodRunsOnItsOwnScenesOnly) {
+    const std::vector<PlannedRun> plan =
+        make_plan(read(R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["a.json","b.json"],)"
+                       R"("detectors":["ohc",{"method":"brute_force","scenes":["b.json"]}]}})"));
+    EXPECT_EQ(plan.size(), 3U);
+    for (const PlannedRun& run : plan) {
+        EXPECT_TRUE(run.spec.detector == "ohc" || run.spec.scene_file == "b.json");
+    }
+}
+
 TEST_F(StudyFile, AbsentMethodBecomesRowsWithItsReason) {
     if (registry().absent_detectors().empty()) GTEST_SKIP() << "this build has every detector";
     const AbsentMethod& absent = registry().absent_detectors().front();
