@@ -19,6 +19,7 @@ void Effect::clear() {
     skipped = 0;
     no_hit = 0;
     ruptures = 0;
+    detached = 0;
     contacts_held = false;
     contacts_explicit = false;
 }

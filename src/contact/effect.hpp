@@ -32,11 +32,12 @@ struct LinearContact {
     std::array<double, 3> reaction_weights{0.0, 0.0, 0.0};
 };
 
-/// Puts a tissue vertex somewhere at the end of this stage.
+/// Puts a tissue vertex somewhere before the tissue is integrated.
 struct Placement {
     Index vertex = -1;
     Vector3 position = Vector3::Zero();  ///< m, world
     Vector3 velocity = Vector3::Zero();  ///< m/s, world
+    bool held = false;                   ///< true: it stays there for this tick (a grasp), its velocity acts on dampers
 };
 
 /// Force and moment about the world origin.
@@ -55,6 +56,7 @@ struct Effect {
     std::int64_t skipped = 0;        ///< pairs without a response (touch, coplanar, degenerate, class not handled)
     std::int64_t no_hit = 0;         ///< projections without a contact point (METHODS §6)
     std::int64_t ruptures = 0;       ///< ruptures in this tick
+    std::int64_t detached = 0;       ///< grasped vertices that slipped in this tick
     bool contacts_held = false;      ///< setting `hold`: integrate the forces of the frame over the whole tick
     bool contacts_explicit = false;  ///< setting `explicit`: every sub-step, from the state at its start
 

@@ -1,26 +1,58 @@
-// The response of the thesis: equations 3.4-3.11 per triangle pair, in sorted pair order, as METHODS §5-§6 makes them
-// executable. Profile `faithful` keeps the printed equations with the damper sign of 3.6 put right, `printed` keeps
-// that sign too.
+// The response of the thesis: equations 3.4-3.17 as METHODS §5-§10 makes them executable. Profile `faithful` keeps the
+// printed equations with the damper sign of 3.6 put right, one response per triangle pair in sorted order; `printed`
+// keeps that sign too; `corrected` turns on our corrections, each of which is a parameter of its own.
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <string>
 #include <vector>
 
+#include "geometry/crossing.hpp"
 #include "method/entry.hpp"
 #include "respond/common.hpp"
+#include "respond/crossing_ledger.hpp"
 #include "respond/equations.hpp"
+#include "respond/grasp.hpp"
+#include "respond/surface.hpp"
+#include "respond/triangle_grid.hpp"
 
 namespace trocar {
 namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+enum class Resolution : std::uint8_t { none, back_projection, ledger };
+enum class GraspRule : std::uint8_t { off, follow, spring };
+
+/// What the parameters come down to after `auto` has been replaced by the profile's choice.
 struct Settings {
-    bool printed_damper = false;  ///< sign of the damper in 3.6 as printed
-    bool distribute = true;       ///< §4.3.1: force shared out over the face; false: on the vertex, §3.4
-    bool fulcrum = false;         ///< tip force
-    double restitution = 0.0;     ///< e in 3.8 and 3.11
-    double k = 0.0;               ///< NaN: auto
-    double mu = 0.0;              ///< NaN: auto
+    bool printed_damper = false;    ///< sign of the damper in 3.6 as printed
+    bool distribute = true;         ///< §4.3.1: force shared out over the face; false: on the vertex, §3.4
+    bool reduce = false;            ///< one contact per vertex and other body, per edge pair; false: per triangle pair
+    bool closest_point = false;     ///< depth and velocity from the closest surface point; false: plane, nearest vertex
+    bool blended_normal = false;    ///< vertex normals blended; false: face normal
+    bool area_stiffness = false;    ///< kappa A_v on tissue; false: mean of springs
+    bool clamp = false;             ///< force on contact between 0 and f_max; false: as the equation gives it
+    bool edge_normal = false;       ///< edges pushed along their common normal; false: along the interval
+    bool constrain = false;         ///< tissue in an instrument or bone: held by a stiff contact; false: placed (3.8)
+    bool relative_path = false;     ///< 3.7: path seen from the face, else closest point; false: absolute path
+    bool impulse_reaction = false;  ///< reaction of placed tissue from momentum; false: equilibrium of A2
+    bool all_rigid_cases = false;   ///< R2T also where the bone enters the tissue
+    bool impulse_tissue = false;    ///< T2T along the contact normal, closing only, with penalty; false: 3.12-3.17
+    bool fulcrum = false;
+    Resolution resolution = Resolution::none;
+    GraspRule grasp = GraspRule::off;
+    double restitution = 0.0;         ///< e in 3.8 and 3.11
+    double tissue_restitution = 0.2;  ///< e between tissues, impulse_tissue only
+    double kappa = 3e6;               ///< N/m³
+    double f_max = 5.0;               ///< N
+    double n_back = 10.0;             ///< ticks
+    double l_max = 0.02;              ///< m
+    double k = 0.0;                   ///< NaN: auto
+    double mu = 0.0;                  ///< NaN: auto
+    double hard_stiffness = 1e5;      ///< N/m, of constraints
+    double settle_time = 0.003;       ///< s, time constant with which a constraint clears a depth
+    double d_max = 0.015;             ///< m, rupture beyond
     bool contacts_held = false;
     bool contacts_explicit = false;
 };
@@ -34,24 +66,53 @@ public:
         materials_ = &materials;
         laws_.prepare(topology, materials, settings_.k, settings_.mu);
         springs_.prepare(topology, materials);
-        const auto n = at(topology.vertex_count);
-        slot_.assign(n, -1);
+        surface_.prepare(topology);
+        slot_.assign(at(topology.vertex_count), -1);
         edits_.clear();
         moment_.assign(at(topology.body_count()), {});
+        first_face_.assign(at(topology.vertex_count), -1);
+        first_edge_.assign(at(topology.vertex_count), -1);
+        faces_.clear();
+        edges_.clear();
+        has_tissue_ = std::any_of(topology.bodies.begin(), topology.bodies.end(),
+                                  [](const BodyRange& body) { return body.kind == BodyKind::tissue; });
+        if (!has_tissue_) return;
+        if (settings_.resolution == Resolution::ledger) ledger_.prepare(topology);
+        if (settings_.resolution == Resolution::back_projection) {
+            std::vector<Index> tissue;
+            for (const BodyRange& body : topology.bodies) {
+                if (body.kind != BodyKind::tissue) continue;
+                for (Index t = body.triangles.first; t < body.triangles.end(); ++t) tissue.push_back(t);
+            }
+            grid_.prepare(topology, tissue);
+        }
+        grasp_.prepare(topology, settings_.grasp == GraspRule::spring);
+        inside_.assign(at(topology.vertex_count), 0);
+        resting_.clear();
+        resting_now_.clear();
     }
 
-    void respond(const Frame& frame, double /*dt*/, const ContactSet& contacts, Effect& effect) override {
+    void respond(const Frame& frame, double dt, const ContactSet& contacts, Effect& effect) override {
         effect.clear();
         effect.contacts_held = settings_.contacts_held;
         effect.contacts_explicit = settings_.contacts_explicit;
+        dt_ = dt;
         for (const Edit& edit : edits_) slot_[at(edit.vertex)] = -1;
         edits_.clear();
+        surface_.measure(*topology_, frame.position);
+        if (has_tissue_ && settings_.grasp != GraspRule::off) hold_grasped(frame, contacts, effect);
+        if (has_tissue_ && settings_.resolution == Resolution::ledger) resolve_by_ledger(frame, contacts, effect);
+
         for (const Contact& contact : contacts.contacts) respond_to(frame, contact, effect);
-        for (const Edit& edit : edits_) {
-            effect.placements.push_back({edit.vertex, edit.position, edit.velocity});
-        }
-        add_equilibrium_reactions(frame, effect);
+        if (settings_.reduce) respond_to_reduced(frame, effect);
+        if (has_tissue_ && settings_.constrain) keep_resting(frame, effect);
+        if (has_tissue_ && settings_.resolution == Resolution::back_projection) back_project(frame, effect);
+
+        for (const Edit& edit : edits_)
+            effect.placements.push_back({edit.vertex, edit.position, edit.velocity, edit.held});
+        add_reactions(frame, effect);
         show_tip_forces(*topology_, *materials_, frame, settings_.fulcrum, moment_, effect);
+        if (has_tissue_ && settings_.grasp != GraspRule::off) grasp_.remember(frame);
     }
 
 private:
@@ -60,11 +121,37 @@ private:
         Index vertex = -1;
         Vector3 position = Vector3::Zero();
         Vector3 velocity = Vector3::Zero();
-        Index instrument = -1;             ///< body that holds the vertex, -1 for none
-        Vector3 point = Vector3::Zero();   ///< A1, where the reaction acts
-        Vector3 normal = Vector3::Zero();  ///< outer normal of the instrument's face
+        Index instrument = -1;                      ///< body that takes the reaction, -1 for none
+        Vector3 point = Vector3::Zero();            ///< where the reaction acts
+        Vector3 normal = Vector3::Zero();           ///< outer normal of the instrument's face
+        Vector3 velocity_change = Vector3::Zero();  ///< m/s, sum of the edits that the instrument answers for
+        bool held = false;
+    };
+    /// A vertex in a face, in either role.
+    struct VertexInFace {
+        Index vertex = -1;
+        Index triangle = -1;  ///< the pierced face
+        Index vertex_body = -1;
+        Index face_body = -1;
+        Vector3 normal = Vector3::Zero();   ///< unit, outer, of the face
+        Vector3 weights = Vector3::Zero();  ///< of the face's loaded point
+        Index nearest = -1;                 ///< the face's vertex that the printed equations use
+        double depth = 0.0;                 ///< m
+        double distance = 0.0;              ///< m, to the closest point of the face
+        Index next = -1;
+    };
+    struct Resting {
+        Index vertex = -1;
+        Index triangle = -1;
+        Index face_body = -1;
+    };
+    struct EdgePair {
+        std::array<Index, 4> key{};  ///< the two edges' vertices, sorted within each
+        Contact contact;
+        Index next = -1;
     };
 
+    [[nodiscard]] BodyKind kind(Index body) const { return topology_->bodies[at(body)].kind; }
     [[nodiscard]] bool fixed(Index vertex) const {
         return materials_->mass[at(vertex)] <= 0.0 || materials_->pinned[at(vertex)] != 0;
     }
@@ -81,7 +168,19 @@ private:
         }
         return edits_[at(slot)];
     }
+    /// Speed of a face's loaded point, or of the vertex that the printed equations take.
+    [[nodiscard]] Vector3 face_velocity(const Frame& frame, const VertexInFace& v) const {
+        if (!settings_.closest_point) return velocity(frame, v.nearest);
+        Vector3 sum = Vector3::Zero();
+        for (int i = 0; i < 3; ++i) sum += v.weights[i] * velocity(frame, topology_->triangles(i, v.triangle));
+        return sum;
+    }
+    [[nodiscard]] LoadPoint face_load(const VertexInFace& v) const {
+        return settings_.distribute ? LoadPoint::in_triangle(*topology_, v.triangle, v.weights)
+                                    : LoadPoint::at_vertex(v.nearest);
+    }
 
+    // ------------------------------------------------------------ one contact
     void respond_to(const Frame& frame, const Contact& contact, Effect& effect) {
         const bool acts = contact.kind == ContactCase::a_enters_b || contact.kind == ContactCase::b_enters_a ||
                           contact.kind == ContactCase::edges_cross;
@@ -91,136 +190,414 @@ private:
         }
         const Index body_a = topology_->body_of_triangle[at(contact.a)];
         const Index body_b = topology_->body_of_triangle[at(contact.b)];
-        switch (laws_.kind(body_a, body_b)) {
-            case CollisionClass::instrument_instrument:
-            case CollisionClass::instrument_rigid:
-                non_deformable(frame, contact, body_a, body_b, effect);
-                break;
-            case CollisionClass::instrument_tissue:
-                instrument_tissue(frame, contact, body_a, body_b, effect);
-                break;
-            default:
-                ++effect.skipped;
-                break;
-        }
-    }
-
-    /// The point of a face on which a force acts: the nearest vertex (§3.4), or shared out over the face at the
-    /// projection of `target` (§4.3.1).
-    [[nodiscard]] LoadPoint load_point(const Frame& frame, Index triangle, Index vertex, const Vector3& target) const {
-        if (!settings_.distribute) return LoadPoint::at_vertex(vertex);
-        const equations::Corners corners = corners_of(*topology_, frame.position, triangle);
-        return LoadPoint::in_triangle(*topology_, triangle, equations::nearest_weights(corners, target));
-    }
-
-    /// The two load points of a contact: an entering vertex stands alone, a face (or an edge) takes its share.
-    struct LoadPoints {
-        LoadPoint a, b;
-    };
-    [[nodiscard]] LoadPoints load_points(const Frame& frame, const Contact& contact) const {
-        const Vector3 target_a =
-            contact.kind == ContactCase::edges_cross ? contact.point : Vector3(frame.position.col(contact.vertex_b));
-        const Vector3 target_b =
-            contact.kind == ContactCase::edges_cross ? contact.point : Vector3(frame.position.col(contact.vertex_a));
-        LoadPoints points;
-        points.a = contact.kind == ContactCase::a_enters_b ? LoadPoint::at_vertex(contact.vertex_a)
-                                                           : load_point(frame, contact.a, contact.vertex_a, target_a);
-        points.b = contact.kind == ContactCase::b_enters_a ? LoadPoint::at_vertex(contact.vertex_b)
-                                                           : load_point(frame, contact.b, contact.vertex_b, target_b);
-        return points;
-    }
-
-    /// Eq. 3.4 and 3.5 (§3.4.1, §3.4.2). Instruments get no force from a rigid body's own reaction: it is static.
-    void non_deformable(const Frame& frame, const Contact& contact, Index body_a, Index body_b, Effect& effect) {
+        const CollisionClass pair_class = laws_.kind(body_a, body_b);
         const bool edges = contact.kind == ContactCase::edges_cross;
-        const LoadPoints points = load_points(frame, contact);
-        const double given = laws_.k(body_a, body_b);
-        const Vector3 direction = edges ? contact.interval_direction : contact.normal;  // pushes b, parts the two
-        LinearContact linear;
-        linear.k = std::isnan(given) ? rigid_stiffness : given;
-        linear.mu = edges ? 0.0 : laws_.mu(body_a, body_b);
-        linear.gap = edges ? -contact.interval_length : -contact.depth;
-        linear.adhesive = true;
-        const bool push_b = topology_->bodies[at(body_b)].kind == BodyKind::instrument;
-        const LoadPoint& pushed = push_b ? points.b : points.a;
-        const LoadPoint& other = push_b ? points.a : points.b;
-        linear.vertices = pushed.vertices;
-        linear.weights = pushed.weights;
-        linear.normal = push_b ? direction : Vector3(-direction);
-        linear.face_velocity = frame.velocity.col(push_b ? contact.vertex_a : contact.vertex_b).dot(linear.normal);
-        if (push_b) {
-            linear.reaction_body = body_a;
-            linear.reaction_point = other.blend(frame.position);
-        }
-        effect.contacts.push_back(linear);
-    }
-
-    /// Eq. 3.6, 3.7-3.8 and 3.9 (§3.4.3).
-    void instrument_tissue(const Frame& frame, const Contact& contact, Index body_a, Index body_b, Effect& effect) {
-        if (contact.kind == ContactCase::b_enters_a) {
-            project(frame, contact, body_a, effect);
-            return;
-        }
-        const bool edges = contact.kind == ContactCase::edges_cross;
-        const LoadPoints points = load_points(frame, contact);
-        const double given = laws_.k(body_a, body_b);
-        LinearContact linear;
-        if (!std::isnan(given)) {
-            linear.k = given;
-        } else {
-            linear.k = edges ? materials_->triangle_stiffness[at(contact.b)]
-                             : materials_->mean_stiffness[at(contact.vertex_b)];
-        }
-        // Literal 3.6: F on A1 = (k d - mu (V2 - V1)·n2) n2, which as a damper on the tissue is -mu.
-        const double mu = laws_.mu(body_a, body_b);
-        linear.mu = edges ? 0.0 : settings_.printed_damper ? -mu : mu;
-        linear.gap = edges ? -contact.interval_length : -contact.depth;
-        linear.normal = edges ? contact.interval_direction : contact.normal;
-        linear.vertices = points.b.vertices;
-        linear.weights = points.b.weights;
-        linear.face_velocity = frame.velocity.col(contact.vertex_a).dot(linear.normal);
-        linear.adhesive = true;
-        linear.reaction_body = body_a;
-        linear.reaction_point = points.a.blend(frame.position);
-        effect.contacts.push_back(linear);
-    }
-
-    /// Eq. 3.7-3.8: tissue vertex A2 in an instrument's face. The contact position is where A2's own path of the last
-    /// tick meets the face; without one the position stays and only the velocity rule acts.
-    void project(const Frame& frame, const Contact& contact, Index body_a, Effect& effect) {
-        const Index a2 = contact.vertex_b;
-        if (fixed(a2)) {
+        if (pair_class == CollisionClass::none ||
+            (pair_class == CollisionClass::rigid_tissue && !settings_.all_rigid_cases &&
+             contact.kind != ContactCase::b_enters_a)) {
             ++effect.skipped;
             return;
         }
-        Edit& vertex = edit(frame, a2);
-        const equations::PathHit hit = equations::path_hit(corners_of(*topology_, frame.position, contact.a),
-                                                           frame.previous.col(a2), vertex.position);
+        if (pair_class == CollisionClass::tissue_tissue && !settings_.impulse_tissue) {
+            exchange(frame, contact);
+            return;
+        }
+        if (edges) {
+            if (settings_.reduce) {
+                keep_edge_pair(frame, contact);
+            } else {
+                respond_to_edges(frame, contact, effect);
+            }
+            return;
+        }
+        const bool b_enters = contact.kind == ContactCase::b_enters_a;
+        const Index entering = b_enters ? contact.b : contact.a;
+        const Index face = b_enters ? contact.a : contact.b;
+        const Index deepest = b_enters ? contact.vertex_b : contact.vertex_a;
+        VertexInFace v;
+        v.vertex_body = b_enters ? body_b : body_a;
+        v.face_body = b_enters ? body_a : body_b;
+        v.triangle = face;
+        const Vector3 face_normal = b_enters ? contact.normal : Vector3(-contact.normal);
+        const equations::Corners corners = corners_of(*topology_, frame.position, face);
+        for (int i = 0; i < 3; ++i) {
+            v.vertex = topology_->triangles(i, entering);
+            // The printed equations take the deepest vertex; the corrected ones every vertex that lies below the face.
+            if (v.vertex != deepest && !settings_.reduce) continue;
+            const Vector3 x = frame.position.col(v.vertex);
+            v.depth = v.vertex == deepest ? contact.depth : -face_normal.dot(x - corners[0]);
+            v.weights = equations::nearest_weights(corners, x);
+            const Vector3 foot = v.weights[0] * corners[0] + v.weights[1] * corners[1] + v.weights[2] * corners[2];
+            v.distance = (x - foot).norm();
+            if (v.vertex != deepest && (v.depth <= 0.0 || v.distance > 1.0001 * v.depth)) continue;
+            if (settings_.closest_point) v.depth = std::min(v.depth, v.distance);
+            v.nearest = v.vertex == deepest ? (b_enters ? contact.vertex_a : contact.vertex_b)
+                                            : topology_->triangles(equations::nearest_corner(corners, x), face);
+            v.normal = settings_.blended_normal ? surface_.blended_normal(*topology_, frame.position, face, v.weights)
+                                                : face_normal;
+            if (settings_.reduce) {
+                keep_nearest_face(v);
+            } else {
+                respond_to_vertex(frame, v, effect);
+            }
+        }
+    }
+
+    // ------------------------------------------------------------ reduction (METHODS §5, corrected)
+    void keep_nearest_face(VertexInFace& v) {
+        Index& first = first_face_[at(v.vertex)];
+        for (Index f = first; f >= 0; f = faces_[at(f)].next) {
+            if (faces_[at(f)].face_body != v.face_body) continue;
+            if (v.distance < faces_[at(f)].distance) {
+                v.next = faces_[at(f)].next;
+                faces_[at(f)] = v;
+            }
+            return;
+        }
+        v.next = first;
+        first = static_cast<Index>(faces_.size());
+        faces_.push_back(v);
+    }
+
+    void keep_edge_pair(const Frame& frame, const Contact& contact) {
+        const Crossing crossing = cross_triangles(corners_of(*topology_, frame.position, contact.a),
+                                                  corners_of(*topology_, frame.position, contact.b));
+        EdgePair pair;
+        pair.contact = contact;
+        pair.key.fill(-1);
+        for (const CrossingEnd& end : crossing.ends) {
+            if (end.triangle < 0 || end.edge < 0) continue;
+            const Index triangle = end.triangle == 0 ? contact.a : contact.b;
+            const Index p = topology_->triangles(end.edge, triangle);
+            const Index q = topology_->triangles((end.edge + 1) % 3, triangle);
+            const std::size_t place = end.triangle == 0 ? 0 : 2;
+            pair.key[place] = std::min(p, q);
+            pair.key[place + 1] = std::max(p, q);
+        }
+        if (pair.key[0] < 0 || pair.key[2] < 0) {
+            pair.key = {contact.vertex_a, contact.a, contact.vertex_b, contact.b};  // no edges known: the pair itself
+        }
+        Index& first = first_edge_[at(pair.key[0])];
+        for (Index e = first; e >= 0; e = edges_[at(e)].next) {
+            if (edges_[at(e)].key != pair.key) continue;
+            if (contact.depth > edges_[at(e)].contact.depth) edges_[at(e)].contact = contact;
+            return;
+        }
+        pair.next = first;
+        first = static_cast<Index>(edges_.size());
+        edges_.push_back(pair);
+    }
+
+    void respond_to_reduced(const Frame& frame, Effect& effect) {
+        for (const VertexInFace& v : faces_) {
+            respond_to_vertex(frame, v, effect);
+            first_face_[at(v.vertex)] = -1;
+        }
+        faces_.clear();
+        for (const EdgePair& pair : edges_) {
+            respond_to_edges(frame, pair.contact, effect);
+            first_edge_[at(pair.key[0])] = -1;
+        }
+        edges_.clear();
+    }
+
+    // ------------------------------------------------------------ laws
+    [[nodiscard]] double stiffness(Index body_a, Index body_b, double on_tissue, Index vertex) const {
+        const double given = laws_.k(body_a, body_b);
+        if (!std::isnan(given)) return given;
+        const bool tissue = kind(body_a) == BodyKind::tissue || kind(body_b) == BodyKind::tissue;
+        if (!tissue) return rigid_stiffness;
+        return settings_.area_stiffness ? settings_.kappa * surface_.area(vertex) : on_tissue;
+    }
+
+    void finish(LinearContact linear, Effect& effect) const {
+        linear.adhesive = !settings_.clamp;
+        if (settings_.clamp && linear.k * -linear.gap > settings_.f_max) linear.gap = -settings_.f_max / linear.k;
+        effect.contacts.push_back(linear);
+    }
+
+    /// Eq. 3.4, 3.6, 3.7-3.8, 3.10-3.11: who is tissue decides which.
+    void respond_to_vertex(const Frame& frame, const VertexInFace& v, Effect& effect) {
+        const bool vertex_tissue = kind(v.vertex_body) == BodyKind::tissue;
+        const bool face_tissue = kind(v.face_body) == BodyKind::tissue;
+        if (has_tissue_ && settings_.grasp != GraspRule::off) {
+            if (vertex_tissue && grasp_.holds(v.vertex, v.face_body)) return;
+            if (face_tissue && grasp_.holds(v.nearest, v.vertex_body)) return;
+        }
+        if (vertex_tissue && face_tissue) {
+            bounce(frame, v.normal, LoadPoint::at_vertex(v.vertex),
+                   LoadPoint::in_triangle(*topology_, v.triangle, v.weights), v.depth,
+                   stiffness(v.face_body, v.vertex_body, materials_->mean_stiffness[at(v.vertex)], v.vertex), effect);
+        } else if (vertex_tissue) {
+            if (fixed(v.vertex)) {
+                ++effect.skipped;
+            } else if (settings_.constrain) {
+                constrain_vertex(frame, v, effect);
+            } else {
+                project(frame, v, effect);
+            }
+        } else if (face_tissue) {
+            press_tissue_face(frame, v, effect);
+        } else {
+            press_non_deformable(frame, v, effect);
+        }
+    }
+
+    /// Eq. 3.4 (§3.4.1, §3.4.2): the vertex is pushed out along the face's normal, the face the other way; a rigid body
+    /// is static and takes nothing.
+    void press_non_deformable(const Frame& frame, const VertexInFace& v, Effect& effect) const {
+        const bool push_vertex = kind(v.vertex_body) == BodyKind::instrument;
+        const LoadPoint face = face_load(v);
+        LinearContact linear;
+        linear.k = stiffness(v.face_body, v.vertex_body, 0.0, v.vertex);
+        linear.mu = laws_.mu(v.face_body, v.vertex_body);
+        linear.gap = -v.depth;
+        linear.normal = push_vertex ? v.normal : Vector3(-v.normal);
+        const LoadPoint pushed = push_vertex ? LoadPoint::at_vertex(v.vertex) : face;
+        linear.vertices = pushed.vertices;
+        linear.weights = pushed.weights;
+        const Vector3 other = push_vertex ? face_velocity(frame, v) : Vector3(frame.velocity.col(v.vertex));
+        linear.face_velocity = other.dot(linear.normal);
+        if (push_vertex && kind(v.face_body) == BodyKind::instrument) {
+            linear.reaction_body = v.face_body;
+            linear.reaction_point = face.blend(frame.position);
+        }
+        finish(linear, effect);
+    }
+
+    /// Eq. 3.6 (§3.4.3): the instrument's vertex A1 is below a tissue face, whose force is the opposite of 3.6's. In
+    /// `corrected` also a bone's vertex, which takes no reaction.
+    void press_tissue_face(const Frame& frame, const VertexInFace& v, Effect& effect) const {
+        if (settings_.resolution == Resolution::ledger && inside_[at(v.vertex)] != 0) return;
+        LinearContact linear;
+        linear.k = stiffness(v.vertex_body, v.face_body, materials_->mean_stiffness[at(v.nearest)], v.vertex);
+        // Literal 3.6: F on A1 = (k d - mu (V2 - V1)·n2) n2, which as a damper on the tissue is -mu.
+        linear.mu = (settings_.printed_damper ? -1.0 : 1.0) * laws_.mu(v.vertex_body, v.face_body);
+        linear.gap = -v.depth;
+        linear.normal = -v.normal;
+        const LoadPoint face = face_load(v);
+        linear.vertices = face.vertices;
+        linear.weights = face.weights;
+        linear.face_velocity = frame.velocity.col(v.vertex).dot(linear.normal);
+        if (kind(v.vertex_body) == BodyKind::instrument) {
+            linear.reaction_body = v.vertex_body;
+            linear.reaction_point = frame.position.col(v.vertex);
+        }
+        finish(linear, effect);
+    }
+
+    /// Eq. 3.5, 3.9 (§3.4.1-3.4.3): edges that cross.
+    void respond_to_edges(const Frame& frame, const Contact& contact, Effect& effect) {
+        const Index body_a = topology_->body_of_triangle[at(contact.a)];
+        const Index body_b = topology_->body_of_triangle[at(contact.b)];
+        const bool tissue_a = kind(body_a) == BodyKind::tissue;
+        const bool tissue_b = kind(body_b) == BodyKind::tissue;
+        if (tissue_b && settings_.grasp != GraspRule::off && grasp_.holds(contact.vertex_b, body_a)) return;
+        const Vector3 direction = settings_.edge_normal ? contact.normal : contact.interval_direction;
+        const double depth = settings_.edge_normal ? contact.depth : contact.interval_length;
+        const LoadPoint a = edge_load(frame, contact.a, contact.vertex_a, contact.point);
+        const LoadPoint b = edge_load(frame, contact.b, contact.vertex_b, contact.point);
+        const double on_tissue = tissue_b ? materials_->triangle_stiffness[at(contact.b)] : 0.0;
+        const double k = stiffness(body_a, body_b, on_tissue, contact.vertex_b);
+        if (tissue_a && tissue_b) {
+            bounce(frame, direction, b, a, depth, k, effect);
+            return;
+        }
+        const bool push_b = tissue_b || kind(body_b) == BodyKind::instrument;
+        LinearContact linear;
+        linear.k = k;
+        linear.mu = settings_.edge_normal ? laws_.mu(body_a, body_b) : 0.0;  // 3.5 and 3.9 have no damper
+        linear.gap = -depth;
+        linear.normal = push_b ? direction : Vector3(-direction);
+        const LoadPoint& pushed = push_b ? b : a;
+        const LoadPoint& other = push_b ? a : b;
+        linear.vertices = pushed.vertices;
+        linear.weights = pushed.weights;
+        const Vector3 other_velocity = settings_.closest_point
+                                           ? other.blend(frame.velocity)
+                                           : Vector3(frame.velocity.col(push_b ? contact.vertex_a : contact.vertex_b));
+        linear.face_velocity = other_velocity.dot(linear.normal);
+        if (push_b && kind(body_a) == BodyKind::instrument) {
+            linear.reaction_body = body_a;
+            linear.reaction_point = a.blend(frame.position);
+        }
+        finish(linear, effect);
+    }
+    [[nodiscard]] LoadPoint edge_load(const Frame& frame, Index triangle, Index vertex, const Vector3& point) const {
+        if (!settings_.distribute) return LoadPoint::at_vertex(vertex);
+        const equations::Corners corners = corners_of(*topology_, frame.position, triangle);
+        return LoadPoint::in_triangle(*topology_, triangle, equations::nearest_weights(corners, point));
+    }
+
+    /// Eq. 3.7-3.8 and 3.10-3.11: tissue vertex A2 in the face of an instrument or a bone. The contact position is
+    /// where A2's path of the last tick meets the face; without one the position stays and only the velocity rule acts.
+    void project(const Frame& frame, const VertexInFace& v, Effect& effect) {
+        Edit& vertex = edit(frame, v.vertex);
+        const equations::Corners face = corners_of(*topology_, frame.position, v.triangle);
+        Vector3 previous = frame.previous.col(v.vertex);
+        if (settings_.relative_path) previous = carried_along(frame, v.triangle, previous);
+        equations::PathHit hit = equations::path_hit(face, previous, vertex.position);
+        if (!hit.found && settings_.relative_path) {
+            hit.found = true;
+            hit.point = v.weights[0] * face[0] + v.weights[1] * face[1] + v.weights[2] * face[2];
+        }
         if (hit.found) {
             vertex.position = hit.point;
         } else {
             ++effect.no_hit;
         }
-        vertex.velocity = equations::projected_velocity(frame.velocity.col(contact.vertex_a), vertex.velocity,
-                                                        contact.normal, settings_.restitution);
-        vertex.instrument = body_a;
-        vertex.point = frame.position.col(contact.vertex_a);
-        vertex.normal = contact.normal;
+        const bool instrument = kind(v.face_body) == BodyKind::instrument;
+        const Vector3 before = vertex.velocity;
+        vertex.velocity =
+            instrument ? equations::projected_velocity(face_velocity(frame, v), before, v.normal, settings_.restitution)
+                       : equations::rigid_projected_velocity(before, v.normal, settings_.restitution);
+        if (!instrument) return;
+        vertex.instrument = v.face_body;
+        vertex.point = face_load(v).blend(frame.position);
+        if (!settings_.closest_point) vertex.point = frame.position.col(v.nearest);
+        vertex.normal = v.normal;
+        vertex.velocity_change += vertex.velocity - before;
+    }
+    /// Where a point of the last tick would be had it moved with the triangle's body.
+    [[nodiscard]] Vector3 carried_along(const Frame& frame, Index triangle, const Vector3& point) const {
+        const auto axes = [](const equations::Corners& c) {
+            Matrix3 m;
+            m.col(0) = (c[1] - c[0]).normalized();
+            m.col(2) = m.col(0).cross(c[2] - c[0]).normalized();
+            m.col(1) = m.col(2).cross(m.col(0));
+            return m;
+        };
+        const equations::Corners then = corners_of(*topology_, frame.previous, triangle);
+        const equations::Corners now = corners_of(*topology_, frame.position, triangle);
+        return now[0] + axes(now) * (axes(then).transpose() * (point - then[0]));
     }
 
+    /// Corrected 3.7-3.8 and 3.10-3.11: the face holds the vertex by a stiff contact in every sub-step, which clears
+    /// the depth within the settle time, never pulls, and gives the tool exactly the momentum that the tissue gets.
+    void constrain_vertex(const Frame& frame, const VertexInFace& v, Effect& effect) {
+        resting_now_.push_back({v.vertex, v.triangle, v.face_body});
+        LinearContact linear = hard_contact(v.depth);
+        linear.vertices = {v.vertex, -1, -1};
+        linear.weights = {1.0, 0.0, 0.0};
+        linear.normal = v.normal;
+        linear.face_velocity = face_velocity(frame, v).dot(v.normal);
+        if (kind(v.face_body) == BodyKind::instrument) {
+            linear.reaction_body = v.face_body;
+            linear.reaction_point = LoadPoint::in_triangle(*topology_, v.triangle, v.weights).blend(frame.position);
+        }
+        effect.contacts.push_back(linear);
+    }
+    /// A vertex that was held in the last tick and is now a little in front of the face stays known to the integrator
+    /// as a contact with a gap: else a resting contact would be lost and found again every other tick.
+    void keep_resting(const Frame& frame, Effect& effect) {
+        for (Resting& r : resting_) {
+            const auto known = std::any_of(resting_now_.begin(), resting_now_.end(), [&r](const Resting& now) {
+                return now.vertex == r.vertex && now.face_body == r.face_body;
+            });
+            if (known) continue;
+            const Vector3 x = frame.position.col(r.vertex);
+            VertexInFace v;
+            v.vertex = r.vertex;
+            v.triangle = r.triangle;
+            v.face_body = r.face_body;
+            follow_surface(*topology_, surface_, frame, x, v.triangle, v.weights);
+            const equations::Corners corners = corners_of(*topology_, frame.position, v.triangle);
+            const Vector3 foot = v.weights[0] * corners[0] + v.weights[1] * corners[1] + v.weights[2] * corners[2];
+            v.normal = surface_.blended_normal(*topology_, frame.position, v.triangle, v.weights);
+            v.depth = v.normal.dot(foot - x);
+            v.nearest = topology_->triangles(equations::nearest_corner(corners, x), v.triangle);
+            if (v.depth > 0.0 || (foot - x).norm() > CrossingLedger::resting_margin) continue;
+            constrain_vertex(frame, v, effect);
+        }
+        resting_.swap(resting_now_);
+        resting_now_.clear();
+    }
+    [[nodiscard]] LinearContact hard_contact(double depth) const {
+        LinearContact linear;
+        linear.k = settings_.hard_stiffness;
+        linear.mu = settings_.hard_stiffness * settings_.settle_time;
+        linear.gap = -depth;
+        return linear;
+    }
+
+    // ------------------------------------------------------------ tissue against tissue
+    /// Eq. 3.12-3.17 on the closest vertex pair, once per triangle pair: an even number of pairs cancels (METHODS §13,
+    /// 15).
+    void exchange(const Frame& frame, const Contact& contact) {
+        const equations::CornerPair pair = equations::closest_corners(
+            corners_of(*topology_, frame.position, contact.a), corners_of(*topology_, frame.position, contact.b));
+        const Index v1 = topology_->triangles(pair.first, contact.a);
+        const Index v2 = topology_->triangles(pair.second, contact.b);
+        if (fixed(v1) && fixed(v2)) return;
+        constexpr double immovable = 1e12;  // kg
+        const double m1 = fixed(v1) ? immovable : materials_->mass[at(v1)];
+        const double m2 = fixed(v2) ? immovable : materials_->mass[at(v2)];
+        const equations::Exchange result = equations::tissue_tissue(m1, m2, velocity(frame, v1), velocity(frame, v2));
+        if (!result.direction_defined) return;
+        if (!fixed(v1)) edit(frame, v1).velocity = result.velocity1_after;
+        if (!fixed(v2)) edit(frame, v2).velocity = result.velocity2_after;
+    }
+
+    /// Corrected: impulse along the contact normal when closing, and a penalty on what overlaps. `pushed` moves along
+    /// `normal`, `other` against it.
+    void bounce(const Frame& frame, const Vector3& normal, const LoadPoint& pushed, const LoadPoint& other,
+                double depth, double k, Effect& effect) {
+        double speed = 0.0;
+        double mobility = 0.0;
+        const auto visit = [&](const LoadPoint& point, double sign, const auto& act) {
+            for (std::size_t i = 0; i < 3; ++i) {
+                if (point.vertices[i] >= 0 && point.weights[i] != 0.0) act(point.vertices[i], sign * point.weights[i]);
+            }
+        };
+        const auto measure = [&](Index vertex, double weight) {
+            speed += weight * velocity(frame, vertex).dot(normal);
+            if (!fixed(vertex)) mobility += weight * weight / materials_->mass[at(vertex)];
+        };
+        visit(pushed, 1.0, measure);
+        visit(other, -1.0, measure);
+        if (mobility == 0.0) return;
+        if (speed < 0.0) {
+            const double impulse = -(1.0 + settings_.tissue_restitution) * speed / mobility;
+            const auto push = [&](Index vertex, double weight) {
+                if (!fixed(vertex)) {
+                    edit(frame, vertex).velocity += weight * impulse / materials_->mass[at(vertex)] * normal;
+                }
+            };
+            visit(pushed, 1.0, push);
+            visit(other, -1.0, push);
+        }
+        LinearContact linear;
+        linear.vertices = pushed.vertices;
+        linear.weights = pushed.weights;
+        linear.reaction_vertices = other.vertices;
+        linear.reaction_weights = other.weights;
+        linear.normal = normal;
+        linear.gap = -depth;
+        linear.k = k;
+        finish(linear, effect);
+    }
+
+    // ------------------------------------------------------------ reactions of placed vertices
     /// "The reaction force to the instrument is calculated through the equilibrium condition of the vertex A2": once
-    /// per held vertex, at its final place, from the last pair that held it; only what presses on the face.
-    void add_equilibrium_reactions(const Frame& frame, Effect& effect) {
+    /// per held vertex, at its final place, from the last pair that held it; only what presses on the face. Corrected:
+    /// the momentum of the velocity edits over the tick. The position edits carry none: counting both would count a
+    /// resting contact twice.
+    void add_reactions(const Frame& frame, Effect& effect) {
         for (const Edit& vertex : edits_) {
             if (vertex.instrument < 0) continue;
-            const Vector3 internal = internal_force_on(frame, vertex);
-            const Vector3 force = equations::pressing_part(internal, vertex.normal);
+            Vector3 force;
+            if (vertex.held) {
+                force = internal_force_on(frame, vertex);
+            } else if (settings_.impulse_reaction) {
+                force = -materials_->mass[at(vertex.vertex)] / dt_ * vertex.velocity_change;
+            } else {
+                force = equations::pressing_part(internal_force_on(frame, vertex), vertex.normal);
+            }
             Wrench& wrench = effect.wrench[at(vertex.instrument)];
             wrench.force += force;
             wrench.moment += vertex.point.cross(force);
         }
     }
-
     /// Springs, damping, drag and rest bias on a vertex, N, all vertices where this response has put them.
     [[nodiscard]] Vector3 internal_force_on(const Frame& frame, const Edit& vertex) const {
         Vector3 sum = -materials_->drag[at(vertex.vertex)] * vertex.velocity;
@@ -241,15 +618,329 @@ private:
         return sum;
     }
 
+    // ------------------------------------------------------------ interpenetration, §3.4.5
+    /// METHODS §9.1: from each instrument vertex back along its velocity; tissue vertices at the surfaces it has passed
+    /// attract it and are attracted. Says nothing for a tool at rest, and on withdrawal looks the wrong way.
+    void back_project(const Frame& frame, Effect& effect) {
+        grid_.fill(*topology_, frame.position);
+        for (Index body = 0; body < topology_->body_count(); ++body) {
+            if (kind(body) != BodyKind::instrument) continue;
+            const Range range = topology_->bodies[at(body)].vertices;
+            for (Index a = range.first; a < range.end(); ++a) {
+                const Vector3 v = frame.velocity.col(a);
+                const double speed = v.norm();
+                if (speed == 0.0) continue;
+                const Vector3 x = frame.position.col(a);
+                const Vector3 back = x - v / speed * std::min(settings_.n_back * dt_ * speed, settings_.l_max);
+                Box box;
+                box.add(x);
+                box.add(back);
+                attracted_.clear();
+                grid_.visit(box, [&](Index t) { attract(frame, body, a, x, back, t, effect); });
+            }
+        }
+    }
+    void attract(const Frame& frame, Index body, Index a, const Vector3& x, const Vector3& back, Index triangle,
+                 Effect& effect) {
+        const Index tissue = topology_->body_of_triangle[at(triangle)];
+        if (topology_->body_pair(body, tissue) < 0) return;
+        const equations::Corners corners = corners_of(*topology_, frame.position, triangle);
+        const equations::PathHit hit = equations::path_hit(corners, back, x);
+        if (!hit.found) return;
+        const Index vertex = topology_->triangles(equations::nearest_corner(corners, hit.point), triangle);
+        if (std::find(attracted_.begin(), attracted_.end(), vertex) != attracted_.end()) return;
+        attracted_.push_back(vertex);
+        const Vector3 towards = x - frame.position.col(vertex);
+        const double distance = towards.norm();
+        if (distance == 0.0) return;
+        LinearContact linear;
+        linear.vertices = {vertex, -1, -1};
+        linear.weights = {1.0, 0.0, 0.0};
+        linear.normal = towards / distance;
+        linear.gap = -(x - hit.point).norm();
+        linear.k = materials_->mean_stiffness[at(vertex)];
+        linear.face_velocity = frame.velocity.col(a).dot(linear.normal);
+        linear.adhesive = true;
+        linear.reaction_body = body;
+        linear.reaction_point = x;
+        effect.contacts.push_back(linear);
+    }
+
+    /// METHODS §9.2: every vertex on the wrong side pushes the surface it has crossed back past itself by a stiff
+    /// contact on the anchor, so that what is left goes to zero within the settle time, whether the tool moves or not.
+    void resolve_by_ledger(const Frame& frame, const ContactSet& contacts, Effect& effect) {
+        for (const Penetration& p : ledger_.penetrations()) inside_[at(p.vertex)] = 0;
+        ledger_.update(*topology_, surface_, frame, contacts);
+        for (Penetration& p : ledger_.penetrations()) {
+            inside_[at(p.vertex)] = 1;
+            if (p.ruptured) continue;
+            if (grasp_holds_any(p)) continue;
+            if (gives_up(frame, p)) {
+                p.ruptured = true;
+                ++effect.ruptures;
+                continue;
+            }
+            push_anchor(frame, p, effect);
+        }
+    }
+    void push_anchor(const Frame& frame, const Penetration& p, Effect& effect) const {
+        LinearContact linear = hard_contact(p.depth);
+        const LoadPoint anchor = LoadPoint::in_triangle(*topology_, p.triangle, p.weights);
+        linear.vertices = anchor.vertices;
+        linear.weights = anchor.weights;
+        linear.normal = -p.normal;
+        linear.face_velocity = frame.velocity.col(p.vertex).dot(linear.normal);
+        // On a sloping face a sideways slip changes the depth too: d' = f·(v_surface - v_vertex)/(f·n).
+        const double slope = p.face.dot(p.normal);
+        constexpr double least_slope = 0.3;
+        if (slope > least_slope) {
+            const Vector3 surface = anchor.blend(frame.velocity);
+            const Vector3 slip = surface - Vector3(frame.velocity.col(p.vertex));
+            linear.face_velocity = surface.dot(linear.normal) + p.face.dot(slip) / slope;
+        }
+        if (kind(p.body) == BodyKind::instrument) {
+            linear.reaction_body = p.body;
+            linear.reaction_point = frame.position.col(p.vertex);
+        }
+        effect.contacts.push_back(linear);
+    }
+    [[nodiscard]] bool grasp_holds_any(const Penetration& p) const {
+        if (settings_.grasp == GraspRule::off) return false;
+        for (int i = 0; i < 3; ++i) {
+            if (grasp_.holds(topology_->triangles(i, p.triangle), p.body)) return true;
+        }
+        return false;
+    }
+    /// Rupture: too deep, too old, or not getting better although the tissue around the anchor is at its strain limit.
+    [[nodiscard]] bool gives_up(const Frame& frame, Penetration& p) const {
+        constexpr double clear = 1e-4;       // m
+        constexpr double longest_age = 2.0;  // s
+        constexpr double stall_time = 0.1;   // s
+        if (p.depth > settings_.d_max) return true;
+        if (p.depth <= clear) {
+            p.age = 0;
+            p.stalled = 0;
+            return false;
+        }
+        if (static_cast<double>(p.age) * dt_ > longest_age) return true;
+        const bool improves = p.depth < p.last_depth * (1.0 - 1e-3);
+        p.stalled = !improves && strain_at(frame, p.triangle) > 0.95 * materials_->strain_limit ? p.stalled + 1 : 0;
+        return static_cast<double>(p.stalled) * dt_ > stall_time;
+    }
+    [[nodiscard]] double strain_at(const Frame& frame, Index triangle) const {
+        double largest = 0.0;
+        for (int i = 0; i < 3; ++i) {
+            for (const Index s : springs_.of(topology_->triangles(i, triangle))) {
+                const Spring& spring = materials_->springs[at(s)];
+                if (spring.rest <= 0.0) continue;
+                const double length = (frame.position.col(spring.i) - frame.position.col(spring.j)).norm();
+                largest = std::max(largest, length / spring.rest - 1.0);
+            }
+        }
+        return largest;
+    }
+
+    // ------------------------------------------------------------ grasping
+    void hold_grasped(const Frame& frame, const ContactSet& contacts, Effect& effect) {
+        grasp_.update(*topology_, *materials_, frame, contacts);
+        constexpr double spring = 300.0;    // N/m
+        constexpr double slip_force = 2.0;  // N
+        for (std::size_t i = 0; i < grasp_.held().size();) {
+            const GraspedVertex held = grasp_.held()[i];
+            const Vector3 target = grasp_.target(frame, held);
+            const Vector3 speed = grasp_.target_velocity(frame, held, dt_);
+            const Index body = grasp_.body_of(held.group);
+            if (settings_.grasp == GraspRule::follow) {
+                Edit& vertex = edit(frame, held.vertex);
+                vertex.position = target;
+                vertex.velocity = speed;
+                vertex.held = true;
+                vertex.instrument = body;
+                vertex.point = target;
+                ++i;
+                continue;
+            }
+            const Vector3 offset = target - frame.position.col(held.vertex);
+            const bool torn = strain_of(frame, held.vertex) >= 0.999 * materials_->strain_limit;
+            if (spring * offset.norm() > slip_force || torn) {
+                grasp_.detach(i);
+                ++effect.detached;
+                continue;
+            }
+            const double mu = 2.0 * std::sqrt(spring * materials_->mass[at(held.vertex)]);
+            for (int axis = 0; axis < 3; ++axis) {
+                LinearContact linear;
+                linear.vertices = {held.vertex, -1, -1};
+                linear.weights = {1.0, 0.0, 0.0};
+                linear.normal = Vector3::Unit(axis);
+                linear.gap = -offset[axis];
+                linear.k = spring;
+                linear.mu = mu;
+                linear.face_velocity = speed[axis];
+                linear.bilateral = true;
+                linear.reaction_body = body;
+                linear.reaction_point = target;
+                effect.contacts.push_back(linear);
+            }
+            ++i;
+        }
+    }
+    [[nodiscard]] double strain_of(const Frame& frame, Index vertex) const {
+        double largest = 0.0;
+        for (const Index s : springs_.of(vertex)) {
+            const Spring& spring = materials_->springs[at(s)];
+            if (spring.rest <= 0.0) continue;
+            const double length = (frame.position.col(spring.i) - frame.position.col(spring.j)).norm();
+            largest = std::max(largest, length / spring.rest - 1.0);
+        }
+        return largest;
+    }
+
     Settings settings_;
     const Topology* topology_ = nullptr;
     const Materials* materials_ = nullptr;
+    double dt_ = 0.0;
+    bool has_tissue_ = false;
     PairLaws laws_;
     VertexSprings springs_;
+    Surface surface_;
+    TriangleGrid grid_;
+    CrossingLedger ledger_;
+    Grasp grasp_;
     std::vector<Index> slot_;  ///< N; position in edits_, -1 for none
     std::vector<Edit> edits_;
+    std::vector<Index> first_face_;  ///< N; first of a vertex' faces
+    std::vector<VertexInFace> faces_;
+    std::vector<Index> first_edge_;  ///< N; by the smallest vertex of body a's edge
+    std::vector<EdgePair> edges_;
+    std::vector<std::uint8_t> inside_;  ///< N; 1 = in the ledger
+    std::vector<Index> attracted_;
+    std::vector<Resting> resting_;  ///< tissue vertices that a face held in the last tick
+    std::vector<Resting> resting_now_;
     std::vector<Wrench> moment_;
 };
+
+Parameter choice(const std::string& name, std::vector<std::string> choices, const std::string& meaning) {
+    choices.insert(choices.begin(), "auto");
+    return {.name = name,
+            .type = Parameter::Type::choice,
+            .default_value = "auto",
+            .choices = std::move(choices),
+            .meaning = meaning};
+}
+
+Parameter number(const std::string& name, const std::string& unit, const std::string& value, double low, double high,
+                 const std::string& meaning) {
+    return {.name = name, .unit = unit, .default_value = value, .minimum = low, .maximum = high, .meaning = meaning};
+}
+
+std::vector<Parameter> thesis_parameters() {
+    Parameter restitution =
+        number("e", "1", "0", 0.0, 1.0, "restitution in 3.8 and 3.11: 0 the printed equation, 1 the printed words");
+    return {
+        {.name = "profile",
+         .type = Parameter::Type::choice,
+         .default_value = "faithful",
+         .choices = {"faithful", "corrected", "printed"},
+         .meaning = "what auto means below: the equations with the damper sign of 3.6 put right, all corrections, or "
+                    "3.6 as printed as well"},
+        stiffness_parameter("1000 between instruments and rigid bodies, on tissue as `stiffness` says"),
+        damping_parameter(),
+        choice("distribute", {"force_alpha", "force_at_vertex"},
+               "force on a face: shared out by barycentric weights (§4.3.1, auto), or on the nearest vertex (§3.4)"),
+        choice("reduction", {"pair", "vertex"},
+               "one response per triangle pair in sorted order (faithful), or one per vertex and other body and per "
+               "pair of edges (corrected)"),
+        choice(
+            "closest_point", {"off", "on"},
+            "depth and velocity of a face: plane and nearest vertex (faithful), or at the closest point (corrected)"),
+        choice("normal", {"face", "blend"}, "normal of the face (faithful), or blended vertex normals (corrected)"),
+        choice("stiffness", {"springs", "area"},
+               "on tissue: mean of the springs (faithful), or kappa times the vertex' own area (corrected)"),
+        number("kappa", "N/m3", "3e6", 0.0, 1e12, "elastic foundation for stiffness=area"),
+        choice("clamp", {"off", "on"}, "contact force may pull (faithful), or lies between 0 and f_max (corrected)"),
+        number("f_max", "N", "5", 0.0, 1e6, "largest spring force of one contact with clamp=on"),
+        choice("edges", {"interval", "normal"},
+               "crossing edges: along the interval by its length (faithful), or along their common normal (corrected)"),
+        choice("projection", {"place", "hold"},
+               "tissue vertex in a face: put on the face (faithful, 3.8), or held by a stiff contact (corrected)"),
+        choice(
+            "path", {"absolute", "relative"},
+            "contact position with projection=place: the vertex' own path (faithful), or as seen from the face, else "
+            "the closest point (corrected)"),
+        choice("reaction", {"equilibrium", "impulse"},
+               "force on the tool with projection=place: equilibrium of A2 (faithful), or momentum (corrected)"),
+        restitution,
+        choice("rigid_tissue", {"vertex", "all"},
+               "bone: only tissue vertices in bone (faithful), or also bone in tissue and edges (corrected)"),
+        choice("tissue_tissue", {"exchange", "impulse"},
+               "two tissues: elastic exchange along V_R per pair (faithful), or impulse along the normal and penalty "
+               "(corrected)"),
+        number("e_tissue", "1", "0.2", 0.0, 1.0, "restitution with tissue_tissue=impulse"),
+        choice("resolution", {"none", "back_projection", "ledger"},
+               "interpenetration: velocity back-projection (faithful, §3.4.5), or crossing ledger (corrected)"),
+        number("n_back", "1", "10", 0.0, 1e6, "ticks that back-projection looks back"),
+        number("l_max", "m", "0.02", 0.0, 1e3, "longest back-projection"),
+        number("settle_time", "s", "0.003", 1e-6, 10.0, "time constant of projection=hold and of the ledger"),
+        number("d_max", "m", "0.015", 0.0, 1e3, "depth at which the ledger reports rupture"),
+        choice("grasp", {"off", "follow", "spring"},
+               "grasped tissue: follows the tool (faithful), or on springs that slip at 2 N (corrected)"),
+        {.name = "tip",
+         .type = Parameter::Type::choice,
+         .default_value = "auto",
+         .choices = {"auto", "sum", "fulcrum"},
+         .meaning = "force shown at the tip: plain sum (faithful), or through the trocar as pivot (corrected)"},
+        {.name = "contacts",
+         .type = Parameter::Type::choice,
+         .default_value = "implicit",
+         .choices = {"implicit", "explicit", "hold"},
+         .meaning = "contact forces in the tissue's sub-steps: implicit, explicit, or held over the tick"}};
+}
+
+Settings read_settings(const ParameterValues& values) {
+    const bool corrected = values.is("profile", "corrected");
+    const auto on = [&](const char* name, const char* word) {
+        return values.is(name, "auto") ? corrected : values.is(name, word);
+    };
+    Settings s;
+    s.printed_damper = values.is("profile", "printed");
+    s.distribute = !values.is("distribute", "force_at_vertex");
+    s.reduce = on("reduction", "vertex");
+    s.closest_point = on("closest_point", "on");
+    s.blended_normal = on("normal", "blend");
+    s.area_stiffness = on("stiffness", "area");
+    s.clamp = on("clamp", "on");
+    s.edge_normal = on("edges", "normal");
+    s.constrain = on("projection", "hold");
+    s.relative_path = on("path", "relative");
+    s.impulse_reaction = on("reaction", "impulse");
+    s.all_rigid_cases = on("rigid_tissue", "all");
+    s.impulse_tissue = on("tissue_tissue", "impulse");
+    s.fulcrum = on("tip", "fulcrum");
+    if (values.is("resolution", "auto")) {
+        s.resolution = corrected ? Resolution::ledger : Resolution::back_projection;
+    } else if (!values.is("resolution", "none")) {
+        s.resolution = values.is("resolution", "ledger") ? Resolution::ledger : Resolution::back_projection;
+    }
+    if (values.is("grasp", "auto")) {
+        s.grasp = corrected ? GraspRule::spring : GraspRule::follow;
+    } else if (!values.is("grasp", "off")) {
+        s.grasp = values.is("grasp", "spring") ? GraspRule::spring : GraspRule::follow;
+    }
+    s.restitution = values.number("e");
+    s.tissue_restitution = values.number("e_tissue");
+    s.kappa = values.number("kappa");
+    s.f_max = values.number("f_max");
+    s.n_back = values.number("n_back");
+    s.l_max = values.number("l_max");
+    s.k = values.number("k");
+    s.mu = values.number("mu");
+    s.settle_time = values.number("settle_time");
+    s.d_max = values.number("d_max");
+    s.contacts_held = values.is("contacts", "hold");
+    s.contacts_explicit = values.is("contacts", "explicit");
+    return s;
+}
 
 }  // namespace
 
@@ -258,41 +949,9 @@ ResponseEntry thesis_response() {
     entry.name = "thesis";
     entry.version = "2005";
     entry.own = true;
-    entry.parameters = {
-        {.name = "profile",
-         .type = Parameter::Type::choice,
-         .default_value = "faithful",
-         .choices = {"faithful", "printed"},
-         .meaning = "faithful: the equations with the damper sign of 3.6 put right; printed: that sign as printed"},
-        stiffness_parameter("1000 between instruments and rigid bodies, on tissue the mean of the springs at A2 (3.6) "
-                            "or of the triangle (3.9)"),
-        damping_parameter(),
-        {.name = "distribute",
-         .type = Parameter::Type::choice,
-         .default_value = "force_alpha",
-         .choices = {"force_alpha", "force_at_vertex"},
-         .meaning = "force on a face: shared out by barycentric weights (§4.3.1), or on the nearest vertex (§3.4)"},
-        {.name = "e",
-         .unit = "1",
-         .default_value = "0",
-         .minimum = 0.0,
-         .maximum = 1.0,
-         .meaning = "restitution in 3.8: 0 the printed equation, 1 the printed words"},
-        tip_parameter("sum"),
-        {.name = "contacts",
-         .type = Parameter::Type::choice,
-         .default_value = "implicit",
-         .choices = {"implicit", "explicit", "hold"},
-         .meaning = "contact forces in the tissue's sub-steps: implicit, explicit, or held over the tick"}};
+    entry.parameters = thesis_parameters();
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
-        return std::make_unique<Thesis>(Settings{.printed_damper = values.is("profile", "printed"),
-                                                 .distribute = values.is("distribute", "force_alpha"),
-                                                 .fulcrum = values.is("tip", "fulcrum"),
-                                                 .restitution = values.number("e"),
-                                                 .k = values.number("k"),
-                                                 .mu = values.number("mu"),
-                                                 .contacts_held = values.is("contacts", "hold"),
-                                                 .contacts_explicit = values.is("contacts", "explicit")});
+        return std::make_unique<Thesis>(read_settings(values));
     };
     return entry;
 }

@@ -336,7 +336,18 @@ Outcome MassSpring::advance(const Effect& effect, double dt, Frame& frame, std::
         if (inverse_mass_[at(placement.vertex)] == 0.0) continue;  // pinned
         position_.col(placement.vertex) = placement.position;
         velocity_.col(placement.vertex) = placement.velocity;
+        if (placement.held) inverse_mass_[at(placement.vertex)] = 0.0;
     }
+    const Outcome outcome = integrate(effect, dt, frame, reaction);
+    for (const Placement& placement : effect.placements) {
+        if (placement.held && is_free(*materials_, placement.vertex)) {
+            inverse_mass_[at(placement.vertex)] = 1.0 / materials_->mass[at(placement.vertex)];
+        }
+    }
+    return outcome;
+}
+
+Outcome MassSpring::integrate(const Effect& effect, double dt, Frame& frame, std::vector<Wrench>& reaction) {
     start_ = position_;
     collect(effect, frame);
     const bool held = effect.contacts_held;
@@ -355,6 +366,7 @@ Outcome MassSpring::advance(const Effect& effect, double dt, Frame& frame, std::
             }
         }
         for (const Index v : free_) {
+            if (inverse_mass_[at(v)] == 0.0) continue;  // held for this tick
             if (external) force_.col(v) += effect.held_force.col(v);
             velocity_.col(v) += h * inverse_mass_[at(v)] * force_.col(v);
         }
@@ -370,7 +382,9 @@ Outcome MassSpring::advance(const Effect& effect, double dt, Frame& frame, std::
             contact.depth -= h * rate(contact, velocity_);
             mean_force_[contact.source] += contact.force / substeps;
         }
-        for (const Index v : free_) position_.col(v) += h * velocity_.col(v);
+        for (const Index v : free_) {
+            if (inverse_mass_[at(v)] != 0.0) position_.col(v) += h * velocity_.col(v);
+        }
     }
 
     double furthest = 0.0;

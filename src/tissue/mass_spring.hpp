@@ -94,6 +94,7 @@ private:
         bool on = false;
     };
 
+    Outcome integrate(const Effect& effect, double dt, Frame& frame, std::vector<Wrench>& reaction);
     void collect(const Effect& effect, const Frame& frame);
     [[nodiscard]] double rate(const Active& contact, const Matrix3X& velocity) const;
     void push(const Active& contact, double impulse, Matrix3X& velocity) const;

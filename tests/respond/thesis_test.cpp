@@ -66,11 +66,11 @@ TEST(ThesisTissue, InstrumentVertexFollows36WithTheStiffnessOfTheNearestVertex) 
     PairSample s = vertex_of_a_in_b(BodyKind::instrument, BodyKind::tissue);
     s.materials.mean_stiffness = {0, 0, 0, 220.0, 1.0, 2.0};
     s.frame.velocity.col(0) = Vector3(0.03, -0.02, -0.2);
-    s.respond("thesis:mu=0.8");
+    s.respond("thesis:mu=0.8,resolution=none");
     ASSERT_EQ(s.effect.contacts.size(), 1U);
     EXPECT_DOUBLE_EQ(s.effect.contacts[0].k, 220.0);
     EXPECT_NEAR(s.effect.tip_force[0].z(), 0.33 + 0.16, 1e-12);
-    s.respond("thesis:mu=0.8,profile=printed");
+    s.respond("thesis:mu=0.8,profile=printed,resolution=none");
     EXPECT_NEAR(s.effect.tip_force[0].z(), 0.33 - 0.16, 1e-12);
     EXPECT_DOUBLE_EQ(s.effect.contacts[0].mu, -0.8);
     s.materials.contact_laws[0].k = 100.0;

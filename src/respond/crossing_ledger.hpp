@@ -1,0 +1,88 @@
+// Which vertices of instruments and bones are on the wrong side of a tissue surface, by history (METHODS §9.2): it
+// works on open sheets, for a tool that stands still, withdraws or is dragged, where depth below one plane says
+// nothing.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "contact/contact_set.hpp"
+#include "respond/surface.hpp"
+#include "respond/triangle_grid.hpp"
+#include "scene/world.hpp"
+
+namespace trocar {
+
+/// A sample point (vertex of an instrument or a rigid body) that has crossed a tissue surface.
+struct Penetration {
+    Index vertex = -1;    ///< the sample
+    Index body = -1;      ///< the sample's body
+    Index tissue = -1;    ///< tissue body
+    Index triangle = -1;  ///< anchor: surface point that the normal through the sample meets
+    Vector3 weights = Vector3::Zero();
+    Vector3 normal =
+        Vector3::Zero();             ///< unit, continuous along the surface, towards the side where the sample belongs
+    Vector3 face = Vector3::Zero();  ///< unit normal of the anchor's triangle, same side
+    double depth = 0.0;              ///< m, of the sample below the anchor along -normal; negative = clear
+    double side = 1.0;               ///< +1: belongs in front of the surface, -1: behind it
+    std::int64_t age = 0;            ///< ticks
+    std::int64_t stalled = 0;        ///< ticks for which the depth has not fallen while the tissue is at its limit
+    double last_depth = 0.0;         ///< m
+    bool ruptured = false;           ///< given up: no force until the sample is back on its side
+};
+
+/// Counts signed crossings per sample and tissue body. The motion of a tick is taken as tissue first, tool second; the
+/// tissue's motion as its vertices moving one after the other in order of their numbers, which sweeps tetrahedra whose
+/// faces neighbours share. With exact orientation signs every crossing is thus counted exactly once, whatever edge it
+/// passes, so that the count is the exact side.
+class CrossingLedger {
+public:
+    static constexpr double resting_margin = 1e-3;  ///< m
+
+    void prepare(const Topology& topology);
+    /// Advances the counts from the last call's frame to this one. The first call finds the start state: on closed
+    /// tissue by the winding number; on open tissue the front (normal side) is declared the right side, and vertices
+    /// behind it count only when the two bodies cross at the start. `contacts` tells which bodies cross.
+    void update(const Topology& topology, const Surface& surface, const Frame& frame, const ContactSet& contacts);
+    /// Samples on the wrong side, and those that have come back but are within the resting margin of the surface, in a
+    /// fixed order. The latter keep a resting contact from being lost and found again every other tick.
+    [[nodiscard]] std::vector<Penetration>& penetrations() { return penetrations_; }
+    [[nodiscard]] const std::vector<Penetration>& penetrations() const { return penetrations_; }
+    /// Signed crossings of a sample with a tissue body since the start (front to back +1), start state included.
+    [[nodiscard]] int count(Index vertex, Index tissue) const;
+
+private:
+    struct Tissue {
+        Index body = -1;
+        bool closed = false;
+        TriangleGrid grid;
+        double largest_move = 0.0;
+        std::vector<std::int16_t> count;  ///< per sample
+        std::vector<Index> entry;         ///< per sample: position in penetrations_, -1
+    };
+    struct Sample {
+        Index vertex = -1;
+        Index body = -1;
+    };
+
+    void find_start(const Topology& topology, const Frame& frame, const ContactSet& contacts);
+    void count_crossings(const Topology& topology, const Frame& frame, Tissue& tissue);
+    [[nodiscard]] Index nearest_triangle(const Topology& topology, const Frame& frame, Tissue& tissue,
+                                         const Vector3& point);
+
+    std::vector<Tissue> tissues_;
+    std::vector<Sample> samples_;
+    std::vector<Index> sample_of_vertex_;
+    std::vector<std::uint8_t> tested_;  ///< bodies × bodies
+    Matrix3X last_;                     ///< 3×N, positions at the last call
+    bool started_ = false;
+    std::vector<Penetration> penetrations_;
+    std::vector<Penetration> kept_;
+};
+
+/// Slides `triangle` to the nearest point of its surface by a walk over neighbouring triangles and sets the weights of
+/// that point.
+void follow_surface(const Topology& topology, const Surface& surface, const Frame& frame, const Vector3& point,
+                    Index& triangle, Vector3& weights);
+
+}  // namespace trocar

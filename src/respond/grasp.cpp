@@ -1,0 +1,132 @@
+#include "respond/grasp.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+constexpr double close_below = 0.2;
+constexpr double open_above = 0.3;
+constexpr std::size_t most_vertices = 8;
+constexpr double jaw_length = 0.012;   ///< m, from the tip towards the shaft
+constexpr double jaw_radius = 0.0025;  ///< m, half the diagonal of the 4 × 3 mm cross-section
+
+}  // namespace
+
+void Grasp::prepare(const Topology& topology, bool both_jaws) {
+    both_jaws_ = both_jaws;
+    groups_.clear();
+    group_of_body_.assign(at(topology.body_count()), -1);
+    for (Index b = 0; b < topology.body_count(); ++b) {
+        const BodyRange& body = topology.bodies[at(b)];
+        if (body.kind != BodyKind::instrument) continue;
+        const auto found = std::find_if(groups_.begin(), groups_.end(), [&](const Group& group) {
+            return !body.instrument.empty() && group.name == body.instrument;
+        });
+        group_of_body_[at(b)] = static_cast<Index>(found - groups_.begin());
+        if (found == groups_.end()) groups_.push_back({.body = b, .name = body.instrument});
+    }
+    holder_.assign(at(topology.vertex_count), -1);
+    held_.clear();
+    held_.reserve(groups_.size() * most_vertices);
+}
+
+void Grasp::detach(std::size_t position) {
+    holder_[at(held_[position].vertex)] = -1;
+    held_.erase(held_.begin() + static_cast<std::ptrdiff_t>(position));
+}
+
+void Grasp::update(const Topology& topology, const Materials& materials, const Frame& frame,
+                   const ContactSet& contacts) {
+    if (frame.pose.size() != group_of_body_.size()) return;
+    for (Index g = 0; g < static_cast<Index>(groups_.size()); ++g) {
+        Group& group = groups_[at(g)];
+        const double jaw = frame.pose[at(group.body)].jaw;
+        if (jaw > open_above) {
+            for (std::size_t i = held_.size(); i-- > 0;) {
+                if (held_[i].group == g) detach(i);
+            }
+        }
+        if (group.seen && group.last_jaw > close_below && jaw <= close_below) {
+            attach(topology, materials, frame, contacts, g);
+        }
+    }
+}
+
+void Grasp::attach(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts,
+                   Index group) {
+    const Index body = groups_[at(group)].body;
+    const Pose& pose = frame.pose[at(body)];
+    const Vector3 tip = pose.rotation * materials.tip[at(body)] + pose.translation;
+    // The jaws point from the middle of the instrument to its tip.
+    Vector3 middle = Vector3::Zero();
+    double vertices = 0.0;
+    for (Index b = 0; b < topology.body_count(); ++b) {
+        if (group_of_body_[at(b)] != group) continue;
+        const Range range = topology.bodies[at(b)].vertices;
+        for (Index v = range.first; v < range.end(); ++v) middle += frame.position.col(v);
+        vertices += range.count;
+    }
+    middle /= std::max(vertices, 1.0);
+    const Vector3 axis = (middle - tip).norm() > 0.0 ? Vector3((middle - tip).normalized()) : Vector3::UnitZ();
+
+    touches_.clear();
+    for (const Contact& contact : contacts.contacts) {
+        if (contact.a < 0 || contact.b < 0 || contact.kind == ContactCase::touch) continue;
+        const Index body_a = topology.body_of_triangle[at(contact.a)];
+        const Index body_b = topology.body_of_triangle[at(contact.b)];
+        if (group_of_body_[at(body_a)] != group || topology.bodies[at(body_b)].kind != BodyKind::tissue) continue;
+        for (int i = 0; i < 3; ++i) {
+            const Index v = topology.triangles(i, contact.b);
+            if (holder_[at(v)] >= 0 || materials.pinned[at(v)] != 0) continue;
+            const Vector3 from_tip = frame.position.col(v) - tip;
+            const double along = from_tip.dot(axis);
+            if (along < -jaw_radius || along > jaw_length || (from_tip - along * axis).norm() > jaw_radius) continue;
+            const auto known =
+                std::find_if(touches_.begin(), touches_.end(), [v](const Touch& touch) { return touch.vertex == v; });
+            if (known == touches_.end()) {
+                touches_.push_back({.vertex = v, .normal = contact.normal, .distance = from_tip.norm()});
+            } else if (contact.normal.dot(known->normal) < 0.0) {
+                known->opposed = true;
+            }
+        }
+    }
+    std::sort(touches_.begin(), touches_.end(), [](const Touch& a, const Touch& b) {
+        return a.distance != b.distance ? a.distance < b.distance : a.vertex < b.vertex;
+    });
+    std::size_t taken = 0;
+    for (const Touch& touch : touches_) {
+        if (taken == most_vertices) break;
+        if (both_jaws_ && !touch.opposed) continue;
+        const Vector3 local = pose.rotation.conjugate() * (frame.position.col(touch.vertex) - pose.translation);
+        held_.push_back({.vertex = touch.vertex, .group = group, .local = local});
+        holder_[at(touch.vertex)] = group;
+        ++taken;
+    }
+}
+
+Vector3 Grasp::target(const Frame& frame, const GraspedVertex& held) const {
+    const Pose& pose = frame.pose[at(groups_[at(held.group)].body)];
+    return pose.rotation * held.local + pose.translation;
+}
+
+Vector3 Grasp::target_velocity(const Frame& frame, const GraspedVertex& held, double dt) const {
+    const Group& group = groups_[at(held.group)];
+    if (!group.seen) return Vector3::Zero();
+    const Vector3 before = group.last_pose.rotation * held.local + group.last_pose.translation;
+    return (target(frame, held) - before) / dt;
+}
+
+void Grasp::remember(const Frame& frame) {
+    if (frame.pose.size() != group_of_body_.size()) return;
+    for (Group& group : groups_) {
+        group.last_pose = frame.pose[at(group.body)];
+        group.last_jaw = group.last_pose.jaw;
+        group.seen = true;
+    }
+}
+
+}  // namespace trocar

@@ -1,0 +1,68 @@
+// Grasping (METHODS §10): which tissue vertices a closed pair of jaws holds, from attach to slip and release. The
+// thesis only says that grasped tissue follows the tool; the rule when and what is ours.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "contact/contact_set.hpp"
+#include "contact/effect.hpp"
+#include "scene/world.hpp"
+
+namespace trocar {
+
+struct GraspedVertex {
+    Index vertex = -1;
+    Index group = -1;                 ///< instrument
+    Vector3 local = Vector3::Zero();  ///< m, in the frame of the instrument's first body
+};
+
+class Grasp {
+public:
+    /// `both_jaws`: a vertex needs contacts on two opposing faces, else one is enough.
+    void prepare(const Topology& topology, bool both_jaws);
+    /// Opens and closes: releases above q = 0.3, attaches when q falls through 0.2 (hysteresis). Does nothing in frames
+    /// without poses.
+    void update(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts);
+    [[nodiscard]] const std::vector<GraspedVertex>& held() const { return held_; }
+    /// True when this vertex is held by the instrument that the body belongs to: no contact response between them.
+    [[nodiscard]] bool holds(Index vertex, Index body) const {
+        return holder_[static_cast<std::size_t>(vertex)] >= 0 &&
+               holder_[static_cast<std::size_t>(vertex)] == group_of_body_[static_cast<std::size_t>(body)];
+    }
+    /// Body whose pose carries the group.
+    [[nodiscard]] Index body_of(Index group) const { return groups_[static_cast<std::size_t>(group)].body; }
+    /// Where a held vertex should be, m, and how fast it should move, m/s.
+    [[nodiscard]] Vector3 target(const Frame& frame, const GraspedVertex& held) const;
+    [[nodiscard]] Vector3 target_velocity(const Frame& frame, const GraspedVertex& held, double dt) const;
+    /// Lets one vertex go.
+    void detach(std::size_t position);
+    /// Remembers the poses of this frame; call at the end of a tick.
+    void remember(const Frame& frame);
+
+private:
+    struct Group {
+        Index body = -1;  ///< first body of the instrument
+        std::string name;
+        double last_jaw = 1.0;
+        Pose last_pose = {};
+        bool seen = false;
+    };
+    void attach(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts,
+                Index group);
+
+    bool both_jaws_ = false;
+    std::vector<Group> groups_;
+    std::vector<Index> group_of_body_;  ///< -1: not an instrument
+    std::vector<Index> holder_;         ///< N; group or -1
+    std::vector<GraspedVertex> held_;
+    struct Touch {
+        Index vertex = -1;
+        Vector3 normal = Vector3::Zero();
+        bool opposed = false;
+        double distance = 0.0;
+    };
+    std::vector<Touch> touches_;
+};
+
+}  // namespace trocar

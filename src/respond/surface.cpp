@@ -1,0 +1,61 @@
+#include "respond/surface.hpp"
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+Vector3 area_normal(const Topology& topology, const Matrix3X& position, Index triangle) {
+    const auto corner = topology.triangles.col(triangle);
+    const Vector3 origin = position.col(corner[0]);
+    return (position.col(corner[1]) - origin).cross(position.col(corner[2]) - origin);
+}
+
+void Surface::prepare(const Topology& topology) {
+    first_.assign(at(topology.vertex_count) + 1, 0);
+    for (Index t = 0; t < topology.triangle_count(); ++t) {
+        for (int i = 0; i < 3; ++i) ++first_[at(topology.triangles(i, t)) + 1];
+    }
+    for (std::size_t v = 1; v < first_.size(); ++v) first_[v] += first_[v - 1];
+    triangle_.assign(at(first_.back()), -1);
+    std::vector<Index> next(first_.begin(), first_.end() - 1);
+    for (Index t = 0; t < topology.triangle_count(); ++t) {
+        for (int i = 0; i < 3; ++i) triangle_[at(next[at(topology.triangles(i, t))]++)] = t;
+    }
+    area_.clear();
+}
+
+void Surface::measure(const Topology& topology, const Matrix3X& position) {
+    if (!area_.empty()) return;
+    area_.assign(at(topology.vertex_count), 0.0);
+    for (Index t = 0; t < topology.triangle_count(); ++t) {
+        const double third = area_normal(topology, position, t).norm() / 6.0;
+        for (int i = 0; i < 3; ++i) area_[at(topology.triangles(i, t))] += third;
+    }
+}
+
+Vector3 Surface::vertex_normal(const Topology& topology, const Matrix3X& position, Index vertex) const {
+    Vector3 sum = Vector3::Zero();
+    for (const Index t : triangles_at(vertex)) sum += area_normal(topology, position, t);
+    const double length = sum.norm();
+    return length > 0.0 ? Vector3(sum / length) : Vector3::Zero();
+}
+
+Vector3 Surface::blended_normal(const Topology& topology, const Matrix3X& position, Index triangle,
+                                const Vector3& weights) const {
+    Vector3 face = area_normal(topology, position, triangle);
+    const double size = face.norm();
+    if (size > 0.0) face /= size;
+    Vector3 sum = Vector3::Zero();
+    for (int i = 0; i < 3; ++i) {
+        if (weights[i] != 0.0) sum += weights[i] * vertex_normal(topology, position, topology.triangles(i, triangle));
+    }
+    const double length = sum.norm();
+    constexpr double least_agreement = 0.26;  // cosine of 75 degrees
+    if (length == 0.0 || sum.dot(face) < least_agreement * length) return face;
+    return sum / length;
+}
+
+}  // namespace trocar

@@ -1,0 +1,68 @@
+#include "respond/triangle_grid.hpp"
+
+#include <algorithm>
+
+namespace trocar {
+namespace {
+
+Box box_of(const Topology& topology, const Matrix3X& position, Index triangle) {
+    Box box;
+    for (int i = 0; i < 3; ++i) box.add(position.col(topology.triangles(i, triangle)));
+    return box;
+}
+
+/// A triangle that has grown over more cells than this is cut short: the work of a tick stays bounded.
+constexpr std::int64_t most_cells = 4096;
+
+}  // namespace
+
+void TriangleGrid::prepare(const Topology& /*topology*/, const std::vector<Index>& triangles) {
+    triangles_ = triangles;
+    seen_.assign(triangles.size(), 0);
+    stamp_ = 0;
+    int bits = 4;
+    while ((std::size_t{1} << bits) < 2 * triangles.size() && bits < 24) ++bits;
+    shift_ = 64 - bits;
+    first_.assign((std::size_t{1} << bits) + 1, 0);
+    next_.assign(first_.size(), 0);
+}
+
+void TriangleGrid::fill(const Topology& topology, const Matrix3X& position) {
+    bounds_ = Box{};
+    double edges = 0.0;
+    for (const Index t : triangles_) {
+        const Box box = box_of(topology, position, t);
+        if (!box.min.allFinite() || !box.max.allFinite()) continue;
+        bounds_.add(box.min);
+        bounds_.add(box.max);
+        edges += (position.col(topology.triangles(1, t)) - position.col(topology.triangles(0, t))).norm();
+    }
+    if (triangles_.empty() || !(bounds_.min.array() <= bounds_.max.array()).all()) return;
+    const double extent = (bounds_.max - bounds_.min).maxCoeff();
+    cell_ = std::max({1.5 * edges / static_cast<double>(triangles_.size()), extent * 1e-5, 1e-12});
+    const auto each_slot = [&](std::uint32_t local, const auto& act) {
+        const Box box = box_of(topology, position, triangles_[local]);
+        if (!box.min.allFinite() || !box.max.allFinite()) return;
+        const auto low = cell_of(box.min);
+        const auto high = cell_of(box.max);
+        std::int64_t visited = 0;
+        for (std::int64_t x = low[0]; x <= high[0]; ++x) {
+            for (std::int64_t y = low[1]; y <= high[1]; ++y) {
+                for (std::int64_t z = low[2]; z <= high[2]; ++z) {
+                    if (++visited > most_cells) return;
+                    act(slot_of(x, y, z));
+                }
+            }
+        }
+    };
+    std::fill(first_.begin(), first_.end(), 0U);
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t) each_slot(t, [&](std::size_t slot) { ++first_[slot + 1]; });
+    for (std::size_t s = 1; s < first_.size(); ++s) first_[s] += first_[s - 1];
+    if (entry_.size() < first_.back()) entry_.resize(first_.back());
+    std::copy(first_.begin(), first_.end(), next_.begin());
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+        each_slot(t, [&](std::size_t slot) { entry_[next_[slot]++] = t; });
+    }
+}
+
+}  // namespace trocar

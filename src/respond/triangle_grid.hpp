@@ -1,0 +1,70 @@
+// Which tissue triangles lie near a segment or a point: back-projection and the crossing ledger ask this for a few
+// instrument vertices per tick. A hash grid that is refilled each tick and keeps its memory.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "geometry/types.hpp"
+#include "scene/world.hpp"
+
+namespace trocar {
+
+class TriangleGrid {
+public:
+    /// `triangles` are the numbers to search; cells are 1.5 mean edges of the given positions wide.
+    void prepare(const Topology& topology, const std::vector<Index>& triangles);
+    /// Enters all triangles at these positions (3×N, m). Non-finite triangles are left out.
+    void fill(const Topology& topology, const Matrix3X& position);
+    [[nodiscard]] const Box& bounds() const { return bounds_; }
+    [[nodiscard]] double cell() const { return cell_; }
+
+    /// Calls visit(triangle) once for every triangle whose cells meet the box.
+    template <typename Visit>
+    void visit(const Box& box, const Visit& visit) {
+        if (!box.overlaps(bounds_)) return;
+        ++stamp_;
+        const auto low = cell_of(box.min.cwiseMax(bounds_.min));
+        const auto high = cell_of(box.max.cwiseMin(bounds_.max));
+        for (std::int64_t x = low[0]; x <= high[0]; ++x) {
+            for (std::int64_t y = low[1]; y <= high[1]; ++y) {
+                for (std::int64_t z = low[2]; z <= high[2]; ++z) {
+                    const std::size_t slot = slot_of(x, y, z);
+                    for (std::uint32_t e = first_[slot]; e < first_[slot + 1]; ++e) {
+                        const std::uint32_t local = entry_[e];
+                        if (seen_[local] == stamp_) continue;
+                        seen_[local] = stamp_;
+                        visit(triangles_[local]);
+                    }
+                }
+            }
+        }
+    }
+
+private:
+    [[nodiscard]] std::array<std::int64_t, 3> cell_of(const Vector3& p) const {
+        const Vector3 scaled = (p - bounds_.min) / cell_;
+        return {static_cast<std::int64_t>(std::floor(scaled.x())), static_cast<std::int64_t>(std::floor(scaled.y())),
+                static_cast<std::int64_t>(std::floor(scaled.z()))};
+    }
+    [[nodiscard]] std::size_t slot_of(std::int64_t x, std::int64_t y, std::int64_t z) const {
+        const auto mixed = static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15ULL ^
+                           static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4FULL ^
+                           static_cast<std::uint64_t>(z) * 0x165667B19E3779F9ULL;
+        return static_cast<std::size_t>((mixed * 0x9E3779B97F4A7C15ULL) >> shift_);
+    }
+
+    std::vector<Index> triangles_;
+    Box bounds_;
+    double cell_ = 1.0;
+    int shift_ = 63;
+    std::vector<std::uint32_t> first_;  ///< slots + 1
+    std::vector<std::uint32_t> entry_;  ///< positions in triangles_
+    std::vector<std::uint32_t> next_;
+    std::vector<std::uint64_t> seen_;
+    std::uint64_t stamp_ = 0;
+};
+
+}  // namespace trocar

@@ -1,0 +1,255 @@
+// A small closed loop without scene files: a pinned sheet, a tool or a second tissue, brute-force pairs, the shared
+// stage derive, one response, the tissue integrator. For tests of what responses do over time.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "contact/derive.hpp"
+#include "method/registry.hpp"
+#include "scene/world.hpp"
+#include "tissue/mass_spring.hpp"
+
+namespace trocar::test {
+
+struct Mesh {
+    std::vector<Vector3> points;
+    std::vector<std::array<Index, 3>> triangles;
+};
+
+/// n×n squares of edge `edge` around the origin in the plane z = 0, normal +z, diagonals alternating.
+inline Mesh make_sheet(int n, double edge) {
+    Mesh mesh;
+    for (int i = 0; i <= n; ++i) {
+        for (int j = 0; j <= n; ++j) mesh.points.emplace_back(edge * (i - 0.5 * n), edge * (j - 0.5 * n), 0.0);
+    }
+    const auto at = [n](int i, int j) { return static_cast<Index>(i * (n + 1) + j); };
+    for (int i = 0; i < n; ++i) {
+        for (int j = 0; j < n; ++j) {
+            if ((i + j) % 2 == 0) {
+                mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+                mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+            } else {
+                mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i, j + 1)});
+                mesh.triangles.push_back({at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
+            }
+        }
+    }
+    return mesh;
+}
+
+/// Closed shaft along z from the origin (a pointed or flat end there) up to `length`, outer normals.
+inline Mesh make_shaft(double radius, double length, int sides, double point_length) {
+    Mesh mesh;
+    const int rings = 12;
+    mesh.points.emplace_back(0.0, 0.0, 0.0);
+    for (int r = 0; r <= rings; ++r) {
+        const double z = point_length + (length - point_length) * r / rings;
+        for (int s = 0; s < sides; ++s) {
+            const double angle = 2.0 * EIGEN_PI * s / sides;
+            mesh.points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+        }
+    }
+    mesh.points.emplace_back(0.0, 0.0, length);
+    const auto at = [sides](int r, int s) { return static_cast<Index>(1 + r * sides + s % sides); };
+    const auto top = static_cast<Index>(mesh.points.size() - 1);
+    for (int s = 0; s < sides; ++s) {
+        mesh.triangles.push_back({0, at(0, s + 1), at(0, s)});
+        mesh.triangles.push_back({top, at(rings, s), at(rings, s + 1)});
+        for (int r = 0; r < rings; ++r) {
+            mesh.triangles.push_back({at(r, s), at(r, s + 1), at(r + 1, s)});
+            mesh.triangles.push_back({at(r, s + 1), at(r + 1, s + 1), at(r + 1, s)});
+        }
+    }
+    return mesh;
+}
+
+struct LoopBody {
+    std::string name;
+    BodyKind kind = BodyKind::rigid;
+    bool closed = true;
+    Mesh mesh;
+    bool pin_rim = true;                         ///< tissue: pin vertices whose rest |x| or |y| is largest
+    std::function<Vector3(double)> offset = {};  ///< translation over time; absent: stays
+    std::string instrument = {};
+};
+
+/// Sheet of 5 mm edges, 3 mm thick (METHODS §12), unless the numbers are given.
+class ClosedLoop {
+public:
+    double dt = 1e-3;
+    Topology topology;
+    Materials materials;
+    Frame frame;
+    ContactSet contacts;
+    Effect effect;
+    std::vector<Wrench> reaction;
+    Outcome outcome;
+
+    ClosedLoop(std::vector<LoopBody> bodies, const std::string& method) : bodies_(std::move(bodies)) {
+        std::vector<Body> list;
+        Index total = 0;
+        for (const LoopBody& body : bodies_) {
+            Triangles triangles(3, static_cast<Eigen::Index>(body.mesh.triangles.size()));
+            for (std::size_t t = 0; t < body.mesh.triangles.size(); ++t) {
+                for (std::size_t i = 0; i < 3; ++i) {
+                    triangles(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(t)) = body.mesh.triangles[t][i];
+                }
+            }
+            list.push_back({.name = body.name,
+                            .kind = body.kind,
+                            .closed = body.closed,
+                            .instrument = body.instrument,
+                            .vertex_count = static_cast<Index>(body.mesh.points.size()),
+                            .triangles = triangles});
+            total += static_cast<Index>(body.mesh.points.size());
+        }
+        topology = make_topology(list);
+        frame.position.resize(3, total);
+        for (std::size_t b = 0; b < bodies_.size(); ++b) place(b, 0.0);
+        frame.previous = frame.position;
+        frame.velocity = Matrix3X::Zero(3, total);
+        frame.pose.assign(bodies_.size(), {});
+        make_materials();
+        const MethodSpec spec = parse_method(method);
+        response_ = make_response(spec.name, spec.parameters);
+        response_->prepare(topology, materials);
+        detector_ = make_detector("brute_force");
+        detector_->prepare(topology, frame);
+        tissue_ = std::make_unique<MassSpring>(topology, materials);
+        effect.resize(total, topology.body_count());
+        reaction.assign(bodies_.size(), {});
+    }
+
+    bool step() {
+        ++frame.tick;
+        frame.time = dt * static_cast<double>(frame.tick);
+        for (std::size_t b = 0; b < bodies_.size(); ++b) {
+            if (bodies_[b].kind == BodyKind::tissue) continue;
+            const Range range = topology.bodies[b].vertices;
+            frame.previous.middleCols(range.first, range.count) = frame.position.middleCols(range.first, range.count);
+            place(b, frame.time);
+            frame.velocity.middleCols(range.first, range.count) =
+                (frame.position.middleCols(range.first, range.count) -
+                 frame.previous.middleCols(range.first, range.count)) /
+                dt;
+            if (bodies_[b].offset) frame.pose[b].translation = bodies_[b].offset(frame.time);
+        }
+        contacts.clear();
+        detector_->update(frame);
+        detector_->detect(frame, contacts);
+        derive(topology, frame, contacts);
+        response_->respond(frame, dt, contacts, effect);
+        reaction.assign(bodies_.size(), {});
+        outcome = tissue_->advance(effect, dt, frame, reaction);
+        return outcome.ok();
+    }
+
+    /// Mean force on a body over the last tick: linear contacts as integrated, and the effect's wrenches, N.
+    [[nodiscard]] Vector3 tool_force(std::size_t body) const {
+        return reaction[body].force + effect.wrench[body].force;
+    }
+    [[nodiscard]] const MassSpring& tissue() const { return *tissue_; }
+    [[nodiscard]] Response& response() { return *response_; }
+    void set_jaw(std::size_t body, double jaw) { frame.pose[body].jaw = jaw; }
+
+private:
+    void place(std::size_t b, double time) {
+        const Range range = topology.bodies[b].vertices;
+        const Vector3 offset = bodies_[b].offset ? bodies_[b].offset(time) : Vector3::Zero();
+        for (Index v = 0; v < range.count; ++v) {
+            frame.position.col(range.first + v) = bodies_[b].mesh.points[static_cast<std::size_t>(v)] + offset;
+        }
+    }
+
+    void make_materials() {
+        constexpr double youngs_thickness = 38000.0 * 0.003;
+        constexpr double density_thickness = 1060.0 * 0.003;
+        constexpr double preload = 0.2;
+        const auto n = static_cast<std::size_t>(topology.vertex_count);
+        materials.mass.assign(n, 0.0);
+        materials.area.assign(n, 0.0);
+        materials.pinned.assign(n, 0);
+        materials.drag.assign(n, 0.0);
+        materials.mean_stiffness.assign(n, 0.0);
+        materials.triangle_stiffness.assign(static_cast<std::size_t>(topology.triangle_count()), 0.0);
+        materials.contact_laws.assign(topology.body_pairs.size(), {});
+        materials.trocar_point.assign(bodies_.size(), std::nullopt);
+        materials.tip.assign(bodies_.size(), Vector3::Zero());
+        std::map<std::pair<Index, Index>, double> edges;
+        for (std::size_t b = 0; b < bodies_.size(); ++b) {
+            if (bodies_[b].kind != BodyKind::tissue) continue;
+            const BodyRange& body = topology.bodies[b];
+            double reach = 0.0;
+            const Matrix3X start = frame.position.middleCols(body.vertices.first, body.vertices.count);
+            const Vector3 centre = start.rowwise().mean();
+            reach = (start.colwise() - centre).topRows<2>().cwiseAbs().maxCoeff();
+            for (Index v = body.vertices.first; v < body.vertices.end(); ++v) {
+                const double here = (frame.position.col(v) - centre).head<2>().cwiseAbs().maxCoeff();
+                materials.pinned[static_cast<std::size_t>(v)] = bodies_[b].pin_rim && here > reach - 1e-9 ? 1 : 0;
+            }
+            for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
+                const auto corner = topology.triangles.col(t);
+                const Vector3 p0 = frame.position.col(corner[0]);
+                const Vector3 p1 = frame.position.col(corner[1]);
+                const Vector3 p2 = frame.position.col(corner[2]);
+                const double area = 0.5 * (p1 - p0).cross(p2 - p0).norm();
+                for (int i = 0; i < 3; ++i) {
+                    materials.area[static_cast<std::size_t>(corner[i])] += area / 3.0;
+                    const Index a = std::min(corner[i], corner[(i + 1) % 3]);
+                    const Index c = std::max(corner[i], corner[(i + 1) % 3]);
+                    const double squared = (frame.position.col(a) - frame.position.col(c)).squaredNorm();
+                    edges[{a, c}] += youngs_thickness * area / squared;
+                }
+            }
+        }
+        std::vector<int> count(n, 0);
+        for (std::size_t v = 0; v < n; ++v) {
+            materials.mass[v] = density_thickness * materials.area[v];
+            materials.drag[v] = 5.0 * materials.mass[v];
+        }
+        for (const auto& [edge, k] : edges) {
+            const double length = (frame.position.col(edge.first) - frame.position.col(edge.second)).norm();
+            materials.springs.push_back({.i = edge.first,
+                                         .j = edge.second,
+                                         .rest = length,
+                                         .k = k,
+                                         .preload = preload * k * length,
+                                         .damping = 0.02});
+            for (const Index v : {edge.first, edge.second}) {
+                materials.mean_stiffness[static_cast<std::size_t>(v)] += k;
+                ++count[static_cast<std::size_t>(v)];
+            }
+        }
+        for (std::size_t v = 0; v < n; ++v) {
+            if (count[v] > 0) materials.mean_stiffness[v] /= count[v];
+        }
+        for (Index t = 0; t < topology.triangle_count(); ++t) {
+            for (int i = 0; i < 3; ++i) {
+                const auto edge = std::minmax(topology.triangles(i, t), topology.triangles((i + 1) % 3, t));
+                const auto found = edges.find({edge.first, edge.second});
+                if (found != edges.end())
+                    materials.triangle_stiffness[static_cast<std::size_t>(t)] += found->second / 3.0;
+            }
+        }
+        materials.rest_bias = Matrix3X::Zero(3, topology.vertex_count);
+        Matrix3X force;
+        internal_force(materials, frame.position, frame.velocity, force);
+        for (std::size_t v = 0; v < n; ++v) {
+            const auto column = static_cast<Eigen::Index>(v);
+            if (materials.pinned[v] == 0) materials.rest_bias.col(column) = -force.col(column);
+        }
+        materials.substeps = stable_substeps(materials, frame.position, dt);
+    }
+
+    std::vector<LoopBody> bodies_;
+    std::unique_ptr<Response> response_;
+    std::unique_ptr<Detector> detector_;
+    std::unique_ptr<MassSpring> tissue_;
+};
+
+}  // namespace trocar::test
