@@ -108,6 +108,7 @@ struct Simulation::State {
     }
 };
 
+/// One tick of DESIGN §5: each stage reads what the one before has made, and the clock is read between them only.
 StepRow Simulation::step() {
     State& s = *state_;
     StepRow row;
@@ -115,6 +116,7 @@ StepRow Simulation::step() {
     row.time = static_cast<double>(s.tick) * s.scene.dt;
     s.contacts.clear();
 
+    // Copies between the three frames are the harness' own and stand outside the clock.
     s.seen = s.frame;
     s.seen.tick = row.tick;
     s.seen.time = row.time;
