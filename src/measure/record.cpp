@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <optional>
 
 #include "geometry/input_error.hpp"
 
@@ -203,6 +204,17 @@ Json expanded_column(const Json& column, std::size_t count, const Json& unset) {
     return values;
 }
 
+/// The step s with time = tick * s for every row, to the bit; 0 when there is none.
+double seconds_per_tick(const std::vector<StepRow>& rows) {
+    const auto moved = std::find_if(rows.begin(), rows.end(), [](const StepRow& row) { return row.tick > 0; });
+    if (moved == rows.end()) return 0.0;
+    const double step = moved->time / static_cast<double>(moved->tick);
+    const bool exact = std::isfinite(step) && std::all_of(rows.begin(), rows.end(), [step](const StepRow& row) {
+                           return row.time == static_cast<double>(row.tick) * step;
+                       });
+    return exact ? step : 0.0;
+}
+
 Json rows_to_json(const std::vector<StepRow>& rows) {
     Json columns = Json::object();
     const StepRow unset_row;
@@ -221,6 +233,7 @@ Json rows_to_json(const std::vector<StepRow>& rows) {
                                        [&column = column](const Json& value) { return value == column["unset"]; });
         if (!unset) json[name] = compact_column(values, column["unset"]);
     }
+    if (const double step = seconds_per_tick(rows); step > 0.0) json["time"] = {{"per_tick", step}};
     return json;
 }
 
@@ -236,8 +249,16 @@ std::vector<StepRow> rows_from_json(const Reader& reader, const Json& json) {
     Json unset = Json::object();
     visit_row(unset_row, [&unset](const std::string& name, const auto& value) { unset[name] = to_json(value); });
     Json columns = Json::object();
+    std::optional<double> seconds;
     for (const auto& [name, column] : json.items()) {
         if (name == "count") continue;
+        if (name == "time" && column.is_object()) {
+            double step = 0.0;
+            reader.check_keys(column, "/rows/time", {"per_tick"});
+            reader.read(reader.member(column, "/rows/time", "per_tick"), "/rows/time/per_tick", step);
+            seconds = step;
+            continue;
+        }
         columns[name] = expanded_column(column, count, unset[name]);
         if (columns[name].is_null()) {
             reader.fail("/rows/" + name, fmt::format("{} values", count),
@@ -252,6 +273,7 @@ std::vector<StepRow> rows_from_json(const Reader& reader, const Json& json) {
             const auto column = columns.find(name);
             if (column != columns.end()) reader.read((*column)[i], fmt::format("/rows/{}/{}", name, i), value);
         });
+        if (seconds) rows[i].time = static_cast<double>(rows[i].tick) * *seconds;
     }
     return rows;
 }
