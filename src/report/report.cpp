@@ -128,9 +128,12 @@ private:
         return classes;
     }
 
-    [[nodiscard]] int most_processes() const {
+    /// Most processes of one contestant, in runs of this mode or (empty) of any.
+    [[nodiscard]] int most_processes(const std::string& mode = {}) const {
         std::int64_t most = 0;
-        for (const Record& record : records_) most = std::max(most, record.spec.repetition + 1);
+        for (const Record& record : records_) {
+            if (mode.empty() || record.spec.mode == mode) most = std::max(most, record.spec.repetition + 1);
+        }
         return static_cast<int>(most);
     }
 
@@ -146,8 +149,8 @@ private:
         return {most->first, most->second};
     }
 
-    [[nodiscard]] std::string interval_note() const {
-        const int processes = most_processes();
+    [[nodiscard]] std::string interval_note(const std::string& mode) const {
+        const int processes = most_processes(mode);
         if (processes >= processes_for_interval) {
             return fmt::format("Brackets: 95 % bootstrap interval of the median over {} processes.", processes);
         }
@@ -157,7 +160,7 @@ private:
                 "intervals.",
                 processes, processes_for_interval);
         }
-        return "One process per contestant: no interval can be given.";
+        return "One process per contestant here: no interval can be given.";
     }
 
     [[nodiscard]] std::string origin() const {
@@ -232,7 +235,7 @@ private:
                "fast and as good, and better in one of the two. Times are geometric means over the scenes of the "
                "medians (p50) and 99 % values (p99) of a tick; a row that failed on a scene has none. Depths: median "
                "over scenes / worst of all. " +
-               interval_note() +
+               interval_note(mode_) +
                fmt::format(
                    " Ratio: median tick over that of {} with the same response and canonical contacts, process "
                    "by process; ≈ = within the noise floor of {} (factor between processes of the same "
@@ -579,7 +582,7 @@ private:
 
     void latency() {
         heading(2, "Haptic table");
-        paragraph("Latency of single ticks in the back-to-back loop. " + interval_note() +
+        paragraph("Latency of single ticks in the back-to-back loop. " + interval_note("") +
                   " p99 needs 1000 ticks, p99.9 a hundred thousand: a long study. The paced 1 kHz loop is not part of "
                   "this study: misses here are ticks that took longer than 1 ms. First contact: the first tick with a "
                   "pair, warm-up or not. \"max\" is the machine's too: judge a method by its work column.");

@@ -390,7 +390,11 @@ std::string verdict_sentence(const Verdict& verdict, const std::string& where, c
     if (own == nullptr && foreign == nullptr) return {};
     std::string text = "On " + where + ", ";
     if (own != nullptr) text += "`" + own->contestant.label() + "` " + tell(*own) + total(*own);
-    if (own != nullptr && foreign != nullptr && foreign->identical_to == own - verdict.rows.data()) {
+    // Two rows move alike when they refer to the same first row of that motion.
+    const auto motion = [&verdict](const VerdictRow& row) {
+        return row.identical_to >= 0 ? static_cast<std::ptrdiff_t>(row.identical_to) : &row - verdict.rows.data();
+    };
+    if (own != nullptr && foreign != nullptr && motion(*own) == motion(*foreign)) {
         const bool tail = !std::isnan(foreign->p99.value);
         text +=
             fmt::format("; the best foreign row, `{}`, moves identically, bit by bit, at {} µs {} per tick",

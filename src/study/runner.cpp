@@ -181,7 +181,7 @@ std::string run_key(const RunSpec& spec, double time_limit_s) {
 void shorten_rows(Record& record) {
     const auto shorten = [](double& value) {
         if (!std::isfinite(value)) return;
-        const std::string text = fmt::format("{:.5e}", value);
+        const std::string text = fmt::format("{:.4e}", value);
         std::from_chars(text.data(), text.data() + text.size(), value);
     };
     for (StepRow& row : record.rows) {

@@ -42,7 +42,7 @@ RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& 
 /// The name under which a run is kept: hash over everything that decides its result.
 std::string run_key(const RunSpec& spec, double time_limit_s);
 
-/// Rounds depths, strains and forces of every row to 6 significant digits, so that the records of a
+/// Rounds depths, strains and forces of every row to 5 significant digits, so that the records of a
 /// whole study stay small enough to be published. Summary figures and hashes keep all their digits.
 void shorten_rows(Record& record);
 

@@ -203,15 +203,15 @@ TEST_F(RunnerTest, ChildKeepsNoSignalBlocked) {
     EXPECT_NE(records()[1].outcome.message.find("signal 15"), std::string::npos);
 }
 
-TEST(ShortenRows, KeepsSixDigitsOfGeometryAndForce) {
+TEST(ShortenRows, KeepsFiveDigitsOfGeometryAndForce) {
     Record record;
     record.rows.resize(1);
     record.rows[0].max_depth = 0.00123456789;
     record.rows[0].tool_force = Vector3(-1234.56789, 0.0, 1.0 / 3.0);
     record.summary["residual_max_m"] = 0.00123456789;
     shorten_rows(record);
-    EXPECT_EQ(record.rows[0].max_depth, 0.00123457);
-    EXPECT_EQ(record.rows[0].tool_force, Vector3(-1234.57, 0.0, 0.333333));
+    EXPECT_EQ(record.rows[0].max_depth, 0.0012346);
+    EXPECT_EQ(record.rows[0].tool_force, Vector3(-1234.6, 0.0, 0.33333));
     EXPECT_TRUE(std::isnan(record.rows[0].depth_error)) << "n/a stays n/a";
     EXPECT_EQ(record.summary["residual_max_m"], 0.00123456789);
 }
