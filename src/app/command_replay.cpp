@@ -1,11 +1,352 @@
-#include <stdexcept>
+// `trocar replay`: one or all detectors on the frames of a recording, the same bits for each, held against the exact
+// oracle. Each detector works in a child process, since a library may crash on what it is given.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "app/commands.hpp"
+#include "app/isolated_call.hpp"
+#include "geometry/input_error.hpp"
+#include "measure/pair_truth.hpp"
+#include "method/registry.hpp"
+#include "scene/recording.hpp"
 
 namespace trocar::app {
+namespace {
 
-int replay(const CommonOptions& /*common*/, const ReplayOptions& /*options*/) {
-    throw std::runtime_error("replay is not built yet");
+/// One detector on one frame.
+struct FrameAnswer {
+    Outcome outcome;
+    bool truncated = false;
+    std::vector<TrianglePair> pairs;
+    std::vector<Index> touch;  ///< positions in pairs
+    std::int64_t update_ns = -1;
+    std::int64_t detect_ns = -1;
+    std::optional<PairErrors> errors;
+};
+
+struct DetectorAnswer {
+    std::string name;
+    bool claims_exact = false;
+    Outcome outcome;  ///< the first that was not ok
+    std::vector<FrameAnswer> frames;
+};
+
+struct Truth {
+    std::vector<TrianglePair> pairs;
+    std::vector<Index> touch;
+};
+
+template <typename Number>
+void append(const Number& number, std::string& bytes) {
+    std::array<char, sizeof(Number)> raw{};
+    std::memcpy(raw.data(), &number, sizeof(Number));
+    bytes.append(raw.data(), raw.size());
+}
+
+void append(const std::string& text, std::string& bytes) {
+    append(static_cast<std::uint64_t>(text.size()), bytes);
+    bytes += text;
+}
+
+/// Takes apart what append put together.
+class Bytes {
+public:
+    explicit Bytes(const std::string& bytes) : rest_(bytes) {}
+    template <typename Number>
+    Number number() {
+        Number value{};
+        std::memcpy(&value, take(sizeof(Number)).data(), sizeof(Number));
+        return value;
+    }
+    std::string text() { return std::string(take(number<std::uint64_t>())); }
+
+private:
+    std::string_view take(std::size_t count) {
+        if (count > rest_.size()) throw std::runtime_error("a child's answer ends early");
+        const std::string_view part = rest_.substr(0, count);
+        rest_.remove_prefix(count);
+        return part;
+    }
+    std::string_view rest_;
+};
+
+/// The frame that prepare sees: the first without a hole, so that one bad frame costs one tick.
+void read_first_finite(RecordingReader& recording, Frame& frame) {
+    for (std::int64_t tick = 0; tick < recording.frame_count(); ++tick) {
+        recording.read(tick, frame);
+        if (frame.all_finite()) return;
+    }
+    if (recording.frame_count() > 0) recording.read(0, frame);
+}
+
+/// All frames through one detector, as bytes: this runs in the child.
+std::string answer_bytes(const MethodSpec& method, RecordingReader& recording) {
+    using Clock = std::chrono::steady_clock;
+    std::string bytes;
+    ContactSet contacts;
+    Frame frame;
+    std::unique_ptr<Detector> detector;
+    Outcome prepared;
+    try {
+        detector = make_detector(method.name, method.parameters);
+        read_first_finite(recording, frame);
+        if (recording.frame_count() > 0) detector->prepare(recording.topology(), frame);
+    } catch (const std::exception& error) {
+        prepared = {OutcomeKind::threw, error.what()};
+    }
+    for (std::int64_t tick = 0; tick < recording.frame_count(); ++tick) {
+        recording.read(tick, frame);
+        contacts.clear();
+        contacts.outcome = prepared;
+        Clock::time_point start;
+        Clock::time_point updated;
+        Clock::time_point detected;
+        if (prepared.ok()) {
+            try {
+                start = Clock::now();
+                detector->update(frame);
+                updated = Clock::now();
+                detector->detect(frame, contacts);
+                detected = Clock::now();
+            } catch (const std::exception& error) {
+                contacts.outcome = {OutcomeKind::threw, error.what()};
+            }
+        }
+        append(contacts.outcome.kind, bytes);
+        append(contacts.outcome.message, bytes);
+        append(contacts.truncated, bytes);
+        append(std::int64_t{std::chrono::nanoseconds(updated - start).count()}, bytes);
+        append(std::int64_t{std::chrono::nanoseconds(detected - updated).count()}, bytes);
+        append(static_cast<std::uint64_t>(contacts.outcome.ok() ? contacts.pairs.size() : 0), bytes);
+        if (!contacts.outcome.ok()) continue;
+        for (const TrianglePair& pair : contacts.pairs) append(pair, bytes);
+    }
+    return bytes;
+}
+
+DetectorAnswer ask(const MethodSpec& method, RecordingReader& recording, double time_limit_s) {
+    const DetectorEntry& entry = registry().detector(method.name);
+    // Checks the values here, where bad input ends the program.
+    static_cast<void>(ParameterValues(entry.name, entry.parameters, method.parameters));
+    DetectorAnswer answer{.name = method.text(), .claims_exact = entry.claims_exact, .outcome = {}, .frames = {}};
+    const IsolatedResult result =
+        call_isolated([&method, &recording] { return answer_bytes(method, recording); }, time_limit_s);
+    if (result.kind != IsolatedResult::Kind::complete) {
+        const bool crashed = result.kind == IsolatedResult::Kind::crashed;
+        answer.outcome = {crashed ? OutcomeKind::crashed : OutcomeKind::timed_out, result.message};
+        return answer;
+    }
+    Bytes bytes(result.bytes);
+    for (std::int64_t tick = 0; tick < recording.frame_count(); ++tick) {
+        FrameAnswer& frame = answer.frames.emplace_back();
+        frame.outcome.kind = bytes.number<OutcomeKind>();
+        frame.outcome.message = bytes.text();
+        frame.truncated = bytes.number<bool>();
+        frame.update_ns = bytes.number<std::int64_t>();
+        frame.detect_ns = bytes.number<std::int64_t>();
+        frame.pairs.resize(bytes.number<std::uint64_t>());
+        for (TrianglePair& pair : frame.pairs) pair = bytes.number<TrianglePair>();
+        if (!frame.outcome.ok() && answer.outcome.ok()) {
+            answer.outcome = {frame.outcome.kind, fmt::format("frame {}: {}", tick, frame.outcome.message)};
+        }
+    }
+    return answer;
+}
+
+/// Fills touch and, where truth is known, errors; then turns triangle numbers into those of the file.
+void judge(RecordingReader& recording, std::vector<DetectorAnswer>& answers, std::vector<Truth>* truth) {
+    const Topology& topology = recording.topology();
+    Frame frame;
+    for (std::int64_t tick = 0; tick < recording.frame_count(); ++tick) {
+        recording.read(tick, frame);
+        Truth exact;
+        if (truth != nullptr) {
+            true_pairs(topology, frame, exact.pairs);
+            exact.touch = touching_pairs(topology, frame, exact.pairs);
+        }
+        for (DetectorAnswer& answer : answers) {
+            if (answer.frames.empty()) continue;
+            FrameAnswer& said = answer.frames[static_cast<std::size_t>(tick)];
+            if (!said.outcome.ok()) continue;
+            if (truth != nullptr) said.errors = compare_pairs(said.pairs, exact.pairs, exact.touch);
+            const bool is_truth = truth != nullptr && said.pairs == exact.pairs;
+            const std::vector<Index> touch = is_truth ? exact.touch : touching_pairs(topology, frame, said.pairs);
+            std::vector<std::pair<TrianglePair, bool>> numbered;
+            for (const TrianglePair& pair : said.pairs) {
+                numbered.push_back({{recording.file_triangle(pair.a), recording.file_triangle(pair.b)}, false});
+            }
+            for (const Index k : touch) numbered[static_cast<std::size_t>(k)].second = true;
+            std::sort(numbered.begin(), numbered.end());
+            for (std::size_t k = 0; k < numbered.size(); ++k) {
+                said.pairs[k] = numbered[k].first;
+                if (numbered[k].second) said.touch.push_back(static_cast<Index>(k));
+            }
+        }
+        if (truth != nullptr) truth->push_back(std::move(exact));
+    }
+}
+
+std::string quoted(const std::string& text) {
+    return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+void print_json(std::uint64_t hash, const std::vector<DetectorAnswer>& answers, const std::vector<Truth>* truth) {
+    fmt::memory_buffer text;
+    const auto out = std::back_inserter(text);
+    fmt::format_to(out, "{{\"hash\":\"{:016x}\",\"detectors\":[", hash);
+    for (std::size_t d = 0; d < answers.size(); ++d) {
+        const DetectorAnswer& answer = answers[d];
+        fmt::format_to(out, "{}{{\"name\":{},\"outcome\":\"{}\",\"message\":{},\"frames\":[", d > 0 ? "," : "",
+                       quoted(answer.name), name_of(answer.outcome.kind), quoted(answer.outcome.message));
+        for (std::size_t tick = 0; tick < answer.frames.size(); ++tick) {
+            const FrameAnswer& frame = answer.frames[tick];
+            fmt::format_to(out, "{}{{\"tick\":{},\"outcome\":\"{}\",\"truncated\":{},\"pairs\":[", tick > 0 ? "," : "",
+                           tick, name_of(frame.outcome.kind), frame.truncated);
+            for (std::size_t k = 0; k < frame.pairs.size(); ++k) {
+                fmt::format_to(out, "{}[{},{}]", k > 0 ? "," : "", frame.pairs[k].a, frame.pairs[k].b);
+            }
+            fmt::format_to(out, "],\"touch\":[{}]", fmt::join(frame.touch, ","));
+            if (frame.errors) {
+                fmt::format_to(out, ",\"missing\":{},\"extra\":{}", frame.errors->missing, frame.errors->extra);
+            } else {
+                fmt::format_to(out, ",\"missing\":null,\"extra\":null");
+            }
+            if (frame.outcome.ok()) {
+                fmt::format_to(out, ",\"update_ns\":{},\"detect_ns\":{}}}", frame.update_ns, frame.detect_ns);
+            } else {
+                fmt::format_to(out, ",\"update_ns\":null,\"detect_ns\":null}}");
+            }
+        }
+        fmt::format_to(out, "]}}");
+    }
+    fmt::format_to(out, "],\"truth\":");
+    if (truth == nullptr) {
+        fmt::format_to(out, "null");
+    } else {
+        fmt::format_to(out, "[");
+        for (std::size_t tick = 0; tick < truth->size(); ++tick) {
+            fmt::format_to(out, "{}{}", tick > 0 ? "," : "", (*truth)[tick].pairs.size());
+        }
+        fmt::format_to(out, "]");
+    }
+    fmt::format_to(out, "}}\n");
+    std::fwrite(text.data(), 1, text.size(), stdout);
+}
+
+std::string median_ms(std::vector<std::int64_t> ns) {
+    if (ns.empty()) return "-";
+    std::sort(ns.begin(), ns.end());
+    const std::size_t half = ns.size() / 2;
+    const double middle = ns.size() % 2 == 1
+                              ? static_cast<double>(ns[half])
+                              : 0.5 * (static_cast<double>(ns[half - 1]) + static_cast<double>(ns[half]));
+    return fmt::format("{:.3f}", middle * 1e-6);
+}
+
+void print_table(const RecordingReader& recording, const std::vector<DetectorAnswer>& answers,
+                 const std::vector<Truth>* truth) {
+    fmt::print("{} frames of {} triangles in {} bodies, hash {:016x}\n", recording.frame_count(),
+               recording.topology().triangle_count(), recording.topology().body_count(), recording.hash());
+    constexpr const char* row = "{:<24} {:<12} {:>7} {:>10} {:>8} {:>8} {:>8} {:>11} {:>11}  {}\n";
+    fmt::print(fmt::runtime(row), "detector", "outcome", "frames", "pairs", "touch", "missing", "extra", "update ms",
+               "detect ms", "message");
+    if (truth != nullptr) {
+        std::size_t pairs = 0;
+        std::size_t touch = 0;
+        for (const Truth& frame : *truth) {
+            pairs += frame.pairs.size();
+            touch += frame.touch.size();
+        }
+        fmt::print(fmt::runtime(row), "exact oracle", "ok", truth->size(), pairs, touch, "-", "-", "-", "-", "truth");
+    }
+    for (const DetectorAnswer& answer : answers) {
+        std::int64_t good = 0;
+        std::size_t pairs = 0;
+        std::size_t touch = 0;
+        PairErrors errors;
+        std::vector<std::int64_t> update;
+        std::vector<std::int64_t> detect;
+        for (const FrameAnswer& frame : answer.frames) {
+            if (!frame.outcome.ok()) continue;
+            ++good;
+            pairs += frame.pairs.size();
+            touch += frame.touch.size();
+            update.push_back(frame.update_ns);
+            detect.push_back(frame.detect_ns);
+            if (!frame.errors) continue;
+            errors.missing += frame.errors->missing;
+            errors.extra += frame.errors->extra;
+        }
+        const bool judged = truth != nullptr && !answer.frames.empty();
+        fmt::print(fmt::runtime(row), answer.name, name_of(answer.outcome.kind), good, pairs, touch,
+                   judged ? std::to_string(errors.missing) : "-", judged ? std::to_string(errors.extra) : "-",
+                   median_ms(update), median_ms(detect), answer.outcome.message);
+    }
+    fmt::print("Sums over the frames that ended ok; times are medians over them.\n");
+}
+
+}  // namespace
+
+int replay(const CommonOptions& common, const ReplayOptions& options) {
+    const bool all = options.detector == "all";
+    std::vector<MethodSpec> methods;
+    if (all) {
+        for (const DetectorEntry& entry : registry().detectors()) methods.push_back({.name = entry.name});
+    } else {
+        methods.push_back(parse_method(options.detector));
+        static_cast<void>(registry().detector(methods.front().name));  // an unknown name ends here
+    }
+    if (!(options.time_limit_s > 0.0)) {
+        throw InputError("command line", "--time-limit", "seconds > 0", fmt::format("{}", options.time_limit_s));
+    }
+    RecordingReader recording(options.recording);
+    std::vector<DetectorAnswer> answers;
+    for (const MethodSpec& method : methods) answers.push_back(ask(method, recording, options.time_limit_s));
+    std::vector<Truth> exact;
+    std::vector<Truth>* const truth = all || options.truth ? &exact : nullptr;
+    judge(recording, answers, truth);
+
+    int status = done;
+    for (const DetectorAnswer& answer : answers) {
+        PairErrors errors;
+        for (const FrameAnswer& frame : answer.frames) {
+            if (!frame.errors || frame.truncated) continue;
+            errors.missing += frame.errors->missing;
+            errors.extra += frame.errors->extra;
+        }
+        if (!answer.claims_exact || (errors.missing == 0 && errors.extra == 0)) continue;
+        status = comparison_failed;
+        fmt::print(stderr, "trocar: {} claims exactness and differs from the oracle: {} missing, {} extra\n",
+                   answer.name, errors.missing, errors.extra);
+    }
+    if (all) {
+        for (const AbsentMethod& absent : registry().absent_detectors()) {
+            answers.push_back({.name = absent.name,
+                               .claims_exact = false,
+                               .outcome = {OutcomeKind::absent, absent.reason},
+                               .frames = {}});
+        }
+    } else if (const DetectorAnswer& answer = answers.front(); !answer.outcome.ok()) {
+        status = method_failed;
+        fmt::print(stderr, "trocar: {}: {}: {}\n", answer.name, name_of(answer.outcome.kind), answer.outcome.message);
+    }
+    if (common.json) {
+        print_json(recording.hash(), answers, truth);
+    } else {
+        print_table(recording, answers, truth);
+    }
+    return status;
 }
 
 }  // namespace trocar::app

@@ -48,6 +48,7 @@ struct ReplayOptions {
     std::filesystem::path recording;
     std::string detector = "ohc";  ///< NAME[:parameters] or all
     bool truth = false;
+    double time_limit_s = 600.0;  ///< per detector
 };
 int replay(const CommonOptions& common, const ReplayOptions& options);
 

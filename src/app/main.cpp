@@ -96,6 +96,8 @@ int main(int argc, char** argv) {
     sub->add_option("recording", replay_options.recording, "Recording file (trocar schema recording)")->required();
     sub->add_option("--detector", replay_options.detector, "NAME[:key=value,...] or all")->capture_default_str();
     sub->add_flag("--truth", replay_options.truth, "Hold the answers against the exact oracle");
+    sub->add_option("--time-limit", replay_options.time_limit_s, "Seconds after which a detector is given up")
+        ->capture_default_str();
     line.on(sub, replay_options, replay);
 
     ExplainOptions explain_options;

@@ -1,0 +1,164 @@
+// Every shipped scene, moved along its script with tissue at rest: does what its table row promises happen? Pairs come
+// from brute force over all box-overlapping triangles with the rational oracle, not from any detector.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+
+#include "contact/derive.hpp"
+#include "measure/pair_truth.hpp"
+#include "scene/scene.hpp"
+#include "support/data.hpp"
+
+namespace trocar {
+namespace {
+
+const std::filesystem::path folder = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes";
+
+std::optional<std::filesystem::path> data_folder() {
+    const std::filesystem::path path = test::data_path(".");
+    return path.empty() ? std::nullopt : std::optional(path);
+}
+
+/// The scripted frame at a time: instruments at their script, everything else at rest.
+Frame scripted(const Scene& scene, double time) {
+    Frame frame = scene.first;
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+        if (!scene.bodies[b].motion) continue;
+        const Pose pose = scene.bodies[b].motion->pose_at(time);
+        place_body(scene.bodies[b], scene.topology.bodies[b].vertices, pose, frame.position);
+    }
+    return frame;
+}
+
+std::vector<TrianglePair> pairs_at(const Scene& scene, double time) {
+    std::vector<TrianglePair> pairs;
+    true_pairs(scene.topology, scripted(scene, time), pairs);
+    return pairs;
+}
+
+double end_of(const Scene& scene) { return scene.dt * static_cast<double>(scene.ticks); }
+
+std::vector<std::string> all_names() {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+class ShippedScene : public testing::TestWithParam<std::string> {};
+
+TEST_P(ShippedScene, StartsFreeTouchesAsItsScriptSaysAndEndsFree) {
+    const std::filesystem::path file = folder / (GetParam() + ".json");
+    if (lacks_data(file, data_folder())) GTEST_SKIP() << "no data: meshes of " << GetParam();
+    const Scene scene = read_scene(file, data_folder());
+    EXPECT_EQ(scene.name, GetParam());
+    EXPECT_EQ(scene.dt, 0.001);
+    EXPECT_GE(scene.ticks, 300);
+    EXPECT_LE(scene.ticks, 1500);
+    EXPECT_TRUE(pairs_at(scene, 0.0).empty());
+    EXPECT_TRUE(pairs_at(scene, end_of(scene)).empty());
+    int touched = 0;
+    constexpr int samples = 40;
+    for (int i = 0; i <= samples; ++i) touched += pairs_at(scene, end_of(scene) * i / samples).empty() ? 0 : 1;
+    if (GetParam() == "hover") {
+        EXPECT_EQ(touched, 0);
+    } else {
+        EXPECT_GE(touched, 4) << "of " << samples << " samples";
+    }
+}
+
+TEST_P(ShippedScene, DefaultTissueHasAtMostTwoThousandTrianglesUnlessItIsRealData) {
+    const std::filesystem::path file = folder / (GetParam() + ".json");
+    if (lacks_data(file, std::nullopt)) GTEST_SKIP() << "real meshes have the size they have";
+    const Scene scene = read_scene(file, std::nullopt);
+    Index tissue = 0;
+    for (const BodyRange& body : scene.topology.bodies) {
+        if (body.kind == BodyKind::tissue) tissue += body.triangles.count;
+    }
+    EXPECT_LE(tissue, 2000);
+    EXPECT_EQ(scene.has_tissue(), tissue > 0);
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+        if (!scene.bodies[b].motion || tissue > 0) continue;
+        EXPECT_EQ(scene.bodies[b].motion->drive, Drive::simulated_operator) << "scenes without tissue need an operator";
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, ShippedScene, testing::ValuesIn(all_names()),
+                         [](const auto& info) { return info.param; });
+
+TEST(ShippedScenes, AreThoseThatTheTaskNames) {
+    const std::vector<std::string> names = all_names();
+    for (const char* name : {"i2i_cross", "i2r_scrape", "i2t_poke", "i2t_drag", "i2t_stab", "i2t_lay", "i2t_grasp",
+                             "hover", "liver_maryland"}) {
+        EXPECT_TRUE(std::find(names.begin(), names.end(), name) != names.end()) << name;
+    }
+}
+
+TEST(ShippedScenes, PokeDepthIsTheDocumentedOne) {
+    const Scene scene = read_scene(folder / "i2t_poke.json", std::nullopt);
+    const Range tool = scene.topology.bodies[0].vertices;
+    const auto depth = [&](double time) {
+        return -scripted(scene, time).position.row(2).segment(tool.first, tool.count).minCoeff();
+    };
+    // 28 mm/s down from 10 mm: touch at 10/28 s.
+    EXPECT_NEAR(depth(10.0 / 28.0), 0.0, 1e-12);
+    EXPECT_TRUE(pairs_at(scene, 0.357).empty());
+    EXPECT_FALSE(pairs_at(scene, 0.358).empty());
+    EXPECT_NEAR(depth(0.45), 0.0026, 1e-12);
+    EXPECT_NEAR(depth(0.65), 0.004, 1e-12);
+    EXPECT_FALSE(pairs_at(scene, 0.892).empty());
+    EXPECT_TRUE(pairs_at(scene, 0.893).empty());
+}
+
+TEST(ShippedScenes, LayingShaftMeetsTheFoldEdgeAgainstEdgeOnly) {
+    const Scene scene = read_scene(folder / "i2t_lay.json", std::nullopt);
+    int seen = 0;
+    for (double time = 0.0; time < 0.8; time += 0.01) {
+        const Frame frame = scripted(scene, time);
+        ContactSet contacts;
+        true_pairs(scene.topology, frame, contacts.pairs);
+        derive_contacts(scene.topology, frame, contacts);
+        for (const Contact& contact : contacts.contacts) {
+            EXPECT_EQ(contact.kind, ContactCase::edges_cross) << "at " << time << " pair " << contact.a << "," << contact.b;
+            ++seen;
+        }
+    }
+    EXPECT_GT(seen, 50);
+}
+
+TEST(ShippedScenes, BothJawsOfTheGrasperPressTheFold) {
+    const Scene scene = read_scene(folder / "i2t_grasp.json", std::nullopt);
+    std::set<std::size_t> jaws;
+    for (const TrianglePair& pair : pairs_at(scene, 0.6)) {
+        const Index vertex = scene.topology.triangles(0, pair.a);
+        for (std::size_t j = 0; j < scene.bodies[0].jaws.size(); ++j) {
+            if (scene.bodies[0].jaws[j].vertices.contains(vertex)) jaws.insert(j);
+        }
+    }
+    EXPECT_EQ(jaws.size(), 2U);
+}
+
+TEST(ShippedScenes, JawsOfTheMarylandPressTheLiver) {
+    const std::filesystem::path file = folder / "liver_maryland.json";
+    if (lacks_data(file, data_folder())) GTEST_SKIP() << "no data: meshes of liver_maryland";
+    const Scene scene = read_scene(file, data_folder());
+    std::set<std::size_t> jaws;
+    for (double time = 0.0; time < end_of(scene); time += 0.1) {
+        for (const TrianglePair& pair : pairs_at(scene, time)) {
+            const Index vertex = scene.topology.triangles(0, pair.a);
+            for (std::size_t j = 0; j < scene.bodies[0].jaws.size(); ++j) {
+                if (scene.bodies[0].jaws[j].vertices.contains(vertex)) jaws.insert(j);
+            }
+        }
+    }
+    EXPECT_EQ(jaws.size(), 2U);
+}
+
+}  // namespace
+}  // namespace trocar
