@@ -73,7 +73,8 @@ TEST(Motion, AgreesWithEigensSlerpForAnyTwoRotations) {
     const Motion motion = two_keys(from, to);
     for (double u = 0.0; u <= 1.0; u += 0.125) {
         Quaternion expected = rotation_from_degrees(from).slerp(u, rotation_from_degrees(to));
-        const Matrix3 difference = motion.pose_at(1.0 + 2.0 * u).rotation.toRotationMatrix() - expected.toRotationMatrix();
+        const Matrix3 difference =
+            motion.pose_at(1.0 + 2.0 * u).rotation.toRotationMatrix() - expected.toRotationMatrix();
         EXPECT_LT(difference.norm(), 1e-14) << u;
     }
 }

@@ -18,19 +18,12 @@ using test::signed_volume;
 
 /// Values of moderate size for every parameter that the table declares, edge as given.
 ShapeValues sample_values(const Shape& shape, double edge) {
-    const std::map<std::string, std::vector<double>> values{{"size", {3.0, 2.0, 1.0}},
-                                                            {"radii", {3.0, 2.0, 1.0}},
-                                                            {"radius", {1.0}},
-                                                            {"wall", {0.25}},
-                                                            {"head_radius", {1.5}},
-                                                            {"length", {8.0}},
-                                                            {"tip_length", {2.0}},
-                                                            {"bend_radius", {2.0}},
-                                                            {"bend_angle", {120.0}},
-                                                            {"angle", {150.0}},
-                                                            {"lumpiness", {1.0}},
-                                                            {"corners", {0, 0, 0, 1, 0, 0, 0, 1, 0}},
-                                                            {"edge", {edge}}};
+    const std::map<std::string, std::vector<double>> values{
+        {"size", {3.0, 2.0, 1.0}}, {"radii", {3.0, 2.0, 1.0}}, {"radius", {1.0}},
+        {"wall", {0.25}},          {"head_radius", {1.5}},     {"length", {8.0}},
+        {"tip_length", {2.0}},     {"bend_radius", {2.0}},     {"bend_angle", {120.0}},
+        {"angle", {150.0}},        {"lumpiness", {1.0}},       {"corners", {0, 0, 0, 1, 0, 0, 0, 1, 0}},
+        {"edge", {edge}}};
     ShapeValues result;
     for (const ShapeParameter& parameter : shape.parameters) {
         if (parameter.type == ShapeParameter::Type::choice) {
@@ -79,8 +72,7 @@ std::vector<std::string> names() {
     return list;
 }
 
-INSTANTIATE_TEST_SUITE_P(Table, EveryShape, testing::ValuesIn(names()),
-                         [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Table, EveryShape, testing::ValuesIn(names()), [](const auto& info) { return info.param; });
 
 double volume_of(const std::string& name, double edge) {
     const Shape& shape = *find_shape(name);

@@ -123,9 +123,10 @@ TEST(ShippedScenes, LayingShaftMeetsTheFoldEdgeAgainstEdgeOnly) {
         const Frame frame = scripted(scene, time);
         ContactSet contacts;
         true_pairs(scene.topology, frame, contacts.pairs);
-        derive_contacts(scene.topology, frame, contacts);
+        derive(scene.topology, frame, contacts);
         for (const Contact& contact : contacts.contacts) {
-            EXPECT_EQ(contact.kind, ContactCase::edges_cross) << "at " << time << " pair " << contact.a << "," << contact.b;
+            EXPECT_EQ(contact.kind, ContactCase::edges_cross)
+                << "at " << time << " pair " << contact.a << "," << contact.b;
             ++seen;
         }
     }
