@@ -312,6 +312,7 @@ int replay(const CommonOptions& common, const ReplayOptions& options) {
     }
     RecordingReader recording(options.recording);
     std::vector<DetectorAnswer> answers;
+    answers.reserve(methods.size());
     for (const MethodSpec& method : methods) answers.push_back(ask(method, recording, options.time_limit_s));
     std::vector<Truth> exact;
     std::vector<Truth>* const truth = all || options.truth ? &exact : nullptr;

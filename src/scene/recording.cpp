@@ -34,7 +34,7 @@ BodyKind kind_from(const std::string& word) {
 
 std::uint64_t hash_of_bytes(std::ifstream& stream) {
     std::uint64_t value = 14695981039346656037ULL;
-    std::vector<char> block(std::size_t{1} << 20);
+    std::vector<char> block(std::size_t{1} << 16);
     stream.seekg(0);
     while (stream.read(block.data(), static_cast<std::streamsize>(block.size())) || stream.gcount() > 0) {
         for (std::streamsize i = 0; i < stream.gcount(); ++i) {
@@ -77,10 +77,17 @@ void expect_partition(const JsonNode& bodies, std::vector<Range> ranges, Index t
 /// File numbers in the order of the bodies; empty when that is the file's order.
 std::vector<Index> file_numbers(const std::vector<Range>& ranges) {
     std::vector<Index> numbers;
+    Index next = 0;
+    const bool in_order = std::all_of(ranges.begin(), ranges.end(), [&next](Range range) {
+        if (range.count == 0) return true;
+        const bool follows = range.first == next;
+        next = range.end();
+        return follows;
+    });
+    if (in_order) return numbers;
     for (const Range& range : ranges) {
         for (Index i = range.first; i < range.end(); ++i) numbers.push_back(i);
     }
-    if (std::is_sorted(numbers.begin(), numbers.end())) numbers.clear();
     return numbers;
 }
 
@@ -214,7 +221,8 @@ RecordingReader::RecordingReader(const std::filesystem::path& file) : file_(file
         }
     }
     topology_ = header.body_pairs ? make_topology(header.bodies, *header.body_pairs) : make_topology(header.bodies);
-    file_vertex_ = file_numbers(header.vertex_ranges);
+    // Without frames nothing bounds the number of vertices, and nobody asks for one.
+    if (header.frames > 0) file_vertex_ = file_numbers(header.vertex_ranges);
     file_triangle_ = file_numbers(header.triangle_ranges);
     dt_ = header.dt;
     frame_count_ = header.frames;

@@ -195,8 +195,9 @@ Part read_part(const JsonNode& node, const Places& places) {
         std::vector<std::string> names;
         for (const Shape& shape : shapes()) names.push_back(shape.name);
         const Shape& shape = *find_shape(node.at("shape").word(names));
-        keys.insert(keys.begin(), "shape");
-        for (const ShapeParameter& parameter : shape.parameters) keys.push_back(parameter.name);
+        std::vector<std::string> own{"shape"};
+        for (const ShapeParameter& parameter : shape.parameters) own.push_back(parameter.name);
+        keys.insert(keys.begin(), own.begin(), own.end());
         node.expect_keys(keys);
         part.surface = read_shape(node, shape);
         part.open_shape = !shape.closed;
@@ -225,6 +226,7 @@ Motion read_motion(const JsonNode& node, const Places& places) {
     if (const auto hand = node.find("operator")) {
         if (motion.drive != Drive::simulated_operator) hand->fail("no operator beside a prescribed drive", "one");
         std::vector<std::string> keys;
+        keys.reserve(operator_numbers.size());
         for (const auto& entry : operator_numbers) keys.emplace_back(entry.key);
         hand->expect_keys(keys);
         read_numbers(*hand, operator_numbers, places.metres, motion.hand);
@@ -541,6 +543,7 @@ Scene read_scene(const std::filesystem::path& file, const std::optional<std::fil
     std::stable_sort(plans.begin(), plans.end(),
                      [](const BodyPlan& a, const BodyPlan& b) { return a.body.kind < b.body.kind; });
     std::vector<Body> bodies;
+    bodies.reserve(plans.size());
     for (const BodyPlan& plan : plans) bodies.push_back(plan.body);
     scene.topology = make_topology(bodies);
 

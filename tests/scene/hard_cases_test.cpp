@@ -79,7 +79,7 @@ TEST_P(HardCase, OracleAndExactDetectorsGiveTheReasonedAnswer) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Folder, HardCase, testing::ValuesIn(case_names()),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& tested) { return tested.param; });
 
 TEST(HardCases, AreThere) { EXPECT_GE(case_names().size(), 15U); }
 

@@ -320,7 +320,7 @@ TEST_F(SceneFile, MissingKeysAreNamed) {
 TEST_F(SceneFile, SyntaxErrorsHaveLineAndColumn) {
     EXPECT_EQ(complaint_about("{\"format\": \"trocar-scene-1\",\n  \"dt\": 0.001,,}").substr(0, 17),
               "line 2, column 15");
-    EXPECT_EQ(complaint_about("").substr(0, 6), "expect");
+    EXPECT_NE(complaint_about("").find("the end of the file"), std::string::npos);
     EXPECT_NE(complaint_about("{\"dt\": 1").find("the end of the file"), std::string::npos);
     EXPECT_NE(complaint_about("{\"dt\": NaN}").find("line 1, column"), std::string::npos);
     EXPECT_NE(complaint_about("{\"dt\": 1e999}").find("1.8e308"), std::string::npos);

@@ -72,7 +72,8 @@ std::vector<std::string> names() {
     return list;
 }
 
-INSTANTIATE_TEST_SUITE_P(Table, EveryShape, testing::ValuesIn(names()), [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Table, EveryShape, testing::ValuesIn(names()),
+                         [](const auto& tested) { return tested.param; });
 
 double volume_of(const std::string& name, double edge) {
     const Shape& shape = *find_shape(name);
@@ -82,7 +83,7 @@ double volume_of(const std::string& name, double edge) {
 TEST(Shapes, VolumesConvergeToTheClosedForms) {
     constexpr double pi = std::numbers::pi;
     const double edge = 0.05;
-    EXPECT_DOUBLE_EQ(volume_of("box", edge), 6.0);
+    EXPECT_NEAR(volume_of("box", edge), 6.0, 1e-10);
     EXPECT_NEAR(volume_of("sphere", edge), 4.0 / 3.0 * pi, 0.005 * 4.0 / 3.0 * pi);
     EXPECT_NEAR(volume_of("ellipsoid", edge), 8.0 * pi, 0.005 * 8.0 * pi);
     // Hemisphere and cylinder; cone and cylinder.

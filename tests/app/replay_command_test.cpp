@@ -1,0 +1,117 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "support/program.hpp"
+#include "support/recordings.hpp"
+
+namespace trocar {
+namespace {
+
+using nlohmann::json;
+
+/// Triangle a in z = 0; triangle b apart in frame 0, crossing in frame 1, touching with one corner in frame 2.
+test::RecordingText three_frames() {
+    test::RecordingText text;
+    text.positions.clear();
+    for (const double low : {1.0, -0.5, 0.0}) {
+        text.positions.insert(text.positions.end(), {0, 0, 0, 1, 0, 0, 0, 1, 0});
+        text.positions.insert(text.positions.end(), {0.25, 0.25, low, 0.25, 0.25, 2, 0.5, 0.25, 2});
+    }
+    return text;
+}
+
+class Replay : public testing::Test {
+protected:
+    test::ProgramResult run(const test::RecordingText& text, const std::string& options) {
+        const std::filesystem::path file = folder.path() / "frames.trocrec";
+        std::ofstream(file, std::ios::binary) << text.bytes();
+        return test::run_program("replay " + file.string() + " " + options);
+    }
+    test::TemporaryFolder folder;
+};
+
+TEST_F(Replay, GivesPairsTouchesAndTruthPerFrame) {
+    const test::ProgramResult result = run(three_frames(), "--detector brute_force --truth --json");
+    ASSERT_EQ(result.status, 0) << result.err;
+    const json document = json::parse(result.out);
+    EXPECT_EQ(document["truth"], json({0, 1, 1}));
+    EXPECT_EQ(document["hash"].get<std::string>().size(), 16U);
+    ASSERT_EQ(document["detectors"].size(), 1U);
+    const json& detector = document["detectors"][0];
+    EXPECT_EQ(detector["name"], "brute_force");
+    EXPECT_EQ(detector["outcome"], "ok");
+    ASSERT_EQ(detector["frames"].size(), 3U);
+    const std::vector<json> pairs{json::array(), json::array({{0, 1}}), json::array({{0, 1}})};
+    const std::vector<json> touch{json::array(), json::array(), json::array({0})};
+    for (std::size_t tick = 0; tick < 3; ++tick) {
+        const json& frame = detector["frames"][tick];
+        EXPECT_EQ(frame["tick"], tick);
+        EXPECT_EQ(frame["outcome"], "ok");
+        EXPECT_EQ(frame["truncated"], false);
+        EXPECT_EQ(frame["pairs"], pairs[tick]);
+        EXPECT_EQ(frame["touch"], touch[tick]);
+        EXPECT_EQ(frame["missing"], 0);
+        EXPECT_EQ(frame["extra"], 0);
+        EXPECT_GE(frame["update_ns"], 0);
+        EXPECT_GE(frame["detect_ns"], 0);
+    }
+}
+
+TEST_F(Replay, WithoutTruthTheComparisonIsNull) {
+    const json document = json::parse(run(three_frames(), "--detector brute_force --json").out);
+    EXPECT_TRUE(document["truth"].is_null());
+    EXPECT_TRUE(document["detectors"][0]["frames"][1]["missing"].is_null());
+    EXPECT_TRUE(document["detectors"][0]["frames"][1]["extra"].is_null());
+}
+
+TEST_F(Replay, AllDetectorsAreHeldAgainstTruth) {
+    const test::ProgramResult result = run(three_frames(), "--detector all --json");
+    EXPECT_EQ(result.status, 0) << result.err;
+    const json document = json::parse(result.out);
+    const json listed = json::parse(test::run_program("list --json").out)["detectors"];
+    EXPECT_EQ(document["detectors"].size(), listed.size());
+    EXPECT_EQ(document["truth"], json({0, 1, 1}));
+}
+
+TEST_F(Replay, AFrameThatIsNotFiniteCostsThatTickOnly) {
+    test::RecordingText text = three_frames();
+    text.positions[18 + 9] = std::numeric_limits<double>::quiet_NaN();  // frame 1, vertex 3
+    const test::ProgramResult result = run(text, "--detector brute_force --truth --json");
+    EXPECT_EQ(result.status, 3) << result.err;
+    const json frames = json::parse(result.out)["detectors"][0]["frames"];
+    EXPECT_EQ(frames[0]["outcome"], "ok");
+    EXPECT_EQ(frames[1]["outcome"], "not_finite");
+    EXPECT_EQ(frames[2]["outcome"], "ok");
+    EXPECT_EQ(frames[2]["pairs"], json::array({{0, 1}}));
+}
+
+TEST_F(Replay, TriangleNumbersAreThoseOfTheFileAndTheFirstIsFromTheBodyListedFirst) {
+    test::RecordingText text = three_frames();
+    std::swap(text.header["bodies"][0], text.header["bodies"][1]);
+    const json frames = json::parse(run(text, "--detector brute_force --json").out)["detectors"][0]["frames"];
+    EXPECT_EQ(frames[1]["pairs"], json::array({{1, 0}}));
+}
+
+TEST_F(Replay, TableNamesDetectorFramesAndPairs) {
+    const test::ProgramResult result = run(three_frames(), "--detector brute_force --truth");
+    EXPECT_EQ(result.status, 0);
+    EXPECT_NE(result.out.find("exact oracle"), std::string::npos);
+    EXPECT_NE(result.out.find("brute_force"), std::string::npos);
+}
+
+TEST_F(Replay, BadInputEndsWithStatusTwo) {
+    test::RecordingText text = three_frames();
+    text.tail = "x";
+    const test::ProgramResult result = run(text, "--json");
+    EXPECT_EQ(result.status, 2);
+    EXPECT_TRUE(result.out.empty());
+    EXPECT_EQ(run(three_frames(), "--detector no_such_method").status, 2);
+    EXPECT_EQ(run(three_frames(), "--detector brute_force:no_such_key=1").status, 2);
+    EXPECT_EQ(test::run_program("replay no_such_file").status, 2);
+}
+
+}  // namespace
+}  // namespace trocar
