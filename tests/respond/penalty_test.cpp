@@ -68,10 +68,17 @@ TEST(Penalty, ReductionKeepsTheDeepestContactOfAVertex) {
     EXPECT_NEAR(s.effect.tip_force[0].z(), -0.47, 1e-12);
 }
 
-TEST(Penalty, RigidAgainstTissueIsCountedAsSkipped) {
-    PairSample s = vertex_of_b_in_a(BodyKind::rigid, BodyKind::tissue);
-    s.respond("penalty");
-    EXPECT_EQ(s.effect.skipped, 1);
+TEST(Penalty, BoneAndASecondTissuePushTissueToo) {
+    PairSample bone = vertex_of_b_in_a(BodyKind::rigid, BodyKind::tissue);
+    bone.respond("penalty:k=100");
+    ASSERT_EQ(bone.effect.contacts.size(), 1U);
+    EXPECT_EQ(bone.effect.contacts[0].reaction_body, -1);
+    EXPECT_EQ(bone.effect.contacts[0].reaction_vertices[0], -1);
+    PairSample tissue = vertex_of_b_in_a(BodyKind::tissue, BodyKind::tissue);
+    tissue.respond("penalty:k=100");
+    ASSERT_EQ(tissue.effect.contacts.size(), 1U);
+    EXPECT_EQ(tissue.effect.contacts[0].vertices[0], 3);
+    EXPECT_EQ(tissue.effect.contacts[0].reaction_vertices[0], 0);
 }
 
 }  // namespace

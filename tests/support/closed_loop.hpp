@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -50,7 +51,7 @@ inline Mesh make_shaft(double radius, double length, int sides, double point_len
     for (int r = 0; r <= rings; ++r) {
         const double z = point_length + (length - point_length) * r / rings;
         for (int s = 0; s < sides; ++s) {
-            const double angle = 2.0 * EIGEN_PI * s / sides;
+            const double angle = 2.0 * std::numbers::pi * s / sides;
             mesh.points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
         }
     }

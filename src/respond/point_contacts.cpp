@@ -1,0 +1,207 @@
+#include "respond/point_contacts.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "respond/equations.hpp"
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+bool describe(const Topology& topology, const Frame& frame, const Contact& contact, PointContact& out) {
+    if (contact.kind == ContactCase::touch || contact.kind == ContactCase::coplanar ||
+        contact.kind == ContactCase::degenerate || contact.a < 0 || contact.b < 0) {
+        return false;
+    }
+    out = {};
+    out.body_a = topology.body_of_triangle[at(contact.a)];
+    out.body_b = topology.body_of_triangle[at(contact.b)];
+    out.normal = contact.normal;
+    out.depth = contact.depth;
+    if (!out.normal.allFinite() || !std::isfinite(out.depth) || out.depth < 0.0) return false;
+    const bool vertex_of_a = contact.kind == ContactCase::a_enters_b && contact.vertex_a >= 0;
+    const bool vertex_of_b = contact.kind == ContactCase::b_enters_a && contact.vertex_b >= 0;
+    Vector3 point = contact.point;
+    if (vertex_of_a) point = frame.position.col(contact.vertex_a);
+    if (vertex_of_b) point = frame.position.col(contact.vertex_b);
+    if (!point.allFinite()) return false;
+    const auto spread = [&](Index triangle) {
+        const equations::Corners corners = corners_of(topology, frame.position, triangle);
+        return LoadPoint::in_triangle(topology, triangle, equations::nearest_weights(corners, point));
+    };
+    out.a = vertex_of_a ? LoadPoint::at_vertex(contact.vertex_a) : spread(contact.a);
+    out.b = vertex_of_b ? LoadPoint::at_vertex(contact.vertex_b) : spread(contact.b);
+    // Without an entering vertex the most loaded vertex of b stands for the contact.
+    if (vertex_of_a) {
+        out.vertex = contact.vertex_a;
+        out.other = out.body_b;
+    } else {
+        const auto heaviest = std::max_element(out.b.weights.begin(), out.b.weights.end());
+        out.vertex = out.b.vertices[static_cast<std::size_t>(heaviest - out.b.weights.begin())];
+        out.other = out.body_a;
+    }
+    return true;
+}
+
+}  // namespace
+
+void PointContacts::prepare(const Topology& topology) {
+    first_.assign(at(topology.vertex_count), -1);
+    list_.clear();
+}
+
+std::int64_t PointContacts::gather(const Topology& topology, const Frame& frame, const ContactSet& contacts,
+                                   bool reduce) {
+    for (const PointContact& contact : list_) first_[at(contact.vertex)] = -1;
+    list_.clear();
+    std::int64_t skipped = 0;
+    for (const Contact& contact : contacts.contacts) {
+        PointContact point;
+        if (!describe(topology, frame, contact, point)) {
+            ++skipped;
+        } else if (reduce) {
+            keep_deepest(point);
+        } else {
+            list_.push_back(point);
+        }
+    }
+    return skipped;
+}
+
+void PointContacts::keep_deepest(PointContact& contact) {
+    Index& first = first_[at(contact.vertex)];
+    for (Index c = first; c >= 0; c = list_[at(c)].next) {
+        if (list_[at(c)].other != contact.other) continue;
+        if (contact.depth > list_[at(c)].depth) {
+            contact.next = list_[at(c)].next;
+            list_[at(c)] = contact;
+        }
+        return;
+    }
+    contact.next = first;
+    first = static_cast<Index>(list_.size());
+    list_.push_back(contact);
+}
+
+void VertexEdits::prepare(const Topology& topology, const Materials& materials) {
+    const auto n = at(topology.vertex_count);
+    inverse_mass_.assign(n, 0.0);
+    for (std::size_t v = 0; v < std::min(n, materials.mass.size()); ++v) {
+        const bool pinned = v < materials.pinned.size() && materials.pinned[v] != 0;
+        if (materials.mass[v] > 0.0 && !pinned) inverse_mass_[v] = 1.0 / materials.mass[v];
+    }
+    slot_.assign(n, -1);
+    edits_.clear();
+}
+
+void VertexEdits::clear() {
+    for (const Placement& edit : edits_) slot_[at(edit.vertex)] = -1;
+    edits_.clear();
+}
+
+Placement& VertexEdits::edit(const Frame& frame, Index vertex) {
+    Index& slot = slot_[at(vertex)];
+    if (slot < 0) {
+        slot = static_cast<Index>(edits_.size());
+        edits_.push_back(
+            {.vertex = vertex, .position = frame.position.col(vertex), .velocity = frame.velocity.col(vertex)});
+    }
+    return edits_[at(slot)];
+}
+
+Vector3 VertexEdits::position(const Frame& frame, Index vertex) const {
+    const Index slot = slot_[at(vertex)];
+    return slot < 0 ? Vector3(frame.position.col(vertex)) : edits_[at(slot)].position;
+}
+
+Vector3 VertexEdits::velocity(const Frame& frame, Index vertex) const {
+    const Index slot = slot_[at(vertex)];
+    return slot < 0 ? Vector3(frame.velocity.col(vertex)) : edits_[at(slot)].velocity;
+}
+
+Vector3 VertexEdits::position(const Frame& frame, const LoadPoint& point) const {
+    Vector3 sum = Vector3::Zero();
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (point.vertices[i] >= 0) sum += point.weights[i] * position(frame, point.vertices[i]);
+    }
+    return sum;
+}
+
+Vector3 VertexEdits::velocity(const Frame& frame, const LoadPoint& point) const {
+    Vector3 sum = Vector3::Zero();
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (point.vertices[i] >= 0) sum += point.weights[i] * velocity(frame, point.vertices[i]);
+    }
+    return sum;
+}
+
+double VertexEdits::mobility(const LoadPoint& point) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (point.vertices[i] >= 0) sum += point.weights[i] * point.weights[i] * inverse_mass(point.vertices[i]);
+    }
+    return sum;
+}
+
+void VertexEdits::change_velocity(const Frame& frame, const LoadPoint& point, const Vector3& impulse) {
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Index v = point.vertices[i];
+        if (v >= 0 && inverse_mass(v) > 0.0) edit(frame, v).velocity += point.weights[i] * inverse_mass(v) * impulse;
+    }
+}
+
+void VertexEdits::change_position(const Frame& frame, const LoadPoint& point, const Vector3& impulse) {
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Index v = point.vertices[i];
+        if (v >= 0 && inverse_mass(v) > 0.0) edit(frame, v).position += point.weights[i] * inverse_mass(v) * impulse;
+    }
+}
+
+void VertexEdits::write(Effect& effect) const {
+    effect.placements.insert(effect.placements.end(), edits_.begin(), edits_.end());
+}
+
+LinearContact spring_damper(const Topology& topology, const Materials& materials, const PairLaws& laws,
+                            const Frame& frame, const PointContact& contact) {
+    const CollisionClass kind = laws.kind(contact.body_a, contact.body_b);
+    const bool push_b = kind != CollisionClass::instrument_rigid;
+    const LoadPoint& pushed = push_b ? contact.b : contact.a;
+    const LoadPoint& other = push_b ? contact.a : contact.b;
+    LinearContact linear;
+    linear.vertices = pushed.vertices;
+    linear.weights = pushed.weights;
+    linear.normal = push_b ? contact.normal : Vector3(-contact.normal);
+    linear.gap = -contact.depth;
+    linear.mu = laws.mu(contact.body_a, contact.body_b);
+    linear.k = laws.k(contact.body_a, contact.body_b);
+    if (std::isnan(linear.k)) {
+        linear.k = rigid_stiffness;
+        if (topology.bodies[at(contact.body_b)].kind == BodyKind::tissue) {
+            linear.k = 0.0;
+            for (std::size_t i = 0; i < 3; ++i) {
+                if (pushed.vertices[i] < 0) continue;
+                linear.k += pushed.weights[i] * materials.mean_stiffness[at(pushed.vertices[i])];
+            }
+        }
+    }
+    linear.face_velocity = other.blend(frame.velocity).dot(linear.normal);
+    const BodyKind kind_a = topology.bodies[at(contact.body_a)].kind;
+    if (kind_a == BodyKind::tissue) {
+        linear.reaction_vertices = other.vertices;
+        linear.reaction_weights = other.weights;
+    } else if (push_b && kind_a == BodyKind::instrument) {
+        linear.reaction_body = contact.body_a;
+        linear.reaction_point = contact.a.blend(frame.position);
+    }
+    return linear;
+}
+
+void add_reaction(Index body, const Vector3& point, const Vector3& force, Effect& effect) {
+    Wrench& wrench = effect.wrench[at(body)];
+    wrench.force += force;
+    wrench.moment += point.cross(force);
+}
+
+}  // namespace trocar

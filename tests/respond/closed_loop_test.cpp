@@ -1,0 +1,319 @@
+// What responses do over time, with tool, tissue and integrator together: the witnesses of the thesis' defects and the
+// invariants of the corrections (METHODS §13, §14).
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <random>
+
+#include "respond/common.hpp"
+#include "respond/crossing_ledger.hpp"
+#include "support/closed_loop.hpp"
+#include "support/response_samples.hpp"
+
+namespace trocar {
+namespace {
+
+using test::ClosedLoop;
+using test::LoopBody;
+using test::make_shaft;
+using test::make_sheet;
+using test::PairSample;
+using test::vertex_of_a_in_b;
+using test::vertex_of_b_in_a;
+
+/// Height of the sheet (last body) above the tool's tip (vertex 0), m: positive = the tip is through.
+double depth_at_tip(const ClosedLoop& loop) {
+    const Vector3 tip = loop.frame.position.col(0);
+    const Range triangles = loop.topology.bodies.back().triangles;
+    double lowest = std::numeric_limits<double>::infinity();
+    for (Index t = triangles.first; t < triangles.end(); ++t) {
+        const equations::Corners c = corners_of(loop.topology, loop.frame.position, t);
+        Eigen::Matrix2d plan;
+        plan << (c[1] - c[0]).head<2>(), (c[2] - c[0]).head<2>();
+        const Eigen::Vector2d w = plan.inverse() * (tip - c[0]).head<2>();
+        if (w.minCoeff() < -1e-9 || w.sum() > 1.0 + 1e-9) continue;
+        lowest = std::min(lowest, c[0].z() + w[0] * (c[1] - c[0]).z() + w[1] * (c[2] - c[0]).z());
+    }
+    return lowest - tip.z();
+}
+
+enum class After { stop, drag, withdraw };
+
+/// Tool that comes down on a sheet at `speed`, stops `depth` below it, waits 20 ms and then drags or withdraws 12 mm.
+ClosedLoop stab(const std::string& method, double speed, double depth, After after) {
+    const double arrival = (0.002 + depth) / speed;
+    const auto offset = [=](double t) {
+        Vector3 p(0.0011, 0.0007, std::max(0.002 - speed * t, -depth));
+        const double later = std::clamp(speed * (t - arrival - 0.02), 0.0, 0.012);
+        if (after == After::drag) p.x() += later;
+        if (after == After::withdraw) p.z() += later;
+        return p;
+    };
+    return ClosedLoop(
+        {LoopBody{
+             .name = "tool", .kind = BodyKind::instrument, .mesh = make_shaft(0.0025, 0.06, 8, 0.01), .offset = offset},
+         LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(10, 0.005)}},
+        method);
+}
+
+int ticks_to_last_key(double speed, double depth, After after) {
+    const double arrival = (0.002 + depth) / speed;
+    return static_cast<int>(1000.0 * (arrival + (after == After::stop ? 0.0 : 0.02 + 0.012 / speed))) + 1;
+}
+
+TEST(CorrectedResolution, ClearsATwoHundredMillisecondsAfterStopDragAndWithdrawal) {
+    for (const After after : {After::stop, After::drag, After::withdraw}) {
+        for (const double speed : {0.1, 0.6}) {
+            ClosedLoop loop = stab("thesis:profile=corrected", speed, 0.006, after);
+            const int ticks = ticks_to_last_key(speed, 0.006, after) + 200;
+            std::int64_t ruptures = 0;
+            for (int tick = 0; tick < ticks; ++tick) {
+                ASSERT_TRUE(loop.step()) << loop.outcome.message;
+                ruptures += loop.effect.ruptures;
+            }
+            EXPECT_LE(depth_at_tip(loop), 1e-4) << "after " << static_cast<int>(after) << " speed " << speed;
+            EXPECT_EQ(ruptures, 0);
+            if (after == After::stop) {
+                // The tissue resists by what its springs give; no force from nowhere.
+                EXPECT_GT(loop.tool_force(0).z(), 0.1);
+                EXPECT_LT(loop.tool_force(0).z(), 2.0);
+            }
+        }
+    }
+}
+
+TEST(FaithfulResolution, LeavesTheStoppedToolInTheTissue) {
+    ClosedLoop loop = stab("thesis", 0.6, 0.006, After::stop);
+    for (int tick = 0; tick < ticks_to_last_key(0.6, 0.006, After::stop) + 200; ++tick) ASSERT_TRUE(loop.step());
+    EXPECT_GT(depth_at_tip(loop), 5e-4);
+}
+
+TEST(CorrectedResolution, TooDeepForTheTissueEndsInRupture) {
+    ClosedLoop loop = stab("thesis:profile=corrected,d_max=0.004", 5.0, 0.03, After::stop);
+    std::int64_t ruptures = 0;
+    for (int tick = 0; tick < 150; ++tick) {
+        ASSERT_TRUE(loop.step()) << loop.outcome.message;
+        ruptures += loop.effect.ruptures;
+    }
+    EXPECT_GT(ruptures, 0);
+}
+
+TEST(CorrectedRigid, BoneSpikeUnderTissueLiftsItAndFaithfulIgnoresIt) {
+    // The spike points up through the sheet; only its own vertices enter tissue faces.
+    const auto run = [](const std::string& method) {
+        test::Mesh spike = make_shaft(0.0015, 0.03, 6, 0.02);
+        for (Vector3& p : spike.points) p = Vector3(p.x(), -p.y(), -p.z());  // turned over: outer normals stay outer
+        for (Vector3& p : spike.points) p += Vector3(0.0011, 0.0007, -0.001);
+        ClosedLoop loop(
+            {LoopBody{.name = "bone",
+                      .mesh = spike,
+                      .offset = [](double t) { return Vector3(0, 0, std::min(0.004, 0.1 * t)); }},
+             LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(8, 0.005)}},
+            method);
+        for (int tick = 0; tick < 250; ++tick) EXPECT_TRUE(loop.step()) << loop.outcome.message;
+        return -depth_at_tip(loop);  // the spike's way above the sheet
+    };
+    EXPECT_LE(run("thesis:profile=corrected"), 1e-4);
+    EXPECT_GT(run("thesis"), 1e-3);
+}
+
+TEST(CrossingLedger, CountIsTheExactSideOfAMovingClosedBody) {
+    // A point that wanders through a closed body whose vertices jiggle: the ledger's count against the winding number
+    // of each frame.
+    test::Mesh organ = make_shaft(0.02, 0.05, 9, 0.01);
+    test::Mesh probe;
+    probe.points = {Vector3::Zero(), Vector3(1e-5, 0, 0), Vector3(0, 1e-5, 0)};
+    probe.triangles = {{0, 1, 2}};
+    ClosedLoop world({LoopBody{.name = "probe", .kind = BodyKind::instrument, .mesh = probe},
+                      LoopBody{.name = "organ", .kind = BodyKind::tissue, .mesh = organ, .pin_rim = false}},
+                     "penalty");
+    Surface surface;
+    surface.prepare(world.topology);
+    CrossingLedger ledger;
+    ledger.prepare(world.topology);
+    std::mt19937_64 generator(3);
+    std::normal_distribution<double> normal(0.0, 1.0);
+    Frame frame = world.frame;
+    const Matrix3X rest = frame.position;
+    Vector3 place(0.0, 0.0, 0.02);
+    int inside_ticks = 0;
+    int changes = 0;
+    bool was_inside = true;
+    for (int tick = 0; tick < 4000; ++tick) {
+        place += 0.003 * Vector3(normal(generator), normal(generator), normal(generator)) -
+                 0.05 * (place - Vector3(0.0, 0.0, 0.025));
+        for (int i = 0; i < 3; ++i) frame.position.col(i) = rest.col(i) + place;
+        for (Eigen::Index v = 3; v < frame.position.cols(); ++v) {
+            frame.position.col(v) =
+                rest.col(v) + 0.0015 * Vector3(normal(generator), normal(generator), normal(generator));
+        }
+        ledger.update(world.topology, surface, frame, {});
+        double winding = 0.0;
+        const Vector3 x = frame.position.col(0);
+        for (Index t = 1; t < world.topology.triangle_count(); ++t) {
+            const equations::Corners c = corners_of(world.topology, frame.position, t);
+            const Vector3 a = c[0] - x;
+            const Vector3 b = c[1] - x;
+            const Vector3 d = c[2] - x;
+            winding += std::atan2(a.dot(b.cross(d)), a.norm() * b.norm() * d.norm() + a.dot(b) * d.norm() +
+                                                         b.dot(d) * a.norm() + d.dot(a) * b.norm());
+        }
+        winding /= 2.0 * std::numbers::pi;
+        ASSERT_EQ(ledger.count(0, 1), static_cast<int>(std::lround(winding))) << "tick " << tick;
+        const bool inside = winding > 0.5;
+        inside_ticks += inside ? 1 : 0;
+        changes += inside != was_inside ? 1 : 0;
+        was_inside = inside;
+    }
+    EXPECT_GT(changes, 200);
+    EXPECT_GT(inside_ticks, 500);
+}
+
+TEST(TissueTissue, AnEvenNumberOfPairsCancelsInFaithfulAndNotInCorrected) {
+    const auto closing_speed = [](const std::string& method, std::size_t pairs) {
+        PairSample s = vertex_of_b_in_a(BodyKind::tissue, BodyKind::tissue);
+        s.frame.velocity.col(3) = Vector3(0.0, 0.0, -0.4);
+        s.contacts.contacts.assign(pairs, s.contacts.contacts[0]);
+        s.respond(method);
+        Vector3 speed = s.frame.velocity.col(3);
+        Vector3 other = s.frame.velocity.col(0);
+        for (const Placement& placement : s.effect.placements) {
+            if (placement.vertex == 3) speed = placement.velocity;
+            if (placement.vertex == 0) other = placement.velocity;
+        }
+        return -(speed - other).z();
+    };
+    EXPECT_NEAR(closing_speed("thesis", 1), -0.4, 1e-12);
+    EXPECT_NEAR(closing_speed("thesis", 2), 0.4, 1e-12);
+    EXPECT_NEAR(closing_speed("thesis", 3), -0.4, 1e-12);
+    const double once = closing_speed("thesis:profile=corrected", 1);
+    EXPECT_LE(once, 0.0);
+    EXPECT_DOUBLE_EQ(closing_speed("thesis:profile=corrected", 2), once);
+}
+
+TEST(TissueTissue, CorrectedLeavesPartingTissueAloneAndKeepsMomentum) {
+    for (const double speed : {-0.4, 0.4}) {
+        PairSample s = vertex_of_b_in_a(BodyKind::tissue, BodyKind::tissue);
+        s.frame.velocity.col(3) = Vector3(0.0, 0.1, speed);
+        s.respond("thesis:profile=corrected");
+        Vector3 momentum = Vector3::Zero();
+        for (const Placement& placement : s.effect.placements) {
+            const Vector3 before = s.frame.velocity.col(placement.vertex);
+            momentum += s.materials.mass[static_cast<std::size_t>(placement.vertex)] * (placement.velocity - before);
+        }
+        EXPECT_LT(momentum.norm(), 1e-15);
+        EXPECT_EQ(s.effect.placements.empty(), speed > 0.0);
+    }
+}
+
+TEST(RigidTissue, FaithfulProjectsTissueVerticesAndIgnoresTheRest) {
+    PairSample s = vertex_of_b_in_a(BodyKind::rigid, BodyKind::tissue);
+    s.frame.previous.col(3) = Vector3(0.003, 0.005, 0.0005);
+    s.frame.velocity.col(3) = Vector3(1.0, 0.0, -1.0);
+    s.respond("thesis");
+    ASSERT_EQ(s.effect.placements.size(), 1U);
+    EXPECT_LT((s.effect.placements[0].position - Vector3(0.0035, 0.005, 0.0)).norm(), 1e-15);
+    EXPECT_LT((s.effect.placements[0].velocity - Vector3(1.0, 0.0, 0.0)).norm(), 1e-15);
+    PairSample other = vertex_of_a_in_b(BodyKind::rigid, BodyKind::tissue);
+    other.respond("thesis");
+    EXPECT_EQ(other.effect.skipped, 1);
+    other.respond("thesis:profile=corrected,resolution=none");
+    EXPECT_EQ(other.effect.contacts.size(), 1U);
+}
+
+/// Sheet between the jaws of a tool that closes at 20 ms, lifts by `lift` and opens again.
+ClosedLoop grasp(const std::string& method, double lift) {
+    test::Mesh jaw = make_shaft(0.0012, 0.03, 6, 0.006);
+    return ClosedLoop(
+        {LoopBody{.name = "tool",
+                  .kind = BodyKind::instrument,
+                  .mesh = jaw,
+                  .offset =
+                      [lift](double t) {
+                          return Vector3(0.0001, 0.0002, -0.0003 + lift * std::clamp((t - 0.03) / 0.1, 0.0, 1.0));
+                      }},
+         LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(8, 0.005)}},
+        method);
+}
+
+TEST(Grasp, HeldTissueFollowsTheToolAndIsLetGo) {
+    for (const char* method : {"thesis", "thesis:profile=corrected,grasp=follow", "thesis:profile=corrected"}) {
+        // The sample tool has one blade: contacts on two opposing faces come from its two sides around a vertex.
+        ClosedLoop loop =
+            grasp(std::string(method) + (std::string(method) == "thesis" ? "" : ",resolution=none"), 0.006);
+        const Range sheet = loop.topology.bodies[1].vertices;
+        double before_attach = 0.0;
+        double largest_jump = 0.0;
+        double highest_held = 0.0;
+        for (int tick = 0; tick < 400; ++tick) {
+            loop.set_jaw(0, tick < 20 || tick >= 250 ? 1.0 : 0.1);
+            ASSERT_TRUE(loop.step()) << method << " " << loop.outcome.message;
+            if (tick == 19) before_attach = loop.tool_force(0).norm();
+            if (tick == 20) largest_jump = std::abs(loop.tool_force(0).norm() - before_attach);
+            if (tick == 240) {
+                highest_held = loop.frame.position.row(2).segment(sheet.first, sheet.count).maxCoeff();
+                EXPECT_TRUE(highest_held < 0.003 || loop.tool_force(0).z() < -0.05) << method;
+            }
+        }
+        EXPECT_LT(largest_jump, 0.5) << method;
+        const double speed = loop.frame.velocity.middleCols(sheet.first, sheet.count).colwise().norm().maxCoeff();
+        EXPECT_LT(speed, 1.0) << method;
+        EXPECT_TRUE(std::string(method) != "thesis" || highest_held > 0.004);
+    }
+}
+
+TEST(EveryResponse, EveryDeclaredChoiceRunsAndStaysFinite) {
+    for (const ResponseEntry& entry : registry().responses()) {
+        if (entry.needs_native) continue;
+        std::vector<std::string> methods{entry.name};
+        for (const Parameter& parameter : entry.parameters) {
+            for (const std::string& choice : parameter.choices) {
+                methods.push_back(entry.name + ":" + parameter.name + "=" + choice);
+                if (entry.name == "thesis" && parameter.name != "profile") {
+                    methods.push_back("thesis:profile=corrected," + parameter.name + "=" + choice);
+                }
+            }
+        }
+        for (const std::string& method : methods) {
+            ClosedLoop loop = stab(method, 0.2, 0.003, After::withdraw);
+            for (int tick = 0; tick < 60; ++tick) {
+                if (!loop.step()) break;  // a blow-up has a name; what must not be is an unnamed one
+                ASSERT_TRUE(loop.frame.all_finite()) << method;
+                for (const Wrench& wrench : loop.effect.wrench) ASSERT_TRUE(wrench.force.allFinite()) << method;
+            }
+            EXPECT_TRUE(loop.outcome.ok() || method.find("printed") != std::string::npos ||
+                        method.find("hold") != std::string::npos || method.find("explicit") != std::string::npos)
+                << method << ": " << loop.outcome.message;
+        }
+    }
+}
+
+TEST(ImpulseFamily, TakesTheClosingSpeedAndShowsTheMomentum) {
+    for (const char* method : {"impulse:bias=0", "reflection"}) {
+        PairSample s = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
+        s.frame.velocity.col(3) = Vector3(0.5, 0.0, -0.4);
+        s.respond(method);
+        ASSERT_EQ(s.effect.placements.size(), 1U) << method;
+        EXPECT_LT((s.effect.placements[0].velocity - Vector3(0.5, 0.0, 0.0)).norm(), 1e-12) << method;
+        EXPECT_NEAR(s.effect.wrench[0].force.z(), -1e-3 * 0.4 / 1e-3, 1e-12) << method;
+    }
+    PairSample bounce = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
+    bounce.frame.velocity.col(3) = Vector3(0.5, 0.0, -0.4);
+    bounce.respond("reflection:bump=1,friction=0");
+    EXPECT_LT((bounce.effect.placements[0].velocity - Vector3(0.0, 0.0, 0.4)).norm(), 1e-12);
+    EXPECT_NEAR(bounce.effect.placements[0].position.z(), 0.0, 1e-15);
+}
+
+TEST(Xpbd, RigidContactEndsOnTheFaceAndASoftOneGivesItsForce) {
+    PairSample rigid = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
+    rigid.respond("xpbd");
+    ASSERT_EQ(rigid.effect.placements.size(), 1U);
+    EXPECT_NEAR(rigid.effect.placements[0].position.z(), 0.0, 1e-15);
+    // Backward Euler of a spring k on a free mass m: force = k d / (1 + k dt²/m).
+    PairSample soft = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
+    soft.respond("xpbd:k=100,iterations=1");
+    EXPECT_NEAR(soft.effect.wrench[0].force.z(), -100.0 * 0.0005 / (1.0 + 100.0 * 1e-6 / 1e-3), 1e-12);
+}
+
+}  // namespace
+}  // namespace trocar
