@@ -3,6 +3,8 @@
 #   ./run.sh                              the default study
 #   ./run.sh run scenes/i2t_poke.json     any command of the program (./run.sh --help lists them)
 #   ./run.sh --rivals [command …]         the same with the optional rival libraries installed and built
+#   ./run.sh bench detection [--quick]    all detectors and rivals side by side; report in build/reports/detection
+#                                         (--publish: also in reports/detection; --quick: under 10 minutes)
 set -euo pipefail
 caller=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")"
@@ -12,6 +14,17 @@ rivals=
 if [ "${1:-}" = --rivals ]; then
     rivals=yes
     shift
+fi
+if [ "${1:-}" = bench ]; then
+    shift
+    {
+        install_missing "${base_packages[@]}"
+        # Without its rivals the benchmark says little, but it runs: they are listed as absent.
+        (install_missing "${rival_packages[@]}") || say "rivals could not be installed"
+        configure bench
+        build bench trocar_bench
+    } >&2
+    exec "$PWD/build/bench/bin/trocar_bench" "$@"
 fi
 {
     install_missing "${base_packages[@]}"

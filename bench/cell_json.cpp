@@ -1,0 +1,180 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "cells.hpp"
+#include "geometry/input_error.hpp"
+
+namespace trocar::bench {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr const char* format = "trocar-bench-1";
+
+Json outcome_json(const Outcome& outcome) { return {name_of(outcome.kind), outcome.message}; }
+Outcome outcome_from(const Json& json) {
+    return {outcome_kind_from(json.at(0).get<std::string>()), json.at(1).get<std::string>()};
+}
+
+template <typename Enum, std::size_t count>
+Enum enum_from(const std::string& text) {
+    for (std::size_t i = 0; i < count; ++i) {
+        if (name_of(static_cast<Enum>(i)) == text) return static_cast<Enum>(i);
+    }
+    throw InputError("unknown word '" + text + "'");
+}
+
+Json method_json(const MethodResult& result) {
+    return {{"label", result.label},
+            {"method", result.method},
+            {"library", result.library},
+            {"family", result.family},
+            {"narrow", result.narrow},
+            {"own", result.own},
+            {"claims_exact", result.claims_exact},
+            {"outcome", outcome_json(result.outcome)},
+            {"prepare_ns", std::llround(result.prepare_ns)},
+            {"heap_bytes", result.heap_bytes},
+            {"resident_bytes", result.resident_bytes},
+            {"work",
+             {result.work.vertices_read, result.work.cells_visited, result.work.box_tests, result.work.triangle_tests}},
+            {"work_max", result.work_max},
+            {"allocations", result.allocations},
+            {"pairs", result.pairs},
+            {"differing_steps", result.differing_steps},
+            {"truth_steps", result.truth_steps},
+            {"missing", result.missing},
+            {"extra", result.extra},
+            {"true_pairs", result.true_pairs},
+            {"cold_ns", result.cold_ns},
+            {"step", result.step},
+            {"update_ns", result.update_ns},
+            {"detect_ns", result.detect_ns},
+            {"wall_ns", result.wall_ns}};
+}
+
+MethodResult method_from(const Json& json) {
+    MethodResult result;
+    result.label = json.at("label");
+    result.method = json.at("method");
+    result.library = json.at("library");
+    result.family = json.at("family");
+    result.narrow = json.at("narrow");
+    result.own = json.at("own");
+    result.claims_exact = json.at("claims_exact");
+    result.outcome = outcome_from(json.at("outcome"));
+    result.prepare_ns = json.at("prepare_ns");
+    result.heap_bytes = json.at("heap_bytes");
+    result.resident_bytes = json.at("resident_bytes");
+    const Json& work = json.at("work");
+    result.work = {work.at(0), work.at(1), work.at(2), work.at(3)};
+    result.work_max = json.at("work_max");
+    result.allocations = json.at("allocations");
+    result.pairs = json.at("pairs");
+    result.differing_steps = json.at("differing_steps");
+    result.truth_steps = json.at("truth_steps");
+    result.missing = json.at("missing");
+    result.extra = json.at("extra");
+    result.true_pairs = json.at("true_pairs");
+    json.at("cold_ns").get_to(result.cold_ns);
+    json.at("step").get_to(result.step);
+    json.at("update_ns").get_to(result.update_ns);
+    json.at("detect_ns").get_to(result.detect_ns);
+    json.at("wall_ns").get_to(result.wall_ns);
+    if (result.update_ns.size() != result.step.size() || result.detect_ns.size() != result.step.size() ||
+        result.wall_ns.size() != result.step.size()) {
+        throw InputError("steps and times differ in number");
+    }
+    return result;
+}
+
+Json missing_json(const std::vector<Missing>& missing) {
+    Json json = Json::array();
+    for (const Missing& entry : missing) json.push_back({entry.name, entry.reason});
+    return json;
+}
+
+CellRecord record_from(const Json& json) {
+    if (json.at("format") != format) throw InputError("format " + json.at("format").dump());
+    CellRecord record;
+    CellSpec& spec = record.spec;
+    spec.id = json.at("cell");
+    spec.group = enum_from<Group, 9>(json.at("group"));
+    const Json& scene = json.at("scene");
+    spec.scene.variant = enum_from<Variant, 7>(scene.at("variant"));
+    spec.scene.tissue_triangles = scene.at("tissue_triangles");
+    spec.scene.instrument_triangles = scene.at("instrument_triangles");
+    spec.scene.tissues = scene.at("tissues");
+    spec.scene.instruments = scene.at("instruments");
+    spec.scene.order = enum_from<VertexOrder, 3>(scene.at("order"));
+    spec.scene.seed = scene.at("seed");
+    spec.bodies = scene.at("bodies");
+    spec.quick = json.at("quick");
+    spec.budget_s = json.at("budget_s");
+    spec.most_steps = json.at("most_steps");
+    record.binary = json.at("binary");
+    json.at("environment").get_to(record.environment);
+    record.outcome = outcome_from(json.at("outcome"));
+    json.at("set_aside").get_to(record.set_aside);
+    for (const Json& entry : json.at("missing")) record.missing.push_back({entry.at(0), entry.at(1)});
+    record.vertices = json.at("vertices");
+    record.triangles = json.at("triangles");
+    record.tissue_edge = json.at("tissue_edge");
+    record.load_after = json.at("load_after");
+    record.measurement.true_pairs = json.at("true_pairs");
+    record.measurement.frames_hash = json.at("frames_hash");
+    for (const Json& entry : json.at("micro")) {
+        record.micro.push_back({entry.at(0), entry.at(1), entry.at(2)});
+    }
+    for (const Json& entry : json.at("methods")) record.measurement.methods.push_back(method_from(entry));
+    return record;
+}
+
+}  // namespace
+
+std::string to_json_line(const CellRecord& record) {
+    const SceneSpec& scene = record.spec.scene;
+    Json json{{"format", format},
+              {"cell", record.spec.id},
+              {"group", name_of(record.spec.group)},
+              {"scene",
+               {{"variant", name_of(scene.variant)},
+                {"tissue_triangles", scene.tissue_triangles},
+                {"instrument_triangles", scene.instrument_triangles},
+                {"tissues", scene.tissues},
+                {"instruments", scene.instruments},
+                {"order", name_of(scene.order)},
+                {"seed", scene.seed},
+                {"bodies", record.spec.bodies}}},
+              {"quick", record.spec.quick},
+              {"budget_s", record.spec.budget_s},
+              {"most_steps", record.spec.most_steps},
+              {"binary", record.binary},
+              {"environment", record.environment},
+              {"outcome", outcome_json(record.outcome)},
+              {"set_aside", record.set_aside},
+              {"missing", missing_json(record.missing)},
+              {"vertices", record.vertices},
+              {"triangles", record.triangles},
+              {"tissue_edge", record.tissue_edge},
+              {"load_after", record.load_after},
+              {"true_pairs", record.measurement.true_pairs},
+              {"frames_hash", record.measurement.frames_hash},
+              {"micro", Json::array()},
+              {"methods", Json::array()}};
+    for (const MicroResult& result : record.micro) json["micro"].push_back({result.name, result.ns, result.items});
+    for (const MethodResult& result : record.measurement.methods) json["methods"].push_back(method_json(result));
+    return json.dump();
+}
+
+CellRecord cell_from_json_line(const std::string& line, const std::string& file, std::int64_t line_number) {
+    try {
+        return record_from(Json::parse(line));
+    } catch (const std::exception& error) {
+        throw InputError(file, "line " + std::to_string(line_number), "a cell of the benchmark", error.what());
+    }
+}
+
+}  // namespace trocar::bench

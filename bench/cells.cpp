@@ -1,0 +1,212 @@
+#include "cells.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <utility>
+
+#include "broad_phases.hpp"
+#include "measure/environment.hpp"
+#include "micro.hpp"
+#include "study/runner.hpp"
+
+namespace trocar::bench {
+namespace {
+
+constexpr Index million = 1000000;
+
+class Plan {
+public:
+    explicit Plan(bool quick) : quick_(quick) {}
+
+    void add(Group group, const SceneSpec& scene, double budget_factor = 1.0, std::int64_t most_steps = 0) {
+        CellSpec cell;
+        cell.id = fmt::format("{}: {}", name_of(group), scene.name());
+        cell.group = group;
+        cell.scene = scene;
+        finish(cell, budget_factor, most_steps);
+    }
+    void add_bodies(Index count) {
+        CellSpec cell;
+        cell.id = fmt::format("{}: {} bodies", name_of(Group::bodies), count);
+        cell.group = Group::bodies;
+        cell.bodies = count;
+        finish(cell, 0.4, 80);
+    }
+    void add_micro() {
+        CellSpec cell;
+        cell.id = fmt::format("{}", name_of(Group::micro));
+        cell.group = Group::micro;
+        finish(cell, 1.0, 0);
+    }
+    [[nodiscard]] std::vector<CellSpec> cells() && { return std::move(cells_); }
+
+private:
+    void finish(CellSpec& cell, double budget_factor, std::int64_t most_steps) {
+        cell.quick = quick_;
+        cell.budget_s = budget_factor * (quick_ ? 0.4 : 1.2);
+        cell.most_steps = most_steps > 0 ? most_steps : quick_ ? 160 : 240;
+        cells_.push_back(cell);
+    }
+    bool quick_;
+    std::vector<CellSpec> cells_;
+};
+
+bool takes_part(const CellSpec& spec, const Contestant& contestant, std::int64_t triangles) {
+    if (contestant.part == Part::settings_cell && spec.group != Group::settings) return false;
+    const std::int64_t most = spec.quick ? contestant.most_triangles_quick : contestant.most_triangles_full;
+    return most == 0 || triangles <= most;
+}
+
+/// The A/A floor: the anchor and the first of ours take part twice.
+void add_copies(std::vector<Contestant>& list) {
+    std::vector<Contestant> copies;
+    bool anchored = false;
+    bool own = false;
+    for (const Contestant& contestant : list) {
+        const bool anchor = !anchored && (contestant.method == embree_anchor || contestant.method == fcl_anchor);
+        const bool first = !own && contestant.own;
+        if (!anchor && !first) continue;
+        anchored = anchored || anchor;
+        own = own || contestant.own;
+        copies.push_back(contestant);
+        copies.back().label += " (again)";
+    }
+    list.insert(list.end(), copies.begin(), copies.end());
+}
+
+std::vector<Contestant> contestants_of(const CellSpec& spec, std::int64_t triangles, double tissue_edge,
+                                       std::vector<Missing>& missing) {
+    std::vector<Contestant> all = contestants(registry(), missing);
+    std::vector<Contestant> list;
+    if (spec.group == Group::cell_size) {
+        const auto ohc = std::find_if(all.begin(), all.end(), [](const Contestant& c) { return c.method == "ohc"; });
+        if (ohc == all.end()) return list;
+        list.push_back(*ohc);
+        for (const double factor : {0.5, 0.71, 1.0, 1.41, 2.0, 2.83, 4.0}) {
+            list.push_back(contestant_of(fmt::format("ohc:cell={:.6g}", factor * tissue_edge)));
+            list.back().label = fmt::format("ohc, cell = {:g} edges", factor);
+        }
+        return list;
+    }
+    for (Contestant& contestant : all) {
+        if (takes_part(spec, contestant, triangles)) list.push_back(std::move(contestant));
+    }
+    if (spec.group == Group::bodies) {
+        for (Contestant& contestant : broad_phases(missing)) list.push_back(std::move(contestant));
+    }
+    if (spec.group == Group::size || spec.group == Group::settings) add_copies(list);
+    return list;
+}
+
+double load_now() {
+    std::ifstream stream("/proc/loadavg");
+    double load = -1.0;
+    stream >> load;
+    return load;
+}
+
+}  // namespace
+
+std::string_view name_of(Group group) {
+    constexpr std::array<std::string_view, 9> names{"size",     "motion",    "multi",  "local", "order",
+                                                    "settings", "cell size", "bodies", "micro"};
+    return names.at(static_cast<std::size_t>(group));
+}
+
+std::vector<CellSpec> plan_cells(bool quick) {
+    Plan plan(quick);
+    const auto scene = [](Variant variant, Index n, Index m) {
+        return SceneSpec{.variant = variant, .tissue_triangles = n, .instrument_triangles = m};
+    };
+    const std::vector<Index> all_n{2000, 20000, 200000, million};
+    const std::vector<Index> all_m{500, 2000, 10000};
+    constexpr std::int64_t enough_for_p99 = 1000;
+    for (const Variant variant : {Variant::light, Variant::deep}) {
+        for (const Index n : all_n) {
+            for (const Index m : all_m) {
+                // Quick: light along N and along M, deep twice.
+                const bool chosen = variant == Variant::light
+                                        ? m == 2000 || n == 20000
+                                        : (n == 20000 && m == 2000) || (n == 200000 && m == 10000);
+                if (quick && !chosen) continue;
+                const bool long_run = variant == Variant::light && m == 2000;
+                plan.add(Group::size, scene(variant, n, m), long_run ? 2.0 : 1.0, long_run ? enough_for_p99 : 0);
+            }
+        }
+    }
+    for (const Variant variant : {Variant::near, Variant::far, Variant::rotating, Variant::strain}) {
+        for (const Index n : all_n) {
+            for (const Index m : all_m) {
+                if (quick && (n != 20000 || m != 2000)) continue;
+                plan.add(Group::motion, scene(variant, n, m), 0.5);
+            }
+        }
+    }
+    for (const auto& [n, m] : {std::pair<Index, Index>{2000, 500}, {20000, 2000}}) {
+        SceneSpec spec = scene(Variant::light, n, m);
+        spec.tissues = 5;
+        spec.instruments = 10;
+        plan.add(Group::multi, spec);
+    }
+    for (const Index n : {Index{20000}, Index{200000}, million}) {
+        if (quick && n == 200000) continue;
+        plan.add(Group::local, scene(Variant::local, n, 2000));
+    }
+    for (const Index n : {Index{20000}, Index{200000}, million}) {
+        for (const VertexOrder order : {VertexOrder::generated, VertexOrder::shuffled}) {
+            if (quick && n != 200000) continue;
+            SceneSpec spec = scene(Variant::light, n, 2000);
+            spec.order = order;
+            plan.add(Group::order, spec, 0.5);
+        }
+    }
+    for (const Index n : {Index{20000}, Index{200000}}) {
+        if (quick && n != 20000) continue;
+        plan.add(Group::settings, scene(Variant::light, n, 2000));
+        plan.add(Group::cell_size, scene(Variant::light, n, 2000));
+    }
+    for (const Index count : {2, 4, 8, 16, 32, 64, 128}) plan.add_bodies(count);
+    plan.add_micro();
+    return std::move(plan).cells();
+}
+
+CellRecord run_cell(const CellSpec& spec, const std::vector<std::string>& without,
+                    const std::function<void(const std::string&)>& now) {
+    CellRecord record;
+    record.spec = spec;
+    record.binary = binary_identity();
+    record.environment = environment();
+    if (spec.group == Group::micro) {
+        record.micro = run_micro(spec.quick, record.missing);
+        record.load_after = load_now();
+        return record;
+    }
+    const auto measure_on = [&](const auto& scene, double edge) {
+        const Topology& topology = scene.topology();
+        record.vertices = topology.vertex_count;
+        record.triangles = topology.triangle_count();
+        record.tissue_edge = edge;
+        std::vector<Contestant> list = contestants_of(spec, record.triangles, edge, record.missing);
+        std::erase_if(list, [&without](const Contestant& contestant) {
+            return std::find(without.begin(), without.end(), contestant.label) != without.end();
+        });
+        const FrameMaker frames{&topology, [&scene](std::int64_t step, Frame& frame) { scene.write(step, frame); }};
+        record.measurement =
+            measure(frames, list,
+                    {.budget_s = spec.budget_s, .most_steps = spec.most_steps, .seed = spec.scene.seed, .now = now});
+    };
+    if (spec.group == Group::bodies) {
+        constexpr Index triangles_per_body = 320;
+        measure_on(ManyBodies(spec.bodies, triangles_per_body, spec.scene.seed), 0.0);
+    } else {
+        const ContactScene scene(spec.scene);
+        measure_on(scene, scene.tissue_edge());
+    }
+    record.load_after = load_now();
+    return record;
+}
+
+}  // namespace trocar::bench

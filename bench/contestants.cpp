@@ -1,0 +1,115 @@
+#include "contestants.hpp"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+namespace trocar::bench {
+namespace {
+
+constexpr const char* exact_test = "trocar's exact test";
+constexpr std::int64_t few = 40000;      ///< triangles, for methods that look at every pair
+constexpr std::int64_t medium = 300000;  ///< for trees whose refit costs a second at 10^6
+
+/// One setting of one detector.
+struct Setting {
+    const char* method;
+    const char* family;
+    const char* narrow;
+    Part part = Part::everywhere;
+    std::int64_t most_quick = 0;
+    std::int64_t most_full = 0;
+};
+
+const std::vector<Setting>& settings() {
+    static const std::vector<Setting> table{
+        {"ohc", "ohc", exact_test},
+        {"ohc_clustered", "ohc", exact_test},
+        {"ohc_clustered:simd=scalar", "ohc", exact_test, Part::settings_cell},
+        {"ohc_clustered:order=given", "ohc", exact_test, Part::settings_cell},
+        {"ohc:test=interval", "ohc", "interval test, double", Part::settings_cell},
+        {"ohc:test=moller", "ohc", "Möller's test, float", Part::settings_cell},
+        {"ohc:hash=teschner", "ohc", exact_test, Part::settings_cell},
+        {"brute_force", "none", exact_test, Part::everywhere, few, few},
+        {"embree_collide", "tree", exact_test},
+        {"embree_collide:leaf=cluster", "tree", exact_test},
+        {"embree_collide:update=rebuild", "tree", exact_test, Part::settings_cell},
+        {"fcl_bvh", "tree", "its own"},
+        {"fcl_bvh:bv=OBB", "tree", "its own", Part::everywhere, medium, 0},
+        {"fcl_bvh:bv=kIOS", "tree", "its own", Part::everywhere, medium, 0},
+        {"fcl_bvh:bv=OBBRSS", "tree", "its own", Part::everywhere, medium, 0},
+        {"fcl_bvh:update=rebuild", "tree", "its own", Part::settings_cell},
+        {"bullet_dbvt", "tree", exact_test},
+        {"bullet_gimpact", "tree", exact_test},
+        {"ode_trimesh", "tree", "its own"},
+        {"cgal_boxes", "boxes", exact_test},
+        {"spatial_tessellation", "cells", exact_test},
+        {"ccd_pairs", "boxes", "libccd GJK", Part::everywhere, medium, medium},
+    };
+    return table;
+}
+
+bool declares(const DetectorEntry& entry, const std::map<std::string, std::string>& parameters) {
+    return std::all_of(parameters.begin(), parameters.end(), [&entry](const auto& given) {
+        return std::any_of(entry.parameters.begin(), entry.parameters.end(),
+                           [&given](const Parameter& declared) { return declared.name == given.first; });
+    });
+}
+
+Contestant make_contestant(const DetectorEntry& entry, const MethodSpec& spec) {
+    Contestant contestant;
+    contestant.method = spec.text();
+    contestant.label = contestant.method;
+    contestant.library = entry.version.empty() ? entry.library : entry.library + " " + entry.version;
+    contestant.own = entry.own;
+    contestant.claims_exact = entry.claims_exact;
+    contestant.narrow = "its own";
+    contestant.make = [spec] { return make_detector(spec.name, spec.parameters); };
+    return contestant;
+}
+
+}  // namespace
+
+std::vector<Contestant> contestants(const Registry& registry, std::vector<Missing>& missing) {
+    std::vector<Contestant> list;
+    for (const AbsentMethod& absent : registry.absent_detectors()) missing.push_back({absent.name, absent.reason});
+    std::set<std::string> named;
+    for (const Setting& setting : settings()) {
+        const MethodSpec spec = parse_method(setting.method);
+        const auto entry =
+            std::find_if(registry.detectors().begin(), registry.detectors().end(),
+                         [&spec](const DetectorEntry& candidate) { return candidate.name == spec.name; });
+        if (entry == registry.detectors().end()) continue;  // absent methods are told by the registry
+        if (!declares(*entry, spec.parameters)) {
+            missing.push_back({setting.method, "this build's detector has no such setting"});
+            continue;
+        }
+        if (spec.parameters.empty()) named.insert(spec.name);
+        Contestant contestant = make_contestant(*entry, spec);
+        contestant.family = setting.family;
+        contestant.narrow = setting.narrow;
+        contestant.part = setting.part;
+        contestant.most_triangles_quick = setting.most_quick;
+        contestant.most_triangles_full = setting.most_full;
+        // Inexact triangle tests are shown for their cost; what they promise is theirs, not the default's.
+        if (contestant.narrow != exact_test && contestant.own) contestant.claims_exact = false;
+        list.push_back(std::move(contestant));
+    }
+    for (const DetectorEntry& entry : registry.detectors()) {
+        if (named.contains(entry.name)) continue;
+        Contestant contestant = make_contestant(entry, {.name = entry.name});
+        contestant.family = entry.own ? "ohc" : "none";
+        list.push_back(std::move(contestant));
+    }
+    std::stable_partition(list.begin(), list.end(), [](const Contestant& contestant) { return contestant.own; });
+    return list;
+}
+
+Contestant contestant_of(const std::string& method) {
+    const MethodSpec spec = parse_method(method);
+    Contestant contestant = make_contestant(registry().detector(spec.name), spec);
+    contestant.family = contestant.own ? "ohc" : "none";
+    return contestant;
+}
+
+}  // namespace trocar::bench

@@ -1,0 +1,51 @@
+// Who takes part in the detection benchmark: every registered detector, each in the settings a reader asks for. The
+// table of settings is data; a detector that the table does not know takes part with its defaults.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "method/registry.hpp"
+
+namespace trocar::bench {
+
+/// Which cells a contestant takes part in, besides those that name it.
+enum class Part : std::uint8_t { everywhere, settings_cell };
+
+struct Contestant {
+    std::string label;    ///< method text; copies end in " (again)"
+    std::string method;   ///< NAME[:key=value…], empty for the bench's own broad phases
+    std::string library;  ///< "FCL 0.7.0"
+    std::string family;   ///< "ohc", "tree", "cells", "boxes", "none": the columns of the thesis' Table 3.1
+    std::string narrow;   ///< who decides the triangle pairs
+    bool own = false;
+    bool claims_exact = false;
+    Part part = Part::everywhere;
+    /// Scenes with more triangles leave it out, as its time would buy nothing; 0 = no limit. Quick runs and full ones.
+    std::int64_t most_triangles_quick = 0;
+    std::int64_t most_triangles_full = 0;
+    std::function<std::unique_ptr<Detector>()> make;
+};
+
+/// What cannot take part, with the reason.
+struct Missing {
+    std::string name;
+    std::string reason;
+};
+
+/// Table order: ours, then rivals. Settings of absent detectors and keys that a detector does not declare go to
+/// `missing`.
+std::vector<Contestant> contestants(const Registry& registry, std::vector<Missing>& missing);
+
+/// The two that ratios are taken to.
+inline constexpr std::string_view embree_anchor = "embree_collide";
+inline constexpr std::string_view fcl_anchor = "fcl_bvh";
+
+/// One contestant made from a method text, for sweeps. Throws InputError as make_detector does.
+Contestant contestant_of(const std::string& method);
+
+}  // namespace trocar::bench

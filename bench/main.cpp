@@ -1,0 +1,122 @@
+// trocar_bench: measures all detectors side by side and writes the report. The work of every cell happens in a child of
+// this program, see session.hpp.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "bench_report.hpp"
+#include "geometry/input_error.hpp"
+#include "session.hpp"
+
+namespace {
+
+using namespace trocar::bench;
+
+enum ExitStatus : int { done = 0, comparison_failed = 1, bad_input = 2, interrupted = 130, internal_error = 70 };
+
+struct Options {
+    std::filesystem::path output = "build/reports/detection";
+    std::filesystem::path published = "reports/detection";
+    bool quick = false;
+    bool publish = false;
+    bool list = false;
+    std::string only;
+    std::string child_cell;
+    std::filesystem::path child_output;
+    std::vector<std::string> without;
+    std::filesystem::path directory;
+};
+
+int tell(const BenchReport& report, const std::filesystem::path& directory) {
+    fmt::print("{}\nReport: {}\n", report.page_one, (directory / "report.html").string());
+    for (const std::string& broken : report.broken_claims) {
+        fmt::print(stderr, "trocar_bench: claims to be exact and is not: {}\n", broken);
+    }
+    return report.broken_claims.empty() ? done : comparison_failed;
+}
+
+void publish(const std::filesystem::path& from, const BenchReport& report, const std::filesystem::path& to) {
+    std::filesystem::remove_all(to / "charts");
+    std::filesystem::create_directories(to / "charts");
+    const auto copy = [&](const std::string& name) {
+        std::filesystem::copy_file(from / name, to / name, std::filesystem::copy_options::overwrite_existing);
+    };
+    copy("records.jsonl");
+    for (const auto& [name, content] : report.files) copy(name);
+}
+
+int detection(const Options& options) {
+    std::vector<CellSpec> plan = plan_cells(options.quick);
+    std::erase_if(plan, [&options](const CellSpec& cell) { return cell.id.find(options.only) == std::string::npos; });
+    if (plan.empty()) throw trocar::InputError("command line", "--only", "part of a cell's name", options.only);
+    if (!options.child_cell.empty()) {
+        run_child(plan, options.child_cell, options.without, options.child_output);
+        return done;
+    }
+    if (options.list) {
+        for (const CellSpec& cell : plan) fmt::print("{}\n", cell.id);
+        return done;
+    }
+    SessionOptions session;
+    session.directory = options.output;
+    session.child_command = {std::filesystem::read_symlink("/proc/self/exe").string(), "detection"};
+    if (options.quick) session.child_command.emplace_back("--quick");
+    session.plan = std::move(plan);
+    session.time_limit_s = options.quick ? 300.0 : 1200.0;
+    session.progress = isatty(STDERR_FILENO) == 1;
+    const SessionResult result = run_session(session);
+    if (result.interrupted) {
+        fmt::print(stderr, "trocar_bench: interrupted; {} cells are kept, the same command goes on from there\n",
+                   result.made + result.found);
+        return interrupted;
+    }
+    const BenchReport report = write_report(options.output);
+    if (options.publish) publish(options.output, report, options.published);
+    return tell(report, options.publish ? options.published : options.output);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app{"Benchmark of all registered detectors, side by side on the same frames"};
+    app.require_subcommand(1);
+    app.footer(
+        "Exit status: 0 measured; 1 a detector that claims exactness differs from truth; 2 bad input; 130 interrupted "
+        "(the same command goes on).");
+    Options options;
+    CLI::App* run = app.add_subcommand("detection", "Measure what is not measured yet and write the report");
+    run->add_flag("--quick", options.quick, "A selection of scenes and fewer steps: under 10 minutes");
+    run->add_option("--output", options.output, "Folder for records and report")->capture_default_str();
+    run->add_flag("--publish", options.publish, "Copy the finished report to reports/detection");
+    run->add_option("--only", options.only, "Only cells whose name holds this text");
+    run->add_flag("--list", options.list, "Print the names of the cells and stop");
+    run->add_option("--child-cell", options.child_cell)->group("");
+    run->add_option("--child-output", options.child_output)->group("");
+    run->add_option("--without", options.without)->group("");
+    CLI::App* report = app.add_subcommand("report", "Rebuild a report from its stored records, byte for byte");
+    report->add_option("directory", options.directory, "Folder that holds records.jsonl")->required();
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::Success& success) {
+        return app.exit(success);
+    } catch (const CLI::ParseError& error) {
+        std::fprintf(stderr, "trocar_bench: command line: %s (see trocar_bench --help)\n", error.what());
+        return bad_input;
+    }
+    try {
+        if (report->parsed()) return tell(write_report(options.directory), options.directory);
+        return detection(options);
+    } catch (const trocar::InputError& error) {
+        std::fprintf(stderr, "trocar_bench: %s\n", error.what());
+        return bad_input;
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "trocar_bench: internal error: %s\n", error.what());
+        return internal_error;
+    }
+}
