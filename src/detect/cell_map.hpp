@@ -143,11 +143,16 @@ private:
         return static_cast<std::uint32_t>((key * 0x9E3779B97F4A7C15ULL) >> (64 - bits_));
     }
 
+    /// Written out: comparing the arrays is a call of memcmp.
+    static bool same(const std::array<std::int32_t, 3>& a, const std::array<std::int32_t, 3>& b) {
+        return ((a[0] ^ b[0]) | (a[1] ^ b[1]) | (a[2] ^ b[2])) == 0;
+    }
+
     std::uint32_t find_or_insert(Cell cell) {
         const std::array<std::int32_t, 3> key{cell[0], cell[1], cell[2]};
         const auto wrap = static_cast<std::uint32_t>(slots_.size() - 1);
         std::uint32_t number = home(key);
-        while (slots_[number].stamp == stamp_ && slots_[number].cell != key) number = (number + 1) & wrap;
+        while (slots_[number].stamp == stamp_ && !same(slots_[number].cell, key)) number = (number + 1) & wrap;
         Slot& slot = slots_[number];
         if (slot.stamp != stamp_) {
             slot = {.cell = key, .stamp = stamp_, .first_object = -1, .live = false};

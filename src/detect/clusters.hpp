@@ -13,7 +13,8 @@
 
 namespace trocar {
 
-inline constexpr Index cluster_size = 16;  ///< vertices in a chunk, triangles in a cluster, members of a group
+inline constexpr Index cluster_size = 16;     ///< vertices in a chunk, triangles in a cluster, clusters in a group
+inline constexpr Index chunk_group_size = 4;  ///< chunks in a chunk group
 
 /// A row of lists in one array.
 struct Lists {
@@ -40,36 +41,47 @@ struct ClusteredBody {
     Index cluster_count = 0;
     Lists chunks_of_cluster;
     Index group_count = 0;        ///< groups of 16 consecutive clusters
-    Lists chunk_groups_of_group;  ///< groups of 16 consecutive chunks that a group of clusters touches
+    Lists chunk_groups_of_group;  ///< groups of 4 consecutive chunks that a group of clusters touches
 };
 
 namespace detail {
 
-/// Position on a Z-order curve with 10 bits an axis.
-inline std::uint32_t morton_code(const Vector3& x, const Vector3& low, double scale) {
-    std::uint32_t code = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto number = static_cast<std::uint32_t>(std::clamp((x[axis] - low[axis]) * scale, 0.0, 1023.0));
-        for (std::uint32_t bit = 0; bit < 10; ++bit)
-            code |= ((number >> bit) & 1U) << (3 * bit + static_cast<unsigned>(axis));
+/// Orders items [begin, end) so that every aligned run of 16 is compact, every run of 256 too and so on: halves along
+/// the longest side of their box, again and again, cut where a full run ends.
+inline void halve(std::vector<Index>& order, const std::vector<Vector3>& point, std::size_t begin, std::size_t end,
+                  Index shift) {
+    constexpr auto run = static_cast<std::size_t>(cluster_size);
+    while (end - begin > run) {
+        Box box;
+        for (std::size_t k = begin; k < end; ++k) box.add(point[static_cast<std::size_t>(order[k] - shift)]);
+        Eigen::Index axis = 0;
+        (box.max - box.min).maxCoeff(&axis);
+        std::size_t unit = run;
+        while (unit * run < end - begin) unit *= run;
+        std::size_t middle = begin + ((end - begin) / 2 + unit / 2) / unit * unit;
+        if (middle <= begin) middle = begin + unit;
+        if (middle >= end) middle = end - 1 - (end - 1 - begin) % unit;
+        std::nth_element(order.begin() + static_cast<std::ptrdiff_t>(begin),
+                         order.begin() + static_cast<std::ptrdiff_t>(middle),
+                         order.begin() + static_cast<std::ptrdiff_t>(end), [&](Index a, Index b) {
+                             const double x = point[static_cast<std::size_t>(a - shift)][axis];
+                             const double y = point[static_cast<std::size_t>(b - shift)][axis];
+                             return x < y || (x == y && a < b);
+                         });
+        halve(order, point, begin, middle, shift);
+        begin = middle;
     }
-    return code;
 }
 
-/// Sorts items (numbers from `first` on) along the curve by their points.
+/// Items `first` … in an order made by halve.
 template <typename PointOf>
-std::vector<Index> along_curve(Index first, Index count, const PointOf& point_of) {
+std::vector<Index> compact_order(Index first, Index count, const PointOf& point_of) {
     std::vector<Index> order(static_cast<std::size_t>(count));
     std::iota(order.begin(), order.end(), first);
-    Box box;
-    for (const Index item : order) box.add(point_of(item));
-    const double size = count > 0 ? (box.max - box.min).maxCoeff() : 0.0;
-    const double scale = size > 0.0 ? 1023.0 / size : 0.0;
-    std::vector<std::pair<std::uint32_t, Index>> keys;
-    keys.reserve(order.size());
-    for (const Index item : order) keys.emplace_back(morton_code(point_of(item), box.min, scale), item);
-    std::sort(keys.begin(), keys.end());
-    for (std::size_t k = 0; k < keys.size(); ++k) order[k] = keys[k].second;
+    std::vector<Vector3> point;
+    point.reserve(order.size());
+    for (const Index item : order) point.push_back(point_of(item));
+    halve(order, point, 0, order.size(), first);
     return order;
 }
 
@@ -112,7 +124,7 @@ inline ClusteredBody make_clusters(const Topology& topology, const BodyRange& ra
             }
         }
         append_unique(scratch, body.chunks_of_cluster);
-        for (const Index chunk : scratch) group_scratch.push_back(chunk / cluster_size);
+        for (const Index chunk : scratch) group_scratch.push_back(chunk / chunk_group_size);
         if ((cluster + 1) % cluster_size == 0 || cluster + 1 == body.cluster_count) {
             append_unique(group_scratch, body.chunk_groups_of_group);
             group_scratch.clear();
@@ -121,7 +133,7 @@ inline ClusteredBody make_clusters(const Topology& topology, const BodyRange& ra
     return body;
 }
 
-/// Sum over the clusters of the surface of the box around their chunks, m²: what an order costs.
+/// Sum over the clusters of the longest edge of the box around their chunks, m: what an order costs.
 inline double looseness(const Frame& frame, const ClusteredBody& body) {
     std::vector<Box> chunk(static_cast<std::size_t>(body.chunk_count));
     for (Index k = 0; k < body.vertices.count; ++k) {
@@ -136,8 +148,7 @@ inline double looseness(const Frame& frame, const ClusteredBody& body) {
             box.add(chunk[static_cast<std::size_t>(*c)].min);
             box.add(chunk[static_cast<std::size_t>(*c)].max);
         }
-        const Vector3 d = box.max - box.min;
-        sum += d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
+        sum += (box.max - box.min).maxCoeff();
     }
     return sum;
 }
@@ -160,10 +171,10 @@ inline ClusteredBody cluster_body(const Topology& topology, const Frame& frame, 
                3.0;
     };
     ClusteredBody local =
-        detail::make_clusters(topology, range, detail::along_curve(range.vertices.first, range.vertices.count, point),
-                              detail::along_curve(range.triangles.first, range.triangles.count, centre));
-    // The frame's own order is read in one stream, the other vertex by vertex: worth it only if it is far more compact.
-    if (order == ClusterOrder::automatic && detail::looseness(frame, given) <= 3.0 * detail::looseness(frame, local)) {
+        detail::make_clusters(topology, range, detail::compact_order(range.vertices.first, range.vertices.count, point),
+                              detail::compact_order(range.triangles.first, range.triangles.count, centre));
+    // The frame's own order is read in one stream, the other vertex by vertex: taken where it is as compact.
+    if (order == ClusterOrder::automatic && detail::looseness(frame, given) <= 1.1 * detail::looseness(frame, local)) {
         return given;
     }
     return local;

@@ -17,6 +17,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <span>
 #include <utility>
@@ -34,16 +35,15 @@
 namespace trocar {
 namespace {
 
-/// A box of three lows and three highs, m; empty until something is put in.
-struct Extent {
-    std::array<double, 3> low{infinity, infinity, infinity};
-    std::array<double, 3> high{-infinity, -infinity, -infinity};
+/// A box of three lows and three highs, m; empty until something is put in. The fourth numbers are never looked at:
+/// they make two registers of each side.
+struct alignas(16) Extent {
+    std::array<double, 4> low{infinity, infinity, infinity, infinity};
+    std::array<double, 4> high{-infinity, -infinity, -infinity, -infinity};
     static constexpr double infinity = std::numeric_limits<double>::infinity();
     void add(const Extent& other) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            low[k] = other.low[k] < low[k] ? other.low[k] : low[k];
-            high[k] = other.high[k] > high[k] ? other.high[k] : high[k];
-        }
+        for (std::size_t k = 0; k < 4; ++k) low[k] = other.low[k] < low[k] ? other.low[k] : low[k];
+        for (std::size_t k = 0; k < 4; ++k) high[k] = other.high[k] > high[k] ? other.high[k] : high[k];
     }
     [[nodiscard]] bool overlaps(const Extent& other) const {
         return ((low[0] <= other.high[0]) & (other.low[0] <= high[0]) & (low[1] <= other.high[1]) &
@@ -189,7 +189,7 @@ private:
             moving.clusters = cluster_body(*topology_, frame, range, settings_.order);
             const auto chunks = static_cast<std::size_t>(moving.clusters.chunk_count);
             moving.chunk.resize(chunks);
-            moving.chunk_group.resize((chunks + cluster_size - 1) / cluster_size);
+            moving.chunk_group.resize((chunks + chunk_group_size - 1) / chunk_group_size);
             moving.stale.assign(chunks, 0);
             vertices_in_use_ += range.vertices.count;
             bodies_.push_back(std::move(moving));
@@ -223,49 +223,70 @@ private:
         const Vector3 corner =
             frame.position.cols() > 0 ? Vector3(frame.position.rowwise().minCoeff()) : Vector3::Zero();
         fine_.set(positive(0.5 * cluster_sum / std::max(clusters, 1.0)), corner);
-        coarse_.set(positive(0.5 * group_sum / std::max(groups, 1.0)), corner);
+        coarse_.set(positive(0.4 * group_sum / std::max(groups, 1.0)), corner);
     }
 
     // ---- chunks ----
 
-    static Extent extent_of(const double* points, Index count) {
-        // Two points at a time: six independent minima and maxima, in the order in which they lie in memory.
-        double low[6];
-        double high[6];
-        std::fill(std::begin(low), std::end(low), Extent::infinity);
-        std::fill(std::begin(high), std::end(high), -Extent::infinity);
-        Index k = 0;
-        for (; k + 2 <= count; k += 2, points += 6) {
-            for (int i = 0; i < 6; ++i) low[i] = points[i] < low[i] ? points[i] : low[i];
-            for (int i = 0; i < 6; ++i) high[i] = points[i] > high[i] ? points[i] : high[i];
-        }
-        if (k < count) {
-            for (int i = 0; i < 3; ++i) low[i] = points[i] < low[i] ? points[i] : low[i];
-            for (int i = 0; i < 3; ++i) high[i] = points[i] > high[i] ? points[i] : high[i];
-        }
-        Extent extent;
-        for (std::size_t i = 0; i < 3; ++i) {
-            extent.low[i] = std::min(low[i], low[i + 3]);
-            extent.high[i] = std::max(high[i], high[i + 3]);
-        }
-        return extent;
+    using Two = double __attribute__((vector_size(16)));
+    static Two load_two(const double* numbers) {
+        Two two;
+        std::memcpy(&two, numbers, sizeof two);
+        return two;
     }
-    static Extent extent_of(const Frame& frame, const Index* vertices, Index count) {
-        Extent extent;
-        for (Index k = 0; k < count; ++k) {
-            const double* const x = frame.position.data() + 3 * static_cast<std::size_t>(vertices[k]);
-            for (std::size_t i = 0; i < 3; ++i) {
-                extent.low[i] = x[i] < extent.low[i] ? x[i] : extent.low[i];
-                extent.high[i] = x[i] > extent.high[i] ? x[i] : extent.high[i];
-            }
+    static Two lesser(Two a, Two b) { return a < b ? a : b; }
+    static Two greater(Two a, Two b) { return a > b ? a : b; }
+
+    /// Box of points as they come. A point is read as (x, y) and (y, z), so that nothing behind the last one is
+    /// touched.
+    struct Gathered {
+        Two low_xy = {Extent::infinity, Extent::infinity};
+        Two low_yz = low_xy;
+        Two high_xy = -low_xy;
+        Two high_yz = -low_xy;
+        void add(const double* point) {
+            const Two xy = load_two(point);
+            const Two yz = load_two(point + 1);
+            low_xy = lesser(low_xy, xy);
+            low_yz = lesser(low_yz, yz);
+            high_xy = greater(high_xy, xy);
+            high_yz = greater(high_yz, yz);
         }
-        return extent;
-    }
+        void add(const Gathered& other) {
+            low_xy = lesser(low_xy, other.low_xy);
+            low_yz = lesser(low_yz, other.low_yz);
+            high_xy = greater(high_xy, other.high_xy);
+            high_yz = greater(high_yz, other.high_yz);
+        }
+        [[nodiscard]] Extent extent() const {
+            return {.low = {low_xy[0], low_xy[1], low_yz[1], 0.0}, .high = {high_xy[0], high_xy[1], high_yz[1], 0.0}};
+        }
+    };
+
     static Extent chunk_extent(const Frame& frame, const ClusteredBody& clusters, Index chunk) {
         const Index first = chunk * cluster_size;
         const Index count = std::min(cluster_size, clusters.vertices.count - first);
-        if (!clusters.vertex_order.empty()) return extent_of(frame, clusters.vertex_order.data() + first, count);
-        return extent_of(frame.position.data() + 3 * static_cast<std::size_t>(clusters.vertices.first + first), count);
+        const double* const position = frame.position.data();
+        Gathered even;  // two at a time, since each minimum waits for the one before
+        Gathered odd;
+        Index k = 0;
+        if (clusters.vertex_order.empty()) {
+            const double* const points = position + 3 * static_cast<std::size_t>(clusters.vertices.first + first);
+            for (; k + 2 <= count; k += 2) {
+                even.add(points + 3 * k);
+                odd.add(points + 3 * k + 3);
+            }
+            if (k < count) even.add(points + 3 * k);
+        } else {
+            const Index* const order = clusters.vertex_order.data() + first;
+            for (; k + 2 <= count; k += 2) {
+                even.add(position + 3 * static_cast<std::size_t>(order[k]));
+                odd.add(position + 3 * static_cast<std::size_t>(order[k + 1]));
+            }
+            if (k < count) even.add(position + 3 * static_cast<std::size_t>(order[k]));
+        }
+        even.add(odd);
+        return even.extent();
     }
 
     /// Boxes of all chunks; false when a number is not finite.
@@ -273,8 +294,8 @@ private:
         if (!is_answerable(*topology_, frame)) return false;
         for (MovingBody& moving : bodies_) {
             for (std::size_t g = 0; g < moving.chunk_group.size(); ++g) {
-                const Index first = static_cast<Index>(g) * cluster_size;
-                const Index end = std::min(first + cluster_size, moving.clusters.chunk_count);
+                const Index first = static_cast<Index>(g) * chunk_group_size;
+                const Index end = std::min(first + chunk_group_size, moving.clusters.chunk_count);
                 Extent whole;
                 for (Index c = first; c < end; ++c) {
                     const Extent extent = chunk_extent(frame, moving.clusters, c);
@@ -328,10 +349,10 @@ private:
     }
     static void read_chunk(const Frame& frame, MovingBody& moving, Index chunk) {
         moving.chunk[static_cast<std::size_t>(chunk)] = chunk_extent(frame, moving.clusters, chunk);
-        const Index group = chunk / cluster_size;
+        const Index group = chunk / chunk_group_size;
         Extent whole;
-        const Index end = std::min((group + 1) * cluster_size, moving.clusters.chunk_count);
-        for (Index c = group * cluster_size; c < end; ++c) whole.add(moving.chunk[static_cast<std::size_t>(c)]);
+        const Index end = std::min((group + 1) * chunk_group_size, moving.clusters.chunk_count);
+        for (Index c = group * chunk_group_size; c < end; ++c) whole.add(moving.chunk[static_cast<std::size_t>(c)]);
         moving.chunk_group[static_cast<std::size_t>(group)] = whole;
     }
 
@@ -395,7 +416,8 @@ private:
             whole.low = cell_min(whole.low, item.range.low);
             whole.high = cell_max(whole.high, item.range.high);
         }
-        if (Lattice::at_limit(whole)) return;  // so far away that cells tell nothing: everything goes on
+        cells_tell_ = !Lattice::at_limit(whole);
+        if (!cells_tell_) return;  // so far away that cells tell nothing: everything goes on
         occupancy_.start(whole);
         const Index last_owner = items_.back().owner;
         std::size_t first = 0;
@@ -440,7 +462,8 @@ private:
         // Floats are relative to a corner of what is opened, so that they are fine where it matters.
         Extent whole;
         for (const Item& item : items_) whole.add(item.extent);
-        origin_ = whole.low;
+        origin_ = {whole.low[0], whole.low[1], whole.low[2]};
+        beyond_floats_ = !(whole.size() < 1e37);
         opened_.resize(items_.size());
         double cells = 0.0;
         for (std::size_t k = 0; k < items_.size(); ++k) {
@@ -465,7 +488,9 @@ private:
             for (std::int32_t z = range.low[2]; z <= range.high[2]; ++z) {
                 for (std::int32_t y = range.low[1]; y <= range.high[1]; ++y) {
                     for (std::int32_t x = range.low[0]; x <= range.high[0]; ++x) {
-                        map_.add(Cell{x, y, z, 0}, body, static_cast<Index>(k));
+                        const Cell cell{x, y, z, 0};
+                        if (cells_tell_ && !occupancy_.shared(cell)) continue;
+                        map_.add(cell, body, static_cast<Index>(k));
                     }
                 }
             }
@@ -473,13 +498,13 @@ private:
         map_.cascade();
     }
 
-    // Two units in the last place outward cover all rounding; what is beyond the floats stays at their ends.
+    // Two units in the last place outward cover all rounding.
     static float round_down(double x) {
-        const auto rounded = static_cast<float>(std::clamp(x, -3e38, 3e38));
+        const auto rounded = static_cast<float>(x);
         return rounded - (std::abs(rounded) * 2.5e-7F + 1e-37F);
     }
     static float round_up(double x) {
-        const auto rounded = static_cast<float>(std::clamp(x, -3e38, 3e38));
+        const auto rounded = static_cast<float>(x);
         return rounded + (std::abs(rounded) * 2.5e-7F + 1e-37F);
     }
 
@@ -487,19 +512,51 @@ private:
         const ClusteredBody& clusters = bodies_[static_cast<std::size_t>(opened.owner)].clusters;
         const std::array<Index, 3>* const corner =
             clusters.corner.data() + static_cast<std::size_t>(opened.cluster) * cluster_size;
-        opened.extent = Extent{};
-        for (std::size_t t = 0; t < static_cast<std::size_t>(cluster_size); ++t) {
-            const double* const a = frame.position.data() + 3 * static_cast<std::size_t>(corner[t][0]);
-            const double* const b = frame.position.data() + 3 * static_cast<std::size_t>(corner[t][1]);
-            const double* const c = frame.position.data() + 3 * static_cast<std::size_t>(corner[t][2]);
+        const double* const position = frame.position.data();
+        // A point is read as (x, y) and (y, z), so that nothing behind the last one is touched.
+        const auto xy = [position](Index v) { return load_two(position + 3 * static_cast<std::size_t>(v)); };
+        const auto yz = [position](Index v) { return load_two(position + 3 * static_cast<std::size_t>(v) + 1); };
+        std::array<std::array<double, 16>, 3> low;
+        std::array<std::array<double, 16>, 3> high;
+        const Two origin_xy = load_two(origin_.data());
+        const Two origin_yz = load_two(origin_.data() + 1);
+        Two low_xy = {Extent::infinity, Extent::infinity};
+        Two low_yz = low_xy;
+        Two high_xy = -low_xy;
+        Two high_yz = -low_xy;
+        for (std::size_t t = 0; t < 16; ++t) {
+            const auto [a, b, c] = corner[t];
+            Two first = lesser(lesser(xy(a), xy(b)), xy(c));
+            Two second = lesser(lesser(yz(a), yz(b)), yz(c));
+            low_xy = lesser(low_xy, first);
+            low_yz = lesser(low_yz, second);
+            first -= origin_xy;
+            second -= origin_yz;
+            low[0][t] = first[0];
+            low[1][t] = first[1];
+            low[2][t] = second[1];
+            first = greater(greater(xy(a), xy(b)), xy(c));
+            second = greater(greater(yz(a), yz(b)), yz(c));
+            high_xy = greater(high_xy, first);
+            high_yz = greater(high_yz, second);
+            first -= origin_xy;
+            second -= origin_yz;
+            high[0][t] = first[0];
+            high[1][t] = first[1];
+            high[2][t] = second[1];
+        }
+        opened.extent.low = {low_xy[0], low_xy[1], low_yz[1], 0.0};
+        opened.extent.high = {high_xy[0], high_xy[1], high_yz[1], 0.0};
+        if (beyond_floats_) {
             for (std::size_t k = 0; k < 3; ++k) {
-                const double low = std::min(std::min(a[k], b[k]), c[k]);
-                const double high = std::max(std::max(a[k], b[k]), c[k]);
-                opened.extent.low[k] = std::min(opened.extent.low[k], low);
-                opened.extent.high[k] = std::max(opened.extent.high[k], high);
-                opened.boxes.low[k][t] = round_down(low - origin_[k]);
-                opened.boxes.high[k][t] = round_up(high - origin_[k]);
+                opened.boxes.low[k].fill(-std::numeric_limits<float>::max());
+                opened.boxes.high[k].fill(std::numeric_limits<float>::max());
             }
+            return;
+        }
+        for (std::size_t k = 0; k < 3; ++k) {
+            for (std::size_t t = 0; t < 16; ++t) opened.boxes.low[k][t] = round_down(low[k][t]);
+            for (std::size_t t = 0; t < 16; ++t) opened.boxes.high[k][t] = round_up(high[k][t]);
         }
     }
 
@@ -541,8 +598,8 @@ private:
         std::array<float, 3> low{};
         std::array<float, 3> high{};
         for (std::size_t k = 0; k < 3; ++k) {
-            low[k] = round_down(q.extent.low[k] - origin_[k]);
-            high[k] = round_up(q.extent.high[k] - origin_[k]);
+            low[k] = beyond_floats_ ? -std::numeric_limits<float>::max() : round_down(q.extent.low[k] - origin_[k]);
+            high[k] = beyond_floats_ ? std::numeric_limits<float>::max() : round_up(q.extent.high[k] - origin_[k]);
         }
         if (!spend(work_.box_tests, cluster_size)) return false;
         const std::uint32_t near = kernels_.mask(p.boxes, low, high);
@@ -614,8 +671,10 @@ private:
     std::vector<Item> kept_;
     std::vector<Item> groups_;
     std::vector<Opened> opened_;
-    std::vector<Index> large_;  ///< opened clusters that cover too many cells
-    std::array<double, 3> origin_{};
+    std::vector<Index> large_;        ///< opened clusters that cover too many cells
+    std::array<double, 3> origin_{};  ///< m; float boxes are relative to it
+    bool cells_tell_ = true;          ///< the last level of occupancy was in reach of the lattice
+    bool beyond_floats_ = false;      ///< so large that floats cannot hold it: every box overlaps every box
     std::vector<TrianglePair> candidates_;
     std::vector<TrianglePair> last_pairs_;  ///< under limits: sorted, what the tick before reported
 };
