@@ -144,8 +144,8 @@ public:
     }
 
 private:
-    /// h: 1.5 × the mean edge of the moving body with the shortest edges (METHODS §12), but not so fine that the mean
-    /// triangle of the scene would spread over more than about 27 cells.
+    /// h: 1.5 × the mean edge of the moving body with the shortest edges (METHODS §12), but not below
+    /// the mean edge of all triangles: a coarse body beside a fine one would spread over too many cells.
     void choose_cell(const Frame& frame) {
         if (!is_answerable(*topology_, frame)) return;
         Vector3 corner = Vector3::Zero();
@@ -167,7 +167,7 @@ private:
                 if (range.kind != BodyKind::rigid) shortest_moving = std::min(shortest_moving, mean);
             }
             if (std::isfinite(shortest_moving)) shortest = shortest_moving;
-            edge = 1.5 * std::max(shortest, sum / count / 4.5);
+            edge = std::max(1.5 * shortest, sum / count);
             if (!(edge > 0.0) || !std::isfinite(edge)) {
                 lattice_.set(1.0, corner);  // all points coincide; asked again at the next tick
                 return;
@@ -529,66 +529,69 @@ private:
 
 DetectorEntry ohc_detector() {
     using Type = Parameter::Type;
-    return {.name = "ohc",
-            .configuration = "double precision cells and boxes; exact triangle test; one thread",
-            .own = true,
-            .claims_exact = true,
-            .parameters =
-                {{.name = "cell",
-                  .unit = "m",
-                  .default_value = "auto",
-                  .minimum = 1e-12,
-                  .meaning = "edge of a cell; auto = 1.5 x the mean edge of the moving body with the shortest edges",
-                  .words = {"auto"}},
-                 {.name = "hash",
-                  .type = Type::choice,
-                  .default_value = "fibonacci",
-                  .choices = {"fibonacci", "teschner"},
-                  .meaning = "hash of a cell's numbers; changes the time, never the answer"},
-                 {.name = "hash_bits",
-                  .type = Type::integer,
-                  .unit = "1",
-                  .default_value = "12",
-                  .minimum = 1,
-                  .maximum = 24,
-                  .meaning = "the cell map starts with 2^hash_bits slots and doubles when half full"},
-                 {.name = "margin",
-                  .unit = "m",
-                  .default_value = "0",
-                  .minimum = 0.0,
-                  .meaning = "added around every triangle while looking for candidates; never part of the answer"},
-                 {.name = "test",
-                  .type = Type::choice,
-                  .default_value = "exact",
-                  .choices = {"exact", "interval", "moller"},
-                  .meaning = "triangle test; only exact is free of errors"},
-                 {.name = "max_pairs",
-                  .type = Type::integer,
-                  .unit = "1",
-                  .default_value = "none",
-                  .minimum = 0,
-                  .maximum = 1e15,
-                  .meaning = "report at most this many pairs and set `truncated`",
-                  .words = {"none"}},
-                 {.name = "work_budget",
-                  .type = Type::integer,
-                  .unit = "1",
-                  .default_value = "none",
-                  .minimum = 0,
-                  .maximum = 1e15,
-                  .meaning = "largest work (vertices read + cells visited + box tests + triangle tests) of a tick",
-                  .words = {"none"}}},
-            .make = [](const ParameterValues& values) {
-                Settings settings;
-                settings.cell = values.number("cell");
-                settings.hash = values.is("hash", "teschner") ? CellHash::teschner : CellHash::fibonacci;
-                settings.hash_bits = static_cast<int>(values.integer("hash_bits"));
-                settings.margin = values.number("margin");
-                settings.test = triangle_test_from(values.text("test"));
-                if (!values.is("max_pairs", "none")) settings.max_pairs = values.integer("max_pairs");
-                if (!values.is("work_budget", "none")) settings.work_budget = values.integer("work_budget");
-                return std::make_unique<Ohc>(settings);
-            }};
+    return {
+        .name = "ohc",
+        .configuration = "double precision cells and boxes; exact triangle test; one thread",
+        .own = true,
+        .claims_exact = true,
+        .parameters =
+            {{.name = "cell",
+              .unit = "m",
+              .default_value = "auto",
+              .minimum = 1e-12,
+              .meaning =
+                  "edge of a cell; auto = 1.5 x the mean edge of the moving body with the shortest edges, at least the "
+                  "scene's mean edge",
+              .words = {"auto"}},
+             {.name = "hash",
+              .type = Type::choice,
+              .default_value = "fibonacci",
+              .choices = {"fibonacci", "teschner"},
+              .meaning = "hash of a cell's numbers; changes the time, never the answer"},
+             {.name = "hash_bits",
+              .type = Type::integer,
+              .unit = "1",
+              .default_value = "12",
+              .minimum = 1,
+              .maximum = 24,
+              .meaning = "the cell map starts with 2^hash_bits slots and doubles when half full"},
+             {.name = "margin",
+              .unit = "m",
+              .default_value = "0",
+              .minimum = 0.0,
+              .meaning = "added around every triangle while looking for candidates; never part of the answer"},
+             {.name = "test",
+              .type = Type::choice,
+              .default_value = "exact",
+              .choices = {"exact", "interval", "moller"},
+              .meaning = "triangle test; only exact is free of errors"},
+             {.name = "max_pairs",
+              .type = Type::integer,
+              .unit = "1",
+              .default_value = "none",
+              .minimum = 0,
+              .maximum = 1e15,
+              .meaning = "report at most this many pairs and set `truncated`",
+              .words = {"none"}},
+             {.name = "work_budget",
+              .type = Type::integer,
+              .unit = "1",
+              .default_value = "none",
+              .minimum = 0,
+              .maximum = 1e15,
+              .meaning = "largest work (vertices read + cells visited + box tests + triangle tests) of a tick",
+              .words = {"none"}}},
+        .make = [](const ParameterValues& values) {
+            Settings settings;
+            settings.cell = values.number("cell");
+            settings.hash = values.is("hash", "teschner") ? CellHash::teschner : CellHash::fibonacci;
+            settings.hash_bits = static_cast<int>(values.integer("hash_bits"));
+            settings.margin = values.number("margin");
+            settings.test = triangle_test_from(values.text("test"));
+            if (!values.is("max_pairs", "none")) settings.max_pairs = values.integer("max_pairs");
+            if (!values.is("work_budget", "none")) settings.work_budget = values.integer("work_budget");
+            return std::make_unique<Ohc>(settings);
+        }};
 }
 
 }  // namespace trocar
