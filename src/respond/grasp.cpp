@@ -29,6 +29,21 @@ void Grasp::prepare(const Topology& topology, bool both_jaws) {
         group_of_body_[at(b)] = static_cast<Index>(found - groups_.begin());
         if (found == groups_.end()) groups_.push_back({.body = b, .name = body.instrument});
     }
+    // Connected pieces by union-find over the triangles.
+    piece_.resize(at(topology.vertex_count));
+    for (Index v = 0; v < topology.vertex_count; ++v) piece_[at(v)] = v;
+    const auto root = [this](Index v) {
+        while (piece_[at(v)] != v) v = piece_[at(v)] = piece_[at(piece_[at(v)])];
+        return v;
+    };
+    for (Index t = 0; t < topology.triangle_count(); ++t) {
+        for (int i = 1; i < 3; ++i) {
+            const Index first = root(topology.triangles(0, t));
+            const Index other = root(topology.triangles(i, t));
+            piece_[at(std::max(first, other))] = std::min(first, other);
+        }
+    }
+    for (Index v = 0; v < topology.vertex_count; ++v) piece_[at(v)] = root(v);
     holder_.assign(at(topology.vertex_count), -1);
     held_.clear();
     held_.reserve(groups_.size() * most_vertices);
@@ -39,8 +54,8 @@ void Grasp::detach(std::size_t position) {
     held_.erase(held_.begin() + static_cast<std::ptrdiff_t>(position));
 }
 
-void Grasp::update(const Topology& topology, const Materials& materials, const Frame& frame,
-                   const ContactSet& contacts) {
+void Grasp::update(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts,
+                   std::span<const RestingTouch> resting) {
     if (frame.pose.size() != group_of_body_.size()) return;
     for (Index g = 0; g < static_cast<Index>(groups_.size()); ++g) {
         Group& group = groups_[at(g)];
@@ -51,13 +66,13 @@ void Grasp::update(const Topology& topology, const Materials& materials, const F
             }
         }
         if (group.seen && group.last_jaw > close_below && jaw <= close_below) {
-            attach(topology, materials, frame, contacts, g);
+            attach(topology, materials, frame, contacts, resting, g);
         }
     }
 }
 
 void Grasp::attach(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts,
-                   Index group) {
+                   std::span<const RestingTouch> resting, Index group) {
     const Index body = groups_[at(group)].body;
     const Pose& pose = frame.pose[at(body)];
     const Vector3 tip = pose.rotation * materials.tip[at(body)] + pose.translation;
@@ -74,36 +89,41 @@ void Grasp::attach(const Topology& topology, const Materials& materials, const F
     const Vector3 axis = (middle - tip).norm() > 0.0 ? Vector3((middle - tip).normalized()) : Vector3::UnitZ();
 
     touches_.clear();
+    const auto touch = [&](Index v, Index instrument_vertex, const Vector3& normal) {
+        if (holder_[at(v)] >= 0 || materials.pinned[at(v)] != 0) return;
+        const Vector3 from_tip = frame.position.col(v) - tip;
+        const double along = from_tip.dot(axis);
+        if (along < -jaw_radius || along > jaw_length || (from_tip - along * axis).norm() > jaw_radius) return;
+        touches_.push_back(
+            {.vertex = v, .normal = normal, .piece = piece_[at(instrument_vertex)], .distance = from_tip.norm()});
+    };
     for (const Contact& contact : contacts.contacts) {
         if (contact.a < 0 || contact.b < 0 || contact.kind == ContactCase::touch) continue;
         const Index body_a = topology.body_of_triangle[at(contact.a)];
         const Index body_b = topology.body_of_triangle[at(contact.b)];
         if (group_of_body_[at(body_a)] != group || topology.bodies[at(body_b)].kind != BodyKind::tissue) continue;
         for (int i = 0; i < 3; ++i) {
-            const Index v = topology.triangles(i, contact.b);
-            if (holder_[at(v)] >= 0 || materials.pinned[at(v)] != 0) continue;
-            const Vector3 from_tip = frame.position.col(v) - tip;
-            const double along = from_tip.dot(axis);
-            if (along < -jaw_radius || along > jaw_length || (from_tip - along * axis).norm() > jaw_radius) continue;
-            const auto known =
-                std::find_if(touches_.begin(), touches_.end(), [v](const Touch& touch) { return touch.vertex == v; });
-            if (known == touches_.end()) {
-                touches_.push_back({.vertex = v, .normal = contact.normal, .distance = from_tip.norm()});
-            } else if (contact.normal.dot(known->normal) < 0.0) {
-                known->opposed = true;
-            }
+            touch(topology.triangles(i, contact.b), topology.triangles(0, contact.a), contact.normal);
         }
     }
+    for (const RestingTouch& one : resting) {
+        if (group_of_body_[at(topology.body_of_vertex(one.instrument_vertex))] != group) continue;
+        touch(one.tissue_vertex, one.instrument_vertex, one.normal);
+    }
+    const bool pinched = std::any_of(touches_.begin(), touches_.end(), [this](const Touch& one) {
+        return one.piece != touches_.front().piece || one.normal.dot(touches_.front().normal) < 0.0;
+    });
+    if (both_jaws_ && !pinched) return;
     std::sort(touches_.begin(), touches_.end(), [](const Touch& a, const Touch& b) {
         return a.distance != b.distance ? a.distance < b.distance : a.vertex < b.vertex;
     });
     std::size_t taken = 0;
-    for (const Touch& touch : touches_) {
+    for (const Touch& one : touches_) {
         if (taken == most_vertices) break;
-        if (both_jaws_ && !touch.opposed) continue;
-        const Vector3 local = pose.rotation.conjugate() * (frame.position.col(touch.vertex) - pose.translation);
-        held_.push_back({.vertex = touch.vertex, .group = group, .local = local});
-        holder_[at(touch.vertex)] = group;
+        if (holder_[at(one.vertex)] >= 0) continue;  // one vertex, several contacts
+        const Vector3 local = pose.rotation.conjugate() * (frame.position.col(one.vertex) - pose.translation);
+        held_.push_back({.vertex = one.vertex, .group = group, .local = local});
+        holder_[at(one.vertex)] = group;
         ++taken;
     }
 }

@@ -2,6 +2,7 @@
 // thesis only says that grasped tissue follows the tool; the rule when and what is ours.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,13 +18,22 @@ struct GraspedVertex {
     Vector3 local = Vector3::Zero();  ///< m, in the frame of the instrument's first body
 };
 
+/// Tissue that rests on an instrument without crossing it in this frame: no triangle pair tells of it.
+struct RestingTouch {
+    Index tissue_vertex = -1;
+    Index instrument_vertex = -1;
+    Vector3 normal = Vector3::Zero();  ///< unit, from the instrument to the tissue
+};
+
 class Grasp {
 public:
-    /// `both_jaws`: a vertex needs contacts on two opposing faces, else one is enough.
+    /// `both_jaws`: tissue must touch two jaws (separate pieces of the instrument) or two opposing faces between the
+    /// jaws, else nothing is grasped; off: one contact is enough.
     void prepare(const Topology& topology, bool both_jaws);
     /// Opens and closes: releases above q = 0.3, attaches when q falls through 0.2 (hysteresis). Does nothing in frames
     /// without poses.
-    void update(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts);
+    void update(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts,
+                std::span<const RestingTouch> resting);
     [[nodiscard]] const std::vector<GraspedVertex>& held() const { return held_; }
     /// True when this vertex is held by the instrument that the body belongs to: no contact response between them.
     [[nodiscard]] bool holds(Index vertex, Index body) const {
@@ -49,17 +59,18 @@ private:
         bool seen = false;
     };
     void attach(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts,
-                Index group);
+                std::span<const RestingTouch> resting, Index group);
 
     bool both_jaws_ = false;
     std::vector<Group> groups_;
     std::vector<Index> group_of_body_;  ///< -1: not an instrument
+    std::vector<Index> piece_;          ///< N; smallest vertex that a vertex of an instrument is connected to
     std::vector<Index> holder_;         ///< N; group or -1
     std::vector<GraspedVertex> held_;
     struct Touch {
         Index vertex = -1;
         Vector3 normal = Vector3::Zero();
-        bool opposed = false;
+        Index piece = -1;
         double distance = 0.0;
     };
     std::vector<Touch> touches_;

@@ -14,7 +14,6 @@
 #include "respond/equations.hpp"
 #include "respond/grasp.hpp"
 #include "respond/surface.hpp"
-#include "respond/triangle_grid.hpp"
 
 namespace trocar {
 namespace {
@@ -78,14 +77,6 @@ public:
                                   [](const BodyRange& body) { return body.kind == BodyKind::tissue; });
         if (!has_tissue_) return;
         if (settings_.resolution == Resolution::ledger) ledger_.prepare(topology);
-        if (settings_.resolution == Resolution::back_projection) {
-            std::vector<Index> tissue;
-            for (const BodyRange& body : topology.bodies) {
-                if (body.kind != BodyKind::tissue) continue;
-                for (Index t = body.triangles.first; t < body.triangles.end(); ++t) tissue.push_back(t);
-            }
-            grid_.prepare(topology, tissue);
-        }
         grasp_.prepare(topology, settings_.grasp == GraspRule::spring);
         inside_.assign(at(topology.vertex_count), 0);
         resting_.clear();
@@ -144,6 +135,14 @@ private:
         Index vertex = -1;
         Index triangle = -1;
         Index face_body = -1;
+        Vector3 normal = Vector3::Zero();
+    };
+    /// Where an instrument vertex came from, straight back along its velocity.
+    struct Path {
+        Index body = -1;
+        Index vertex = -1;
+        Vector3 from = Vector3::Zero();
+        Box box = {};
     };
     struct EdgePair {
         std::array<Index, 4> key{};  ///< the two edges' vertices, sorted within each
@@ -475,7 +474,7 @@ private:
     /// Corrected 3.7-3.8 and 3.10-3.11: the face holds the vertex by a stiff contact in every sub-step, which clears
     /// the depth within the settle time, never pulls, and gives the tool exactly the momentum that the tissue gets.
     void constrain_vertex(const Frame& frame, const VertexInFace& v, Effect& effect) {
-        resting_now_.push_back({v.vertex, v.triangle, v.face_body});
+        resting_now_.push_back({v.vertex, v.triangle, v.face_body, v.normal});
         LinearContact linear = hard_contact(v.depth);
         linear.vertices = {v.vertex, -1, -1};
         linear.weights = {1.0, 0.0, 0.0};
@@ -538,8 +537,8 @@ private:
         if (!fixed(v2)) edit(frame, v2).velocity = result.velocity2_after;
     }
 
-    /// Corrected: impulse along the contact normal when closing, and a penalty on what overlaps. `pushed` moves along
-    /// `normal`, `other` against it.
+    /// Corrected: impulse along the contact normal when closing, and a penalty on what overlaps (projection=place), or
+    /// a stiff contact that works off the overlap (projection=hold). `pushed` moves along `normal`, `other` against it.
     void bounce(const Frame& frame, const Vector3& normal, const LoadPoint& pushed, const LoadPoint& other,
                 double depth, double k, Effect& effect) {
         double speed = 0.0;
@@ -566,12 +565,16 @@ private:
             visit(pushed, 1.0, push);
             visit(other, -1.0, push);
         }
-        LinearContact linear;
+        LinearContact linear = settings_.constrain ? hard_contact(depth) : LinearContact{};
         linear.vertices = pushed.vertices;
         linear.weights = pushed.weights;
         linear.reaction_vertices = other.vertices;
         linear.reaction_weights = other.weights;
         linear.normal = normal;
+        if (settings_.constrain) {
+            effect.contacts.push_back(linear);
+            return;
+        }
         linear.gap = -depth;
         linear.k = k;
         finish(linear, effect);
@@ -622,7 +625,9 @@ private:
     /// METHODS §9.1: from each instrument vertex back along its velocity; tissue vertices at the surfaces it has passed
     /// attract it and are attracted. Says nothing for a tool at rest, and on withdrawal looks the wrong way.
     void back_project(const Frame& frame, Effect& effect) {
-        grid_.fill(*topology_, frame.position);
+        // Only what lies near the instruments' back paths: a grid over all tissue would cost more than the response.
+        paths_.clear();
+        Box all;
         for (Index body = 0; body < topology_->body_count(); ++body) {
             if (kind(body) != BodyKind::instrument) continue;
             const Range range = topology_->bodies[at(body)].vertices;
@@ -632,11 +637,39 @@ private:
                 if (speed == 0.0) continue;
                 const Vector3 x = frame.position.col(a);
                 const Vector3 back = x - v / speed * std::min(settings_.n_back * dt_ * speed, settings_.l_max);
+                Path path{.body = body, .vertex = a, .from = back};
+                path.box.add(x);
+                path.box.add(back);
+                all.add(path.box.min);
+                all.add(path.box.max);
+                paths_.push_back(path);
+            }
+        }
+        if (paths_.empty()) return;
+        near_.clear();
+        for (const BodyRange& body : topology_->bodies) {
+            if (body.kind != BodyKind::tissue) continue;
+            for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
+                const auto corner = topology_->triangles.col(t);
+                const auto p = frame.position.col(corner[0]);
+                const auto q = frame.position.col(corner[1]);
+                const auto r = frame.position.col(corner[2]);
+                bool apart = false;
+                for (int axis = 0; axis < 3 && !apart; ++axis) {
+                    apart = std::max({p[axis], q[axis], r[axis]}) < all.min[axis] ||
+                            std::min({p[axis], q[axis], r[axis]}) > all.max[axis];
+                }
+                if (!apart) near_.push_back(t);
+            }
+        }
+        for (const Path& path : paths_) {
+            attracted_.clear();
+            for (const Index t : near_) {
                 Box box;
-                box.add(x);
-                box.add(back);
-                attracted_.clear();
-                grid_.visit(box, [&](Index t) { attract(frame, body, a, x, back, t, effect); });
+                for (int i = 0; i < 3; ++i) box.add(frame.position.col(topology_->triangles(i, t)));
+                if (box.overlaps(path.box)) {
+                    attract(frame, path.body, path.vertex, frame.position.col(path.vertex), path.from, t, effect);
+                }
             }
         }
     }
@@ -742,7 +775,16 @@ private:
 
     // ------------------------------------------------------------ grasping
     void hold_grasped(const Frame& frame, const ContactSet& contacts, Effect& effect) {
-        grasp_.update(*topology_, *materials_, frame, contacts);
+        touches_.clear();
+        for (const Resting& r : resting_) {
+            touches_.push_back({r.vertex, topology_->triangles(0, r.triangle), r.normal});
+        }
+        for (const Penetration& p : ledger_.penetrations()) {
+            for (int i = 0; i < 3; ++i) {
+                touches_.push_back({topology_->triangles(i, p.triangle), p.vertex, -p.normal});
+            }
+        }
+        grasp_.update(*topology_, *materials_, frame, contacts, touches_);
         constexpr double spring = 300.0;    // N/m
         constexpr double slip_force = 2.0;  // N
         for (std::size_t i = 0; i < grasp_.held().size();) {
@@ -804,7 +846,6 @@ private:
     PairLaws laws_;
     VertexSprings springs_;
     Surface surface_;
-    TriangleGrid grid_;
     CrossingLedger ledger_;
     Grasp grasp_;
     std::vector<Index> slot_;  ///< N; position in edits_, -1 for none
@@ -814,7 +855,10 @@ private:
     std::vector<Index> first_edge_;  ///< N; by the smallest vertex of body a's edge
     std::vector<EdgePair> edges_;
     std::vector<std::uint8_t> inside_;  ///< N; 1 = in the ledger
+    std::vector<Path> paths_;
+    std::vector<Index> near_;
     std::vector<Index> attracted_;
+    std::vector<RestingTouch> touches_;
     std::vector<Resting> resting_;  ///< tissue vertices that a face held in the last tick
     std::vector<Resting> resting_now_;
     std::vector<Wrench> moment_;
