@@ -30,11 +30,9 @@ struct Tree {
     std::vector<btDbvtNode*> inner;   ///< children before parents
 };
 
-btDbvtVolume volume_of(const Topology& topology, const Frame& frame, Index triangle) {
-    const Box box = baselines::box_of(topology, frame, triangle);
-    return btDbvtVolume::FromMM(
-        {baselines::round_down(box.min.x()), baselines::round_down(box.min.y()), baselines::round_down(box.min.z())},
-        {baselines::round_up(box.max.x()), baselines::round_up(box.max.y()), baselines::round_up(box.max.z())});
+btDbvtVolume volume_of(const Topology& topology, const baselines::FloatVertices& vertices, Index triangle) {
+    const baselines::FloatBox box = vertices.box_of(topology, triangle);
+    return btDbvtVolume::FromMM({box.low[0], box.low[1], box.low[2]}, {box.high[0], box.high[1], box.high[2]});
 }
 
 void list_inner_nodes(btDbvtNode* root, std::vector<btDbvtNode*>& inner) {
@@ -67,11 +65,12 @@ public:
         topology_ = &topology;
         trees_.clear();
         if (!is_answerable(*topology_, frame)) return;
+        vertices_.narrow(frame);
         for (const BodyRange& body : topology.bodies) {
             auto tree = std::make_unique<Tree>();
             tree->leaves.reserve(static_cast<std::size_t>(body.triangles.count));
             for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
-                btDbvtNode* leaf = tree->tree.insert(volume_of(topology, frame, t), nullptr);
+                btDbvtNode* leaf = tree->tree.insert(volume_of(topology, vertices_, t), nullptr);
                 leaf->dataAsInt = t;
                 tree->leaves.push_back(leaf);
             }
@@ -84,6 +83,7 @@ public:
     void update(const Frame& frame) override {
         if (!is_answerable(*topology_, frame)) return;
         if (trees_.empty() && !topology_->bodies.empty()) prepare(*topology_, frame);
+        vertices_.narrow(frame);
         for (std::size_t i = 0; i < trees_.size(); ++i) {
             const BodyRange& body = topology_->bodies[i];
             if (frame.moved && std::none_of(frame.moved->begin(), frame.moved->end(), [&body](Range moved) {
@@ -94,7 +94,7 @@ public:
             Tree& tree = *trees_[i];
             for (Index t = 0; t < body.triangles.count; ++t) {
                 tree.leaves[static_cast<std::size_t>(t)]->volume =
-                    volume_of(*topology_, frame, body.triangles.first + t);
+                    volume_of(*topology_, vertices_, body.triangles.first + t);
             }
             for (btDbvtNode* node : tree.inner) {
                 Merge(node->childs[0]->volume, node->childs[1]->volume, node->volume);
@@ -119,6 +119,7 @@ public:
 
 private:
     const Topology* topology_ = nullptr;
+    baselines::FloatVertices vertices_;
     std::vector<std::unique_ptr<Tree>> trees_;
 };
 

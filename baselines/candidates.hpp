@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <vector>
 
 #include "contact/contact_set.hpp"
 #include "geometry/exact.hpp"
@@ -11,17 +13,15 @@
 
 namespace trocar::baselines {
 
-/// Largest float not above the value, smallest float not below it: boxes must not shrink when narrowed.
+/// A float not above the value, a float not below it, within two units in the last place: boxes must not shrink when
+/// narrowed. Without branches: which way a conversion rounds is unpredictable, and a rival's tree asks for millions.
 inline float round_down(double value) {
-    const auto narrowed = static_cast<float>(value);
-    return static_cast<double>(narrowed) > value ? std::nextafterf(narrowed, -std::numeric_limits<float>::infinity())
-                                                 : narrowed;
+    constexpr float largest = std::numeric_limits<float>::max();
+    auto narrowed = static_cast<float>(value);
+    narrowed = narrowed < largest ? narrowed : largest;
+    return narrowed - (std::fabs(narrowed) * 0x1p-23F + std::numeric_limits<float>::min());
 }
-inline float round_up(double value) {
-    const auto narrowed = static_cast<float>(value);
-    return static_cast<double>(narrowed) < value ? std::nextafterf(narrowed, std::numeric_limits<float>::infinity())
-                                                 : narrowed;
-}
+inline float round_up(double value) { return -round_down(-value); }
 
 inline Corners corners_of(const Topology& topology, const Frame& frame, Index triangle) {
     const auto vertices = topology.triangles.col(triangle);
@@ -34,12 +34,61 @@ inline Box box_of(const Topology& topology, const Frame& frame, Index triangle) 
     return box;
 }
 
-/// Box of a body's used vertices; tells which body pairs are worth a query.
-inline Box box_of_body(const Topology& topology, const Frame& frame, const BodyRange& body) {
-    Box box;
-    for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
-        for (int corner = 0; corner < 3; ++corner) box.add(frame.position.col(topology.triangles(corner, t)));
+using Float4 = float __attribute__((vector_size(16)));
+
+/// Box in floats; the fourth entries are equal and mean nothing.
+struct FloatBox {
+    Float4 low;
+    Float4 high;
+    void add(const FloatBox& other) {
+        low = low < other.low ? low : other.low;
+        high = high < other.high ? other.high : high;
     }
+    [[nodiscard]] bool overlaps(const FloatBox& other) const {
+        const auto apart = (low > other.high) | (other.low > high);
+        return (apart[0] | apart[1] | apart[2]) == 0;
+    }
+};
+
+/// A tick's vertices narrowed to float once, for all rivals that store float boxes: a vertex belongs to six triangles.
+class FloatVertices {
+public:
+    /// Keeps all vertices of the frame; allocates at the first call only.
+    void narrow(const Frame& frame) {
+        constexpr float largest = std::numeric_limits<float>::max();
+        const auto count = static_cast<std::size_t>(frame.position.cols());
+        points_.resize(count);
+        const double* p = frame.position.data();
+        for (std::size_t v = 0; v < count; ++v, p += 3) {
+            Float4 point{static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]), 0.0F};
+            point = point < largest ? point : Float4{} + largest;
+            points_[v] = point > -largest ? point : Float4{} - largest;
+        }
+    }
+    /// Rounding is monotone, so the rounded box needs widening only once, by more than what rounding took.
+    [[nodiscard]] FloatBox box_of(const Topology& topology, Index triangle) const {
+        const Index* const corner = topology.triangles.data() + 3 * static_cast<std::ptrdiff_t>(triangle);
+        const Float4 a = points_[static_cast<std::size_t>(corner[0])];
+        const Float4 b = points_[static_cast<std::size_t>(corner[1])];
+        const Float4 c = points_[static_cast<std::size_t>(corner[2])];
+        Float4 low = a < b ? a : b;
+        Float4 high = a < b ? b : a;
+        low = low < c ? low : c;
+        high = high < c ? c : high;
+        return {low - slack(low), high + slack(high)};
+    }
+
+private:
+    static Float4 slack(Float4 x) { return (x < 0.0F ? -x : x) * 0x1p-23F + std::numeric_limits<float>::min(); }
+    std::vector<Float4> points_;
+};
+
+/// Box of a body's vertices, of a body with triangles; tells which body pairs are worth a query. In the order of
+/// memory; a vertex that no triangle uses makes it larger, which costs a query and loses nothing.
+inline Box box_of_body(const Topology& /*topology*/, const Frame& frame, const BodyRange& body) {
+    Box box;
+    if (body.triangles.count == 0) return box;
+    for (Index v = body.vertices.first; v < body.vertices.end(); ++v) box.add(frame.position.col(v));
     return box;
 }
 

@@ -10,6 +10,7 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -21,6 +22,7 @@ namespace trocar {
 namespace {
 
 using baselines::box_of_body;
+using baselines::FloatBox;
 
 constexpr Index cluster_size = 32;
 
@@ -28,6 +30,7 @@ constexpr Index cluster_size = 32;
 struct EmbreeBody {
     const Topology* topology = nullptr;
     const Frame* frame = nullptr;
+    const baselines::FloatVertices* vertices = nullptr;  ///< the frame's, narrowed
     Range triangles;
     Index triangles_per_primitive = 1;
     RTCGeometry geometry = nullptr;
@@ -43,25 +46,18 @@ struct EmbreeBody {
     }
 };
 
-Box box_of_run(const EmbreeBody& body, Range run) {
-    Box box;
-    for (Index t = run.first; t < run.end(); ++t) {
-        for (int corner = 0; corner < 3; ++corner)
-            box.add(body.frame->position.col(body.topology->triangles(corner, t)));
-    }
-    return box;
-}
-
 void primitive_bounds(const RTCBoundsFunctionArguments* arguments) {
     const auto& body = *static_cast<const EmbreeBody*>(arguments->geometryUserPtr);
-    const Box box = box_of_run(body, body.primitive(static_cast<Index>(arguments->primID)));
+    const Range run = body.primitive(static_cast<Index>(arguments->primID));
+    FloatBox box = body.vertices->box_of(*body.topology, run.first);
+    for (Index t = run.first + 1; t < run.end(); ++t) box.add(body.vertices->box_of(*body.topology, t));
     RTCBounds& bounds = *arguments->bounds_o;
-    bounds.lower_x = baselines::round_down(box.min.x());
-    bounds.lower_y = baselines::round_down(box.min.y());
-    bounds.lower_z = baselines::round_down(box.min.z());
-    bounds.upper_x = baselines::round_up(box.max.x());
-    bounds.upper_y = baselines::round_up(box.max.y());
-    bounds.upper_z = baselines::round_up(box.max.z());
+    bounds.lower_x = box.low[0];
+    bounds.lower_y = box.low[1];
+    bounds.lower_z = box.low[2];
+    bounds.upper_x = box.high[0];
+    bounds.upper_y = box.high[1];
+    bounds.upper_z = box.high[2];
 }
 
 struct Query {
@@ -70,10 +66,31 @@ struct Query {
     ContactSet* contacts = nullptr;
 };
 
+/// The triangles of a run that overlap `common`, with their boxes.
+struct RunBoxes {
+    std::array<Index, cluster_size> triangle;
+    std::array<FloatBox, cluster_size> box;
+    std::size_t count = 0;
+    FloatBox hull;
+
+    RunBoxes(const EmbreeBody& body, Range run, const FloatBox* common, std::int64_t& box_tests) {
+        if (common != nullptr) box_tests += run.count;
+        for (Index t = run.first; t < run.end(); ++t) {
+            const FloatBox own = body.vertices->box_of(*body.topology, t);
+            if (common != nullptr && !own.overlaps(*common)) continue;
+            if (count == 0) hull = own;
+            hull.add(own);
+            triangle[count] = t;
+            box[count++] = own;
+        }
+    }
+};
+
 void on_collisions(void* user, RTCCollision* collisions, unsigned int count) {
     const Query& query = *static_cast<const Query*>(user);
     const Topology& topology = *query.a->topology;
     const Frame& frame = *query.a->frame;
+    std::int64_t& box_tests = query.contacts->work.box_tests;
     for (unsigned int i = 0; i < count; ++i) {
         const Range run_a = query.a->primitive(static_cast<Index>(collisions[i].primID0));
         const Range run_b = query.b->primitive(static_cast<Index>(collisions[i].primID1));
@@ -81,13 +98,15 @@ void on_collisions(void* user, RTCCollision* collisions, unsigned int count) {
             baselines::test_candidate(topology, frame, run_a.first, run_b.first, *query.contacts);
             continue;
         }
-        for (Index a = run_a.first; a < run_a.end(); ++a) {
-            const Box box_a = baselines::box_of(topology, frame, a);
-            for (Index b = run_b.first; b < run_b.end(); ++b) {
-                ++query.contacts->work.box_tests;
-                if (box_a.overlaps(baselines::box_of(topology, frame, b))) {
-                    baselines::test_candidate(topology, frame, a, b, *query.contacts);
-                }
+        const RunBoxes all_a(*query.a, run_a, nullptr, box_tests);
+        const RunBoxes b(*query.b, run_b, &all_a.hull, box_tests);
+        if (b.count == 0) continue;
+        const RunBoxes a(*query.a, run_a, &b.hull, box_tests);
+        for (std::size_t k = 0; k < a.count; ++k) {
+            for (std::size_t m = 0; m < b.count; ++m) {
+                ++box_tests;
+                if (!a.box[k].overlaps(b.box[m])) continue;
+                baselines::test_candidate(topology, frame, a.triangle[k], b.triangle[m], *query.contacts);
             }
         }
     }
@@ -109,10 +128,12 @@ public:
         topology_ = &topology;
         device_ = rtcNewDevice("threads=1");
         if (device_ == nullptr || !is_answerable(topology, frame)) return;
+        vertices_.narrow(frame);
         for (const BodyRange& range : topology.bodies) {
             auto body = std::make_unique<EmbreeBody>();
             body->topology = &topology;
             body->frame = &frame;
+            body->vertices = &vertices_;
             body->triangles = range.triangles;
             body->triangles_per_primitive = triangles_per_primitive_;
             body->box = box_of_body(topology, frame, range);
@@ -134,6 +155,7 @@ public:
     void update(const Frame& frame) override {
         if (!is_answerable(*topology_, frame)) return;
         if (bodies_.empty() && !topology_->bodies.empty()) prepare(*topology_, frame);
+        vertices_.narrow(frame);
         for (std::size_t i = 0; i < bodies_.size(); ++i) {
             EmbreeBody& body = *bodies_[i];
             body.frame = &frame;
@@ -185,6 +207,7 @@ private:
     bool refit_;
     const Topology* topology_ = nullptr;
     RTCDevice device_ = nullptr;
+    baselines::FloatVertices vertices_;
     std::vector<std::unique_ptr<EmbreeBody>> bodies_;
 };
 
