@@ -52,16 +52,23 @@ namespace trocar {
 HWY_EXPORT(overlaps);
 HWY_EXPORT(mask_of);
 
-const BoxKernels& box_kernels() {
-    static const BoxKernels kernels = [] {
-        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-        const std::int64_t built = hwy::SupportedTargets() & HWY_TARGETS;
-        const std::int64_t best = built & -built;  // lower bits are better targets
-        return BoxKernels{.overlaps = &HWY_DYNAMIC_DISPATCH(overlaps),
-                          .mask = &HWY_DYNAMIC_DISPATCH(mask_of),
-                          .target = hwy::TargetName(best)};
-    }();
+std::vector<BoxKernels> all_box_kernels() {
+    std::vector<BoxKernels> kernels;
+    // Lower bits are better targets.
+    for (std::int64_t rest = hwy::SupportedTargets() & HWY_TARGETS; rest != 0; rest &= rest - 1) {
+        const std::int64_t target = rest & -rest;
+        hwy::GetChosenTarget().Update(target);
+        kernels.push_back({.overlaps = &HWY_DYNAMIC_DISPATCH(overlaps),
+                           .mask = &HWY_DYNAMIC_DISPATCH(mask_of),
+                           .target = hwy::TargetName(target)});
+    }
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
     return kernels;
+}
+
+const BoxKernels& box_kernels() {
+    static const BoxKernels best = all_box_kernels().front();
+    return best;
 }
 
 }  // namespace trocar

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 namespace trocar {
 
@@ -28,5 +29,7 @@ struct BoxKernels {
 
 /// The best of this CPU, chosen at the first call.
 const BoxKernels& box_kernels();
+/// One for each instruction set that was built and that this CPU has, the plainest last.
+std::vector<BoxKernels> all_box_kernels();
 
 }  // namespace trocar

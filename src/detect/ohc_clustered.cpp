@@ -425,16 +425,18 @@ private:
             std::size_t end = first;
             CellRange own = items_[first].range;
             for (; items_[end].owner == items_[first].owner; ++end) {
+                if (settings_.work_budget != std::numeric_limits<std::int64_t>::max() &&
+                    items_[end].range.cell_count() > static_cast<double>(settings_.work_budget - work_.work())) {
+                    truncated_ = true;
+                    occupancy_.merge(own);  // leaves nothing behind for the next tick
+                    return;
+                }
                 work_.cells_visited += occupancy_.mark(items_[end].range);
                 own.low = cell_min(own.low, items_[end].range.low);
                 own.high = cell_max(own.high, items_[end].range.high);
             }
             occupancy_.merge(own);
             first = end;
-        }
-        if (work_.work() > settings_.work_budget) {
-            truncated_ = true;
-            return;
         }
         // The last body looks where the others are, then the others where they meet it or each other.
         kept_.clear();
