@@ -74,7 +74,8 @@ public:
         for (const Entry& entry : entries_) {
             if (!slots_[entry.slot].live) continue;
             Object& object = objects_[this->object(entry.slot, entry.body)];
-            primitives_[static_cast<std::size_t>(object.first + object.count++)] = entry.primitive;
+            primitives_[static_cast<std::size_t>(object.first) + static_cast<std::size_t>(object.count++)] =
+                entry.primitive;
         }
     }
 

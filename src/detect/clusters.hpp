@@ -119,7 +119,8 @@ inline ClusteredBody make_clusters(const Topology& topology, const BodyRange& ra
     for (Index cluster = 0; cluster < body.cluster_count; ++cluster) {
         scratch.clear();
         for (Index k = 0; k < cluster_size; ++k) {
-            for (const Index v : body.corner[static_cast<std::size_t>(cluster * cluster_size + k)]) {
+            for (const Index v :
+                 body.corner[static_cast<std::size_t>(cluster) * cluster_size + static_cast<std::size_t>(k)]) {
                 scratch.push_back(chunk_of[static_cast<std::size_t>(v - range.vertices.first)]);
             }
         }

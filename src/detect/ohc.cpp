@@ -60,9 +60,12 @@ struct Primitive {
 };
 
 bool boxes_overlap(const Primitive& p, const Primitive& q) {
-    // One expression without branches: which axis separates is unpredictable.
-    return ((p.low[0] <= q.high[0]) & (q.low[0] <= p.high[0]) & (p.low[1] <= q.high[1]) & (q.low[1] <= p.high[1]) &
-            (p.low[2] <= q.high[2]) & (q.low[2] <= p.high[2])) != 0;
+    // Without branches: which axis separates is unpredictable.
+    unsigned overlap = 1;
+    for (std::size_t k = 0; k < 3; ++k) {
+        overlap &= static_cast<unsigned>(p.low[k] <= q.high[k]) & static_cast<unsigned>(q.low[k] <= p.high[k]);
+    }
+    return overlap != 0;
 }
 
 class Ohc final : public Detector {
@@ -275,13 +278,17 @@ private:
         const auto point = [&](double s, double t) -> Vector3 {
             return (1.0 - s) * apex + s * ((1.0 - t) * left + t * right);
         };
-        for (double i = 0.0; i < cut.slabs; ++i) {
+        // Counts are small here: a triangle with many pieces does not come this way.
+        const int slabs = static_cast<int>(cut.slabs);
+        for (int i = 0; i < slabs; ++i) {
             // A slab nearer to the apex is narrower and needs fewer columns.
-            const double columns = std::max(1.0, std::ceil(cut.columns * (i + 1.0) / cut.slabs));
-            for (double j = 0.0; j < columns; ++j) {
+            const int columns = std::max(1, static_cast<int>(std::ceil(cut.columns * (i + 1) / slabs)));
+            for (int j = 0; j < columns; ++j) {
                 Box box;
-                for (const double s : {i / cut.slabs, (i + 1.0) / cut.slabs}) {
-                    for (const double t : {j / columns, (j + 1.0) / columns}) box.add(point(s, t));
+                for (const int side : {i, i + 1}) {
+                    for (const int end : {j, j + 1}) {
+                        box.add(point(static_cast<double>(side) / slabs, static_cast<double>(end) / columns));
+                    }
                 }
                 // No point of the triangle lies outside the cells between its corners'.
                 use(CellRange{cell_max(whole.low, lattice_.cell(box.min - padding)),

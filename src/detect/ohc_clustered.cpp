@@ -46,8 +46,11 @@ struct alignas(16) Extent {
         for (std::size_t k = 0; k < 4; ++k) high[k] = other.high[k] > high[k] ? other.high[k] : high[k];
     }
     [[nodiscard]] bool overlaps(const Extent& other) const {
-        return ((low[0] <= other.high[0]) & (other.low[0] <= high[0]) & (low[1] <= other.high[1]) &
-                (other.low[1] <= high[1]) & (low[2] <= other.high[2]) & (other.low[2] <= high[2])) != 0;
+        unsigned overlap = 1;
+        for (std::size_t k = 0; k < 3; ++k) {
+            overlap &= static_cast<unsigned>(low[k] <= other.high[k]) & static_cast<unsigned>(other.low[k] <= high[k]);
+        }
+        return overlap != 0;
     }
     [[nodiscard]] double size() const { return std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]}); }
 };

@@ -58,17 +58,20 @@ std::unique_ptr<Detector> make(const DetectorEntry& entry, const Settings& setti
     return entry.make(ParameterValues(entry.name, entry.parameters, settings));
 }
 
-ContactSet answer(Detector& detector, const World& world) {
+/// Pairs only, unless native contacts are asked for: libraries may find pairs that they can give no contact for.
+ContactSet answer(Detector& detector, const World& world, bool native = false) {
     ContactSet contacts;
+    contacts.native_wanted = native;
     detector.update(world.frame);
     detector.detect(world.frame, contacts);
     return contacts;
 }
 
-ContactSet answer_of(const DetectorEntry& entry, const World& world, const Settings& settings = {}) {
+ContactSet answer_of(const DetectorEntry& entry, const World& world, const Settings& settings = {},
+                     bool native = false) {
     const auto detector = make(entry, settings);
     detector->prepare(world.topology, world.frame);
-    return answer(*detector, world);
+    return answer(*detector, world, native);
 }
 
 /// Empty when equal, else how the two sets differ.
@@ -513,7 +516,7 @@ std::string every_choice_answers_alike(const DetectorEntry& entry) {
 
 std::string native_contacts_are_plausible(const DetectorEntry& entry) {
     const World world = sphere_in_sheet();
-    const ContactSet contacts = answer_of(entry, world);
+    const ContactSet contacts = answer_of(entry, world, {}, true);
     if (!entry.native_contacts) return contacts.native.empty() ? "" : "undeclared native contacts\n";
     if (contacts.native.empty()) return "native contacts declared, none given\n";
     Box box;
@@ -541,7 +544,7 @@ std::string native_normal_and_depth_of_a_tip(const DetectorEntry& entry) {
     for (const bool swapped : {false, true}) {
         const World world =
             make_world("tip", {{BodyKind::tissue, swapped ? tip : floor}, {BodyKind::tissue, swapped ? floor : tip}});
-        const ContactSet contacts = answer_of(entry, world);
+        const ContactSet contacts = answer_of(entry, world, {}, true);
         if (contacts.native.empty()) failures += "no contact\n";
         for (const Contact& contact : contacts.native) {
             const double up = swapped ? -contact.normal[2] : contact.normal[2];
