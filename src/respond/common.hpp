@@ -50,7 +50,9 @@ private:
         double mu = std::numeric_limits<double>::quiet_NaN();
         CollisionClass kind = CollisionClass::none;
     };
-    [[nodiscard]] const Law& law(Index a, Index b) const { return table_[static_cast<std::size_t>(a * bodies_ + b)]; }
+    [[nodiscard]] const Law& law(Index a, Index b) const {
+        return table_[static_cast<std::size_t>(a) * static_cast<std::size_t>(bodies_) + static_cast<std::size_t>(b)];
+    }
     Index bodies_ = 0;
     std::vector<Law> table_;
 };

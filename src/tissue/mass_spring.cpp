@@ -118,8 +118,7 @@ int stable_substeps(const Materials& materials, const Matrix3X& position, double
     return std::max(1, static_cast<int>(std::ceil(std::min(dt / limit, 1e6))));
 }
 
-MassSpring::MassSpring(const Topology& topology, const Materials& materials)
-    : topology_(&topology), materials_(&materials) {
+MassSpring::MassSpring(const Topology& topology, const Materials& materials) : materials_(&materials) {
     const Index n = topology.vertex_count;
     inverse_mass_.assign(at(n), 0.0);
     for (const BodyRange& body : topology.bodies) {
@@ -338,7 +337,7 @@ Outcome MassSpring::advance(const Effect& effect, double dt, Frame& frame, std::
         velocity_.col(placement.vertex) = placement.velocity;
         if (placement.held) inverse_mass_[at(placement.vertex)] = 0.0;
     }
-    const Outcome outcome = integrate(effect, dt, frame, reaction);
+    Outcome outcome = integrate(effect, dt, frame, reaction);
     for (const Placement& placement : effect.placements) {
         if (placement.held && is_free(*materials_, placement.vertex)) {
             inverse_mass_[at(placement.vertex)] = 1.0 / materials_->mass[at(placement.vertex)];

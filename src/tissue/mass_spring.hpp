@@ -51,7 +51,7 @@ int stable_substeps(const Materials& materials, const Matrix3X& position, double
 
 class MassSpring {
 public:
-    /// Topology and materials outlive the object.
+    /// Materials outlive the object.
     MassSpring(const Topology& topology, const Materials& materials);
 
     /// Integrates the tissue vertices of `frame` over dt: applies the placements, then Materials::substeps sub-steps.
@@ -102,7 +102,6 @@ private:
     void solve_linear(double h);
     void limit_strain();
 
-    const Topology* topology_;
     const Materials* materials_;
     std::vector<Index> free_;    ///< vertices with mass that are not pinned
     std::vector<Index> tissue_;  ///< vertices with mass
