@@ -72,6 +72,8 @@ struct ResponseEntry {
     std::string table_row = "none";  ///< row of the thesis' Table 2.1 that it stands for
     bool own = false;
     bool needs_native = false;  ///< reads only native contacts
+    /// Can work from a point, a normal and a depth alone, which is all that native contacts hold.
+    bool reads_native = true;
     std::vector<Parameter> parameters = {};
     std::function<std::unique_ptr<Response>(const ParameterValues&)> make = {};
 };

@@ -993,6 +993,7 @@ ResponseEntry thesis_response() {
     entry.name = "thesis";
     entry.version = "2005";
     entry.own = true;
+    entry.reads_native = false;  // the equations go by the overlap case and its vertex or edge
     entry.parameters = thesis_parameters();
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Thesis>(read_settings(values));

@@ -150,6 +150,9 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     const ResponseEntry& response = registry().response(parse_method(spec.response).name);
     if (source == ContactSource::native && !detector.native_contacts) {
         record.outcome = {OutcomeKind::unsupported, detector.name + " has no native contacts"};
+    } else if (source == ContactSource::native && !response.reads_native) {
+        record.outcome = {OutcomeKind::unsupported,
+                          response.name + " needs the overlap case of a contact, which native contacts do not tell"};
     } else if (source == ContactSource::canonical && response.needs_native) {
         record.outcome = {OutcomeKind::unsupported, response.name + " reads native contacts only"};
     }

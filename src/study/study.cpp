@@ -149,8 +149,15 @@ bool has_native_contacts(const StudyMethod& detector) {
     return detector.absent_reason || registry().detector(parse_method(detector.text).name).native_contacts;
 }
 
-bool needs_native_contacts(const StudyMethod& response) {
-    return !response.absent_reason && registry().response(parse_method(response.text).name).needs_native;
+/// Why a response can do nothing with contacts of this source; empty when it can.
+std::string unreadable(const StudyMethod& response, const std::string& contacts) {
+    if (response.absent_reason) return {};
+    const ResponseEntry& entry = registry().response(parse_method(response.text).name);
+    if (contacts == "canonical" && entry.needs_native) return "the response reads native contacts only";
+    if (contacts == "native" && !entry.reads_native) {
+        return "the response needs the overlap case of a contact, which native contacts do not tell";
+    }
+    return {};
 }
 
 PlannedRun planned(const Study& study, const std::string& mode, const std::string& scene_file, std::int64_t ticks,
@@ -196,6 +203,14 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
     if (study.closed_loop && repetition < study.closed_loop->repetitions) {
         const ClosedLoopPart& part = *study.closed_loop;
         for (const std::string& contacts : part.contacts) {
+            for (const StudyMethod& response : part.responses) {
+                const std::string reason = unreadable(response, contacts);
+                if (reason.empty() || repetition > 0) continue;
+                PlannedRun run = planned(study, "closed_loop", "", part.ticks, part.truth_stride, 0, StudyMethod{},
+                                         response, contacts);
+                run.settled = Outcome{OutcomeKind::unsupported, reason};
+                runs.push_back(std::move(run));
+            }
             for (const StudyMethod& detector : part.detectors) {
                 if (contacts == "native" && !has_native_contacts(detector)) {
                     if (repetition > 0) continue;
@@ -206,14 +221,7 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
                     continue;
                 }
                 for (const StudyMethod& response : part.responses) {
-                    if (contacts == "canonical" && needs_native_contacts(response)) {
-                        if (repetition > 0 || &detector != &part.detectors.front()) continue;
-                        PlannedRun run = planned(study, "closed_loop", "", part.ticks, part.truth_stride, 0,
-                                                 StudyMethod{}, response, contacts);
-                        run.settled = Outcome{OutcomeKind::unsupported, "the response reads native contacts only"};
-                        runs.push_back(std::move(run));
-                        continue;
-                    }
+                    if (!unreadable(response, contacts).empty()) continue;
                     for (const std::string& scene : part.scenes) {
                         if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
                         PlannedRun run = planned(study, "closed_loop", scene, part.ticks, part.truth_stride, repetition,

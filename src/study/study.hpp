@@ -91,7 +91,7 @@ struct PlannedRun {
     StudyMethod detector;
     StudyMethod response;
     /// Set when the outcome is known without running: absent method, missing data, native contacts of a detector that
-    /// has none.
+    /// has none or for a response that cannot read them.
     std::optional<Outcome> settled;
 };
 

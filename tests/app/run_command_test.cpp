@@ -3,10 +3,12 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "method/registry.hpp"
 #include "scene/recording.hpp"
 #include "support/program.hpp"
 #include "support/scene_samples.hpp"
@@ -108,6 +110,23 @@ TEST_F(RunCommand, MethodThatCannotAnswerEndsWithThree) {
     const Json json = Json::parse(result.out);
     EXPECT_EQ(json.at("outcome"), "unsupported");
     EXPECT_TRUE(json.at("rows").empty());
+}
+
+TEST_F(RunCommand, ResponseThatCannotReadNativeContactsEndsWithThree) {
+    const auto native = [](const DetectorEntry& entry) { return entry.native_contacts; };
+    const std::vector<DetectorEntry>& detectors = registry().detectors();
+    const auto detector = std::find_if(detectors.begin(), detectors.end(), native);
+    if (detector == detectors.end()) GTEST_SKIP() << "this build has no detector with native contacts";
+    const std::string arguments = "run " + scene_ + " --contacts native --json --detector " + detector->name;
+    const test::ProgramResult thesis = run_program(arguments + " --response thesis");
+    EXPECT_EQ(thesis.status, 3) << thesis.err;
+    const Json json = Json::parse(thesis.out);
+    EXPECT_EQ(json.at("outcome"), "unsupported");
+    EXPECT_NE(json.at("message").get<std::string>().find("overlap case"), std::string::npos);
+    EXPECT_TRUE(json.at("rows").empty());
+    const test::ProgramResult penalty = run_program(arguments + " --response penalty");
+    EXPECT_EQ(penalty.status, 0) << penalty.err;
+    EXPECT_EQ(Json::parse(penalty.out).at("outcome"), "ok");
 }
 
 TEST_F(RunCommand, InterruptedRunEndsWithOneHundredAndThirty) {

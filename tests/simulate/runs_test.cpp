@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -111,6 +112,23 @@ TEST(ClosedLoop, NativeContactsOfADetectorWithoutThemAreUnsupported) {
         return;
     }
     FAIL() << "no detector without native contacts";
+}
+
+TEST(ClosedLoop, NativeContactsAreUnsupportedForExactlyTheResponsesThatCannotReadThem) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    const auto& detectors = registry().detectors();
+    const auto detector = std::find_if(detectors.begin(), detectors.end(),
+                                       [](const DetectorEntry& entry) { return entry.native_contacts; });
+    if (detector == detectors.end()) GTEST_SKIP() << "this build has no detector with native contacts";
+    EXPECT_FALSE(registry().response("thesis").reads_native);
+    for (const ResponseEntry& entry : registry().responses()) {
+        RunSpec spec = spec_of("closed_loop", detector->name, entry.name);
+        spec.contacts = "native";
+        spec.ticks = 5;
+        const Record record = make_run(scene, spec);
+        EXPECT_EQ(record.outcome.kind == OutcomeKind::unsupported, !entry.reads_native) << entry.name;
+        EXPECT_EQ(record.rows.empty(), !entry.reads_native) << entry.name;
+    }
 }
 
 TEST(ClosedLoop, ProgressCanEndARunEarly) {

@@ -135,6 +135,34 @@ TEST_F(StudyFile, PlanHoldsEveryCombinationOnce) {
     EXPECT_EQ(plan.size(), 8U + 6U + 3U + 1U);
 }
 
+TEST_F(StudyFile, ResponseThatCannotReadNativeContactsIsToldOnce) {
+    const auto& detectors = registry().detectors();
+    const auto detector = std::find_if(detectors.begin(), detectors.end(),
+                                       [](const DetectorEntry& entry) { return entry.native_contacts; });
+    if (detector == detectors.end()) GTEST_SKIP() << "this build has no detector with native contacts";
+    const Study study =
+        read(R"({"format":"trocar-study-1","name":"s","repetitions":2,"closed_loop":{)"
+             R"("scenes":["a.json","b.json"],"detectors":[")" +
+             detector->name + R"("],"responses":["thesis","penalty"],"contacts":["canonical","native"]}})");
+    int thesis_rows = 0;
+    int penalty_runs = 0;
+    for (const PlannedRun& run : make_plan(study)) {
+        if (run.spec.contacts != "native") {
+            EXPECT_FALSE(run.settled);
+        } else if (run.spec.response == "thesis") {
+            ++thesis_rows;
+            ASSERT_TRUE(run.settled);
+            EXPECT_EQ(run.settled->kind, OutcomeKind::unsupported);
+            EXPECT_NE(run.settled->message.find("overlap case"), std::string::npos);
+        } else {
+            ++penalty_runs;
+            EXPECT_FALSE(run.settled);
+        }
+    }
+    EXPECT_EQ(thesis_rows, 1);
+    EXPECT_EQ(penalty_runs, 2 * 2);
+}
+
 TEST_F(StudyFile, RepetitionsAreBlocksOfInterleavedContestants) {
     std::int64_t last = 0;
     for (const PlannedRun& run : make_plan(read(good))) {
