@@ -1,0 +1,316 @@
+#include "report/sections.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "measure/statistics.hpp"
+#include "report/chart.hpp"
+
+namespace trocar {
+namespace {
+
+struct PairSums {
+    double truth = 0.0;
+    double touch = 0.0;
+    double missing = 0.0;
+    double missing_touch = 0.0;
+    double extra = 0.0;
+    bool known = false;
+    void take(const SceneResult& result) {
+        const double value = result.first(&RunFigures::true_pairs);
+        if (std::isnan(value)) return;
+        known = true;
+        truth += value;
+        touch += result.first(&RunFigures::true_touch);
+        missing += result.first(&RunFigures::missing);
+        missing_touch += result.first(&RunFigures::missing_touch);
+        extra += result.first(&RunFigures::extra);
+    }
+    [[nodiscard]] double found() const { return truth - missing; }
+};
+
+std::vector<std::string> pair_cells(const PairSums& sums) {
+    if (!sums.known) return {"n/a", "n/a", "n/a", "n/a", "n/a", "n/a", "n/a"};
+    const double reported = sums.found() + sums.extra;
+    const double firm = sums.truth - sums.touch;
+    const double firm_found = firm - (sums.missing - sums.missing_touch);
+    return {count_text(sums.truth),
+            count_text(sums.touch),
+            share_text(sums.found(), reported),
+            share_text(sums.found(), sums.truth),
+            share_text(firm_found, firm),
+            share_text(2.0 * sums.found(), sums.truth + reported),
+            count_text(sums.missing) + " / " + count_text(sums.extra)};
+}
+
+std::string case_text(const SceneResult& result, const PairSums& sums) {
+    for (const RunFigures& run : result.runs) {
+        if (!run.ok()) return outcome_text(run.record->outcome);
+    }
+    if (!sums.known) return "not judged";
+    if (sums.missing == 0.0 && sums.extra == 0.0) return "ok";
+    std::string text;
+    if (sums.missing > 0.0) text += fmt::format("misses {:.0f} of {:.0f}", sums.missing, sums.truth);
+    if (sums.extra > 0.0) text += (text.empty() ? "" : ", ") + fmt::format("adds {:.0f}", sums.extra);
+    return text;
+}
+
+std::string detection_chart(const Draft& draft, const std::vector<Contestant>& detectors,
+                            const std::vector<std::string>& scenes) {
+    DotChart chart;
+    chart.x_title = "time per tick (µs), update + detect";
+    chart.x_limit = 1000.0;
+    chart.x_limit_name = "1 ms";
+    chart.categories = scenes;
+    int style = 0;
+    for (const Contestant& detector : detectors) {
+        DotChart::Series series;
+        series.name = detector.detector;
+        series.style = {.colour = style, .shape = style};
+        ++style;
+        for (const std::string& scene : scenes) {
+            const SceneResult* result = draft.results.find(detector, scene);
+            if (result == nullptr || !result->ok()) {
+                series.dots.emplace_back();
+                continue;
+            }
+            const double p50 = result->of(&RunFigures::tick_p50).value * us;
+            const double p99 = result->of(&RunFigures::tick_p99).value * us;
+            series.dots.emplace_back(DotChart::Dot{
+                .value = p50,
+                .upper = p99,
+                .name = fmt::format("{} on {}: median {} µs, p99 {}", detector.detector, scene, format_number(p50),
+                                    std::isnan(p99) ? "n too small" : format_number(p99) + " µs")});
+        }
+        chart.series.push_back(std::move(series));
+    }
+    return draw(chart);
+}
+
+/// Depth left and tool force over time on the scene of the headline class where most is left.
+void course_charts(Draft& draft, const std::vector<Contestant>& contestants) {
+    const auto [class_name, scenes] = draft.headline_scenes();
+    std::string chosen;
+    double most = -1.0;
+    for (const std::string& scene : scenes) {
+        for (const Contestant& contestant : contestants) {
+            const SceneResult* result = draft.results.find(contestant, scene);
+            if (result == nullptr || !result->ok()) continue;
+            if (result->first(&RunFigures::left_max) > most) {
+                most = result->first(&RunFigures::left_max);
+                chosen = scene;
+            }
+        }
+    }
+    if (chosen.empty()) return;
+    LineChart depth{.x_title = "time (s), " + chosen, .y_title = "left after the tick (mm)", .lines = {}};
+    LineChart force{.x_title = "time (s), " + chosen, .y_title = "tool force (N)", .lines = {}};
+    std::set<std::string> seen;
+    int style = 0;
+    for (const Contestant& contestant : contestants) {
+        const SceneResult* result = draft.results.find(contestant, chosen);
+        if (result == nullptr || !result->ok()) continue;
+        const Record& record = *result->runs.front().record;
+        if (!record.state_hash.empty() && !seen.insert(contestant.response + record.state_hash).second) continue;
+        LineChart::Line line{.name = contestant.label(), .colour = style, .dash = style / 8, .points = {}};
+        ++style;
+        LineChart::Line force_line = line;
+        // At most 250 points a line: the largest value of each stretch, so that no peak is lost.
+        const std::size_t stretch = std::max<std::size_t>(1, record.rows.size() / 250);
+        for (std::size_t from = 0; from < record.rows.size(); from += stretch) {
+            double largest_depth = not_known;
+            double largest_force = not_known;
+            for (std::size_t i = from; i < std::min(from + stretch, record.rows.size()); ++i) {
+                const StepRow& row = record.rows[i];
+                if (std::isfinite(row.max_depth)) largest_depth = std::fmax(largest_depth, row.max_depth * mm);
+                if (row.tool_force.allFinite()) largest_force = std::fmax(largest_force, row.tool_force.norm());
+            }
+            if (!std::isnan(largest_depth)) line.points.emplace_back(record.rows[from].time, largest_depth);
+            if (!std::isnan(largest_force)) force_line.points.emplace_back(record.rows[from].time, largest_force);
+        }
+        depth.lines.push_back(std::move(line));
+        force.lines.push_back(std::move(force_line));
+    }
+    const std::string rule = " on " + code(chosen) + ", the " + class_name +
+                             " scene where most is left. One line per different motion: contestants with identical "
+                             "motion share one. Largest value of each stretch of ticks.";
+    draft.figure("depth_over_time", draw(depth), "Interpenetration left" + rule);
+    draft.figure("force_over_time", draw(force), "Tool force" + rule);
+}
+
+}  // namespace
+
+void add_detection(Draft& draft) {
+    const std::vector<Contestant> detectors = draft.results.contestants("replay");
+    const std::vector<std::string> scenes = draft.results.scenes("replay");
+    if (detectors.empty()) return;
+    draft.heading(2, "Detection against the exact oracle");
+    draft.paragraph(
+        "Replay: the same frames for every detector. Truth is decided by exact arithmetic on the frame's own "
+        "doubles; pairs that only touch in a vertex or an edge count, and recall is given with and without them.");
+    const std::vector<Column> pair_columns{
+        {"true pairs", true},    {"of these touching", true},      {"precision", true},
+        {"recall", true},        {"recall without touches", true}, {"F1", true},
+        {"missed / extra", true}};
+    Table table;
+    table.caption = "All replayed scenes together";
+    table.columns = {{"detector", false}};
+    table.columns.insert(table.columns.end(), pair_columns.begin(), pair_columns.end());
+    table.columns.push_back({"scenes ok", true});
+    table.columns.push_back({"same pairs in every process", false});
+    Table by_scene;
+    by_scene.caption = "The same per scene";
+    by_scene.folded = true;
+    by_scene.columns = {{"scene", false}, {"detector", false}};
+    by_scene.columns.insert(by_scene.columns.end(), pair_columns.begin(), pair_columns.end());
+    Table matrix;
+    matrix.caption = "Scene × detector: ok, or what went wrong";
+    matrix.columns = {{"scene", false}};
+    for (const Contestant& detector : detectors) {
+        PairSums sums;
+        int ok = 0;
+        int planned = 0;
+        bool repeatable = true;
+        for (const std::string& scene : scenes) {
+            const SceneResult* result = draft.results.find(detector, scene);
+            if (result == nullptr || result->not_applicable()) continue;
+            ++planned;
+            ok += result->ok() ? 1 : 0;
+            sums.take(*result);
+            repeatable = repeatable && result->repeatable();
+        }
+        std::vector<std::string> cells{code(detector.detector)};
+        const std::vector<std::string> pairs = pair_cells(sums);
+        cells.insert(cells.end(), pairs.begin(), pairs.end());
+        cells.push_back(fmt::format("{} of {}", ok, planned));
+        cells.push_back(draft.most_processes() < 2 ? "n/a (one process)" : yes_no(repeatable));
+        table.rows.push_back({.cells = cells});
+        matrix.columns.push_back({code(detector.detector), false});
+    }
+    for (const std::string& scene : scenes) {
+        std::vector<std::string> verdicts{scene};
+        for (const Contestant& detector : detectors) {
+            const SceneResult* result = draft.results.find(detector, scene);
+            PairSums sums;
+            if (result != nullptr) sums.take(*result);
+            verdicts.push_back(result == nullptr ? "not run" : case_text(*result, sums));
+            if (result == nullptr || result->not_applicable()) continue;
+            std::vector<std::string> cells{scene, code(detector.detector)};
+            const std::vector<std::string> pairs = pair_cells(sums);
+            cells.insert(cells.end(), pairs.begin(), pairs.end());
+            by_scene.rows.push_back({.cells = cells});
+        }
+        matrix.rows.push_back({.cells = verdicts});
+    }
+    draft.add(std::move(table));
+    draft.add(std::move(matrix));
+    draft.add(std::move(by_scene));
+    draft.figure("detection_time", detection_chart(draft, detectors, scenes),
+                 "Time per tick of each detector (update + detect) per scene: mark = median, whisker to the 99 % value "
+                 "where there are 1000 ticks. Red: 1 ms.");
+}
+
+void add_contacts_and_forces(Draft& draft) {
+    const std::vector<Contestant> contestants = draft.results.contestants("closed_loop");
+    if (contestants.empty()) return;
+    draft.heading(2, "Contacts, depth and force");
+    Table depth;
+    depth.caption = "Depth error of contacts on the frame that detect saw: canonical beside native";
+    depth.columns = {{"detector", false},
+                     {"canonical, median / worst (mm)", true},
+                     {"native, median / worst (mm)", true},
+                     {"native contacts per tick", true}};
+    std::set<std::string> detectors;
+    for (const Contestant& contestant : contestants) detectors.insert(contestant.detector);
+    for (const std::string& detector : detectors) {
+        std::vector<std::string> cells{code(detector)};
+        double native_contacts = not_known;
+        for (const std::string source : {"canonical", "native"}) {
+            std::vector<double> medians;
+            double worst = not_known;
+            for (const Contestant& contestant : contestants) {
+                if (contestant.detector != detector || contestant.contacts != source) continue;
+                for (const std::string& scene : draft.results.scenes("closed_loop")) {
+                    const SceneResult* result = draft.results.find(contestant, scene);
+                    if (result == nullptr || !result->ok()) continue;
+                    const double median_error = result->first(&RunFigures::depth_error_p50);
+                    if (std::isnan(median_error)) continue;
+                    medians.push_back(median_error);
+                    const double error = result->first(&RunFigures::depth_error_max);
+                    worst = std::isnan(worst) ? error : std::max(worst, error);
+                    if (source == "native") {
+                        const double mean = result->first(&RunFigures::native_mean);
+                        if (!std::isnan(mean)) {
+                            native_contacts = std::isnan(native_contacts) ? mean : std::max(native_contacts, mean);
+                        }
+                    }
+                }
+            }
+            const double value = quantile(medians, 0.5);
+            cells.push_back(std::isnan(value) ? (source == "native" ? "n/a" : "not judged")
+                                              : format_number(value * mm) + " / " + format_number(worst * mm));
+        }
+        cells.push_back(format_number(native_contacts));
+        depth.rows.push_back({.cells = cells});
+    }
+    if (std::all_of(depth.rows.begin(), depth.rows.end(),
+                    [](const TableRow& row) { return row.cells.back() == "n/a"; })) {
+        depth.columns.pop_back();
+        for (TableRow& row : depth.rows) row.cells.pop_back();
+    }
+    depth.note =
+        "Per tick: the worst |depth that a contact states - true depth at the contact's point|. Median over ticks "
+        "and scenes / worst of all. Depths of the libraries refer to infinite planes of triangles and are often "
+        "large on purpose; the error says how far they are from geometric depth, not that the library is broken.";
+    draft.add(std::move(depth));
+
+    Table force;
+    force.caption = "Outcome of every closed-loop run (first process)";
+    force.folded = true;
+    force.columns = {{"scene", false},
+                     {"detector + response (contact source)", false},
+                     {"pairs per tick, mean / max", true},
+                     {"left, median / max / last (mm)", true},
+                     {"largest force (N)", true},
+                     {"force jump, p99 / max (N per tick)", true},
+                     {"force flips (ticks)", true},
+                     {"largest strain", true},
+                     {"ruptures", true},
+                     {"same state in every process", false}};
+    for (const std::string& scene : draft.results.scenes("closed_loop")) {
+        std::map<std::string, std::string> seen;  // state hash -> label
+        for (const Contestant& contestant : contestants) {
+            const SceneResult* result = draft.results.find(contestant, scene);
+            if (result == nullptr || !result->ok()) continue;
+            const RunFigures& f = result->runs.front();
+            const std::string same = result->runs.size() < 2 ? "n/a (one process)" : yes_no(result->repeatable());
+            const std::string& hash = f.record->state_hash;
+            const auto twin = hash.empty() ? seen.end() : seen.find(contestant.response + hash);
+            if (twin != seen.end()) {
+                force.rows.push_back({.cells = {scene, code(contestant.label()),
+                                                format_number(f.pairs_mean) + " / " + count_text(f.pairs_max),
+                                                "identical to " + code(twin->second), "", "", "", "", "", same}});
+                continue;
+            }
+            if (!hash.empty()) seen.emplace(contestant.response + hash, contestant.label());
+            force.rows.push_back(
+                {.cells = {
+                     scene, code(contestant.label()), format_number(f.pairs_mean) + " / " + count_text(f.pairs_max),
+                     std::isnan(f.left_max) ? "n/a"
+                                            : format_number(f.left_p50 * mm) + " / " + format_number(f.left_max * mm) +
+                                                  " / " + format_number(f.left_last * mm),
+                     format_number(f.force_max),
+                     (std::isnan(f.force_jump_p99) ? "n too small" : format_number(f.force_jump_p99)) + " / " +
+                         format_number(f.force_jump_max),
+                     count_text(f.force_flips), format_number(f.strain_max), count_text(f.ruptures), same}});
+        }
+    }
+    draft.add(std::move(force));
+    course_charts(draft, contestants);
+}
+
+}  // namespace trocar

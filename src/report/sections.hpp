@@ -1,0 +1,93 @@
+// The sections of a report, one function and one place for each topic, and the draft that they add to. Only report.cpp
+// decides which there are and in what order.
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "report/document.hpp"
+#include "report/figures.hpp"
+#include "report/verdict.hpp"
+
+namespace trocar {
+
+inline constexpr double us = 1.0e-3;  ///< ns to µs
+inline constexpr double mm = 1.0e3;   ///< m to mm
+
+std::string code(const std::string& text);
+/// Without its parameters.
+std::string method_name(const std::string& text);
+std::string outcome_text(const Outcome& outcome);
+std::string joined(const std::vector<std::string>& items);
+double summary_of(const Record& record, const std::string& key);
+/// "1.000" but "0.99987": a share that is not one never looks like one.
+std::string share_text(double part, double whole);
+std::string count_text(double value);
+std::string yes_no(bool value);
+/// The common value of a fact over all records, or all values when they differ.
+std::string common_fact(const std::vector<Record>& records, const std::string& key, bool* mixed = nullptr);
+
+/// The report while it is written.
+struct Draft {
+    /// At least one record; they outlive the draft.
+    explicit Draft(const std::vector<Record>& all);
+
+    const std::vector<Record>& records;
+    Results results;
+    Document document;
+    std::string reference;
+    std::string study;
+    std::string mode;      ///< of the verdict: closed_loop where there is one, else replay
+    std::string sentence;  ///< the quotable one; written by add_verdict_page
+
+    void heading(int level, const std::string& text);
+    void paragraph(const std::string& text, Paragraph::Style style = Paragraph::Style::normal);
+    /// Leaves out a table without rows.
+    void add(Table table);
+    /// Leaves out a drawing without content.
+    void figure(const std::string& name, const std::string& svg, const std::string& caption);
+
+    /// Scenes of the verdict's mode by class, classes in alphabetical order.
+    [[nodiscard]] std::map<std::string, std::vector<std::string>> scenes_by_class() const;
+    /// Most processes of one contestant, in runs of this mode or (empty) of any.
+    [[nodiscard]] int most_processes(const std::string& of_mode = {}) const;
+    /// The scenes that the quotable sentence speaks of: I2T where there is one, else the class with most scenes.
+    [[nodiscard]] std::pair<std::string, std::vector<std::string>> headline_scenes() const;
+    [[nodiscard]] std::string interval_note(const std::string& of_mode) const;
+};
+
+// verdict_section.cpp
+void add_verdict_page(Draft& draft, const Verdict& overall);
+void add_verdict_by_class(Draft& draft);
+/// The sentence and the verdict as plain text for a terminal.
+std::string terminal_text(const Draft& draft, const Verdict& verdict);
+
+// fairness_section.cpp
+void add_environment(Draft& draft);
+void add_fairness(Draft& draft);
+void add_frames(Draft& draft);
+
+// accuracy_section.cpp
+void add_detection(Draft& draft);
+void add_contacts_and_forces(Draft& draft);
+
+// time_section.cpp
+void add_latency(Draft& draft);
+void add_stages(Draft& draft);
+void add_work_profile(Draft& draft);
+
+// failure_section.cpp
+void add_failures(Draft& draft);
+
+// thesis_section.cpp
+void add_thesis_table(Draft& draft);
+
+// results_section.cpp
+void add_glossary(Draft& draft);
+void add_rebuild(Draft& draft);
+/// One row per run.
+std::string results_csv(const Draft& draft);
+
+}  // namespace trocar

@@ -1,0 +1,197 @@
+#include "report/sections.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <set>
+
+#include "measure/statistics.hpp"
+#include "report/chart.hpp"
+
+namespace trocar {
+namespace {
+
+Table latency_table(const Draft& draft, const std::string& mode) {
+    Table table;
+    table.columns = {{"scene", false},
+                     {mode == "replay" ? "detector" : "detector + response (contact source)", false},
+                     {"n per process (ticks)", true},
+                     {"p50 (µs)", true},
+                     {"p90 (µs)", true},
+                     {"p99 (µs)", true},
+                     {"max (µs)", true},
+                     {"first contact (µs)", true},
+                     {"misses at 1 ms", true},
+                     {"longest burst (ticks)", true},
+                     {"work, max / median", true},
+                     {"allocations per tick", true}};
+    table.folded = true;
+    for (const std::string& scene : draft.results.scenes(mode)) {
+        for (const Contestant& contestant : draft.results.contestants(mode)) {
+            const SceneResult* result = draft.results.find(contestant, scene);
+            if (result == nullptr || !result->ok()) continue;
+            const auto time = [result](double RunFigures::*figure) { return estimate_text(result->of(figure), us); };
+            const Estimate p99 = result->of(&RunFigures::tick_p99);
+            double misses = 0.0;
+            double ticks = 0.0;
+            double burst = 0.0;
+            for (const RunFigures& run : result->runs) {
+                misses += run.deadline_misses;
+                ticks += run.timed_ticks;
+                burst = std::max(burst, run.longest_burst);
+            }
+            const double work = result->first(&RunFigures::work_max) / result->first(&RunFigures::work_p50);
+            const double largest = result->of(&RunFigures::tick_max).high;
+            table.rows.push_back(
+                {.cells = {scene, code(contestant.label()), count_text(result->first(&RunFigures::timed_ticks)),
+                           time(&RunFigures::tick_p50), time(&RunFigures::tick_p90),
+                           std::isnan(p99.value) ? "n too small" : estimate_text(p99, us), format_number(largest * us),
+                           time(&RunFigures::tick_cold), fmt::format("{:.0f} of {:.0f}", misses, ticks),
+                           count_text(burst), std::isfinite(work) ? format_number(work) : "n/a",
+                           format_number(result->first(&RunFigures::allocations))}});
+        }
+    }
+    return table;
+}
+
+}  // namespace
+
+void add_latency(Draft& draft) {
+    draft.heading(2, "Haptic table");
+    draft.paragraph(
+        "Latency of single ticks in the back-to-back loop. " + draft.interval_note("") +
+        " p99 needs 1000 ticks, p99.9 a hundred thousand: a long study. The paced 1 kHz loop is not part of "
+        "this study: misses here are ticks that took longer than 1 ms. First contact: the first tick with a "
+        "pair, warm-up or not. \"max\" is the machine's too: judge a method by its work column.");
+    Table replay = latency_table(draft, "replay");
+    replay.caption = "Detectors (update + detect)";
+    replay.folded = false;
+    draft.add(std::move(replay));
+    Table closed = latency_table(draft, "closed_loop");
+    closed.caption = "Whole ticks in the closed loop";
+    draft.add(std::move(closed));
+}
+
+void add_stages(Draft& draft) {
+    Table table;
+    table.caption = "Median time per stage, mean over the scenes (µs)";
+    table.columns = {{"detector + response (contact source)", false}};
+    BarChart chart;
+    chart.x_title = "median time per stage, mean over the scenes (µs)";
+    for (const char* name : stage_names) {
+        table.columns.push_back({name, true});
+        chart.parts.emplace_back(name);
+    }
+    table.columns.push_back({"sum (µs)", true});
+    for (const std::string mode : {"closed_loop", "replay"}) {
+        for (const Contestant& contestant : draft.results.contestants(mode)) {
+            std::array<std::vector<double>, stage_count> values;
+            bool failed = false;
+            for (const std::string& scene : draft.results.scenes(mode)) {
+                const SceneResult* result = draft.results.find(contestant, scene);
+                if (result == nullptr || result->not_applicable()) continue;
+                failed = failed || !result->ok();
+                for (std::size_t s = 0; s < stage_count; ++s) {
+                    std::vector<double> by_process;
+                    for (const RunFigures& run : result->runs) by_process.push_back(run.stage_p50.at(s));
+                    const double value = across_processes(by_process).value;
+                    if (!std::isnan(value)) values.at(s).push_back(value * us);
+                }
+            }
+            BarChart::Bar bar{.name = contestant.label(), .parts = {}};
+            std::vector<std::string> cells{code(contestant.label()) + (mode == "replay" ? " (replay)" : "")};
+            double sum = 0.0;
+            for (const auto& stage : values) {
+                const double mean = stage.empty() ? not_known
+                                                  : std::accumulate(stage.begin(), stage.end(), 0.0) /
+                                                        static_cast<double>(stage.size());
+                bar.parts.push_back(mean);
+                sum += std::isnan(mean) ? 0.0 : mean;
+                cells.push_back(format_number(mean));
+            }
+            if (sum == 0.0) continue;
+            cells.push_back(format_number(sum) + (failed ? " (some scenes failed)" : ""));
+            table.rows.push_back({.cells = std::move(cells)});
+            if (mode == draft.mode) chart.bars.push_back(std::move(bar));
+        }
+    }
+    if (table.rows.empty()) return;
+    draft.heading(2, "Stage split");
+    table.note =
+        "n/a: the stage does not exist in that kind of run. move and derive are the same code for every method; "
+        "derive runs even where native contacts are used, so that both can be judged. A stage that exists only in "
+        "some scenes (advance needs tissue) is averaged over those.";
+    if (!chart.bars.empty()) {
+        draft.figure("stages", draw(chart), "Where the time of a tick goes; numbers in the table below.");
+    }
+    draft.add(std::move(table));
+}
+
+void add_work_profile(Draft& draft) {
+    const std::vector<Contestant> detectors = draft.results.contestants("replay");
+    const std::vector<std::string> scenes = draft.results.scenes("replay");
+    if (detectors.size() < 2) return;
+    LineChart chart{.x_title = "factor over the fastest detector of the scene",
+                    .y_title = "share of scenes",
+                    .lines = {},
+                    .steps = true,
+                    .log_x = true};
+    std::map<std::string, double> best;
+    std::set<std::string> judged;
+    for (const std::string& scene : scenes) {
+        double fastest = std::numeric_limits<double>::infinity();
+        for (const Contestant& detector : detectors) {
+            const SceneResult* result = draft.results.find(detector, scene);
+            if (result == nullptr || !result->ok()) continue;
+            fastest = std::min(fastest, result->of(&RunFigures::tick_p50).value);
+        }
+        if (!std::isfinite(fastest)) continue;
+        best[scene] = fastest;
+        judged.insert(scene);
+    }
+    if (judged.empty()) return;
+    double widest = 1.0;
+    std::vector<std::vector<double>> factors;
+    for (const Contestant& detector : detectors) {
+        std::vector<double> list;
+        for (const std::string& scene : judged) {
+            const SceneResult* result = draft.results.find(detector, scene);
+            if (result == nullptr || !result->ok()) continue;
+            list.push_back(result->of(&RunFigures::tick_p50).value / best.at(scene));
+            widest = std::max(widest, list.back());
+        }
+        std::sort(list.begin(), list.end());
+        factors.push_back(std::move(list));
+    }
+    for (std::size_t d = 0; d < detectors.size(); ++d) {
+        // A detector that was not planned on every scene has no share of them.
+        if (std::any_of(judged.begin(), judged.end(),
+                        [&](const std::string& scene) { return draft.results.find(detectors[d], scene) == nullptr; })) {
+            continue;
+        }
+        LineChart::Line line{.name = detectors[d].detector,
+                             .colour = static_cast<int>(d),
+                             .dash = static_cast<int>(d) % 4,
+                             .points = {{1.0, 0.0}}};
+        double share = 0.0;
+        for (const double factor : factors[d]) {
+            share += 1.0 / static_cast<double>(judged.size());
+            line.points.emplace_back(factor, share);
+        }
+        line.points.emplace_back(widest * 1.2, share);
+        chart.lines.push_back(std::move(line));
+    }
+    draft.heading(2, "Performance profile");
+    draft.figure(
+        "profile", draw(chart),
+        "Dolan–Moré profile of the detectors: share of the replayed scenes on which a detector's median tick is "
+        "within a factor of the fastest; a failed run counts as infinitely slow. The order among detectors that "
+        "are not the best can change when the best is removed.");
+}
+
+}  // namespace trocar
