@@ -40,8 +40,7 @@ void add_glossary(Draft& draft) {
         "n/a: the figure does not apply. 0: it applies and is exactly zero. n too small: too few ticks for the "
         "quantile. absent, unsupported: not run, with the reason under Failures. Every other outcome than ok is a "
         "failure: it stays in every table and has no time. Quantiles are linear between order statistics (type 7 "
-        "of "
-        "Hyndman and Fan). Touch: triangles that share points but do not pass through each other.");
+        "of Hyndman and Fan). Touch: triangles that share points but do not pass through each other.");
 }
 
 void add_rebuild(Draft& draft) {

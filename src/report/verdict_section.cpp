@@ -55,8 +55,7 @@ void warnings(Draft& draft) {
 }
 
 std::string verdict_note(const Draft& draft) {
-    return "Rows are sorted by the depth left at worst, the fastest of equals first; † = another row is at least "
-           "as "
+    return "Rows are sorted by the depth left at worst, the fastest of equals first; † = another row is at least as "
            "fast and as good, and better in one of the two. Times are geometric means over the scenes of the "
            "medians (p50) and 99 % values (p99) of a tick; a row that failed on a scene has none. Depths: median "
            "over scenes / worst of all. " +
