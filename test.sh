@@ -21,10 +21,12 @@ run_tests() {
     ctest --preset "$preset" --output-junit "$results" -j2 "$@" >"build/$preset/tests.log" 2>&1 || true
     [ -s "$results" ] || { cat "build/$preset/tests.log" >&2; echo "no test ran in $preset" >&2; exit 1; }
     local head tests failures skips
-    head=$(tr '\n' ' ' <"$results" | sed 's/<testcase.*//')
+    head=$(tr '\n\t' '  ' <"$results" | sed 's/<testcase.*//')
     tests=$(sed -E 's/.* tests="([0-9]+)".*/\1/' <<<"$head")
     failures=$(sed -E 's/.* failures="([0-9]+)".*/\1/' <<<"$head")
     skips=$(sed -E 's/.* skipped="([0-9]+)".*/\1/' <<<"$head")
+    [[ "$tests $failures $skips" =~ ^[0-9]+\ [0-9]+\ [0-9]+$ && $tests -gt 0 ]] ||
+        { echo "cannot read the counts in $results" >&2; exit 1; }
     passed=$((passed + tests - failures - skips)) failed=$((failed + failures)) skipped=$((skipped + skips))
     without_data=$((without_data + $(grep -c 'no data: ' "$results" || true)))
     [ "$failures" -eq 0 ] || tail -n 200 "build/$preset/tests.log"

@@ -1,5 +1,5 @@
-// Holds every #include "folder/…" under src and baselines against src/layers.txt, so that dependencies keep pointing one
-// way.
+// Holds every #include "folder/…" under src and baselines against src/layers.txt, so that dependencies keep pointing
+// one way.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -33,7 +33,8 @@ Layers read_layers(std::istream& stream) {
 std::set<std::string> forbidden_includes(const Layers& layers, const std::string& folder, const std::string& text) {
     static const std::regex include(R"re(#include "([a-z]+)/)re");
     std::set<std::string> forbidden;
-    for (auto match = std::sregex_iterator(text.begin(), text.end(), include); match != std::sregex_iterator(); ++match) {
+    for (auto match = std::sregex_iterator(text.begin(), text.end(), include); match != std::sregex_iterator();
+         ++match) {
         if (!layers.at(folder).contains((*match)[1].str())) forbidden.insert((*match)[1].str());
     }
     return forbidden;
@@ -49,7 +50,8 @@ TEST(Layers, EveryIncludePointsTheAllowedWay) {
         for (const auto& entry : std::filesystem::recursive_directory_iterator(source / root)) {
             const auto extension = entry.path().extension();
             if (extension != ".cpp" && extension != ".hpp") continue;
-            const std::string folder = std::string(root) == "baselines" ? "baselines" : entry.path().parent_path().filename().string();
+            const std::string folder =
+                std::string(root) == "baselines" ? "baselines" : entry.path().parent_path().filename().string();
             ASSERT_TRUE(layers.contains(folder)) << entry.path() << ": folder missing in src/layers.txt";
             std::ifstream file(entry.path());
             std::ostringstream text;
