@@ -132,11 +132,11 @@ TEST(Verdict, NumbersAreThoseOfTheRecords) {
 TEST(Verdict, SentenceQuotesTheRecords) {
     const std::vector<Record> records = three_contestants();
     const Results results(records);
-    EXPECT_EQ(
-        verdict_sentence(verdict_of(results), "the I2T scenes (poke)", "theirs"),
-        "On the I2T scenes (poke), `mine + push (canonical)` leaves 0.500 mm in the median and 0.500 mm at worst, "
-        "at 150 µs p99 per tick; the best foreign row, `theirs + push (canonical)`, moves identically, bit by "
-        "bit, at 600 µs p99 per tick; median tick 4.00 times that of ours.");
+    EXPECT_EQ(verdict_sentence(verdict_of(results), "the I2T scenes (poke)", "theirs"),
+              "On the I2T scenes (poke), `mine + push (canonical)` leaves 0.500 mm in the median and 0.500 mm at worst "
+              "with 0 of 4440 true pairs missed, at 150 µs p99 per tick; the best foreign row, `theirs + push "
+              "(canonical)`, moves identically, bit by "
+              "bit, at 600 µs p99 per tick; median tick 4.00 times that of ours.");
 }
 
 TEST(Verdict, TimesOverScenesAreGeometricMeans) {
