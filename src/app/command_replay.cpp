@@ -45,6 +45,7 @@ struct DetectorAnswer {
 struct Truth {
     std::vector<TrianglePair> pairs;
     std::vector<Index> touch;
+    bool known = true;  ///< false: the frame holds a number that is not finite, so there is no truth about it
 };
 
 template <typename Number>
@@ -171,7 +172,8 @@ void judge(RecordingReader& recording, std::vector<DetectorAnswer>& answers, std
     for (std::int64_t tick = 0; tick < recording.frame_count(); ++tick) {
         recording.read(tick, frame);
         Truth exact;
-        if (truth != nullptr) {
+        exact.known = frame.all_finite();
+        if (truth != nullptr && exact.known) {
             true_pairs(topology, frame, exact.pairs);
             exact.touch = touching_pairs(topology, frame, exact.pairs);
         }
@@ -236,7 +238,9 @@ void print_json(std::uint64_t hash, const std::vector<DetectorAnswer>& answers, 
     } else {
         fmt::format_to(out, "[");
         for (std::size_t tick = 0; tick < truth->size(); ++tick) {
-            fmt::format_to(out, "{}{}", tick > 0 ? "," : "", (*truth)[tick].pairs.size());
+            const Truth& exact = (*truth)[tick];
+            fmt::format_to(out, "{}{}", tick > 0 ? "," : "",
+                           exact.known ? std::to_string(exact.pairs.size()) : std::string("null"));
         }
         fmt::format_to(out, "]");
     }

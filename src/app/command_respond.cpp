@@ -20,6 +20,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json read_json(const std::filesystem::path& file) {
+    if (std::filesystem::is_directory(file)) throw InputError(file.string(), "", "a file of cases", "a folder");
     std::ifstream stream(file, std::ios::binary);
     if (!stream) throw InputError(file.string(), "", "a readable file", "none");
     const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};

@@ -1,10 +1,13 @@
 // The command line of trocar: parses, calls one command, turns InputError into one line and exit status 2.
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <functional>
 #include <string>
+#include <system_error>
 
 #include "app/commands.hpp"
 #include "geometry/input_error.hpp"
@@ -153,9 +156,17 @@ int main(int argc, char** argv) {
         line.common.data = variable;
     }
     try {
-        return line.command();
+        const int status = line.command();
+        // A full disk or a closed pipe shows only when the last bytes leave.
+        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+            throw trocar::InputError("standard output", "", "to be writable", std::strerror(errno));
+        }
+        return status;
     } catch (const trocar::InputError& error) {
         std::fprintf(stderr, "trocar: %s\n", error.what());
+        return bad_input;
+    } catch (const std::system_error& error) {
+        std::fprintf(stderr, "trocar: standard output or a file: expected to be writable, got %s\n", error.what());
         return bad_input;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "trocar: internal error: %s\n", error.what());

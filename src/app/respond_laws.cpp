@@ -174,7 +174,10 @@ LawAnswer vertex_in_instrument(const Input& input) {
     answer.values = {{"A2", a2},       {"A1", a1},         {"n", to_json(n)},
                      {"depth", depth}, {"depths", depths}, {"count_positive", inside}};
     if (inside > 1) answer.message = "more than one corner inside: the deepest is A2";
-    if (!input.has("k")) return answer;
+    if (!input.has("k")) {
+        answer.message = "no k in the input: geometry only, no force";
+        return answer;
+    }
     const double k = input.not_negative("k");
     const double mu = input.not_negative("mu", 0.0);
     const Vector3 v1 = input.velocities({"vel1", "vel_instrument"})[at(a1)];
@@ -432,10 +435,10 @@ LawAnswer mass_on_plane(const Input& input) {
         pinned.push_back(1);
         springs.push_back({.i = 0, .j = 1, .rest = rest, .k = k_spring});
     }
-    // Any damping leads to the same rest; close to critical for the softer of the two springs, so that it is quick.
-    const double softer = hung ? std::min(k_spring, k_contact) : k_contact;
+    // Any damping leads to the same rest. Critical for the spring that pulls from afar: less would let a mass that
+    // starts far below shoot through its anchor and come to rest above it.
     const double stiffer = hung ? std::max(k_spring, k_contact) : k_contact;
-    const double drag = 2.0 * std::sqrt(softer * m);
+    const double drag = 2.0 * std::sqrt((hung ? k_spring : k_contact) * m);
     const double dt = std::min(0.1 * std::sqrt(m / stiffer), 0.2 * m / drag);
     System system(points, m, pinned, springs, drag);
     system.effect.held_force(2, 0) = -m * g;

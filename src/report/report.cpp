@@ -66,6 +66,7 @@ std::vector<Record> read_records(const std::filesystem::path& file) {
     for (std::int64_t number = 1; std::getline(stream, line); ++number) {
         if (!line.empty()) records.push_back(record_from_json_line(line, file.string(), number));
     }
+    if (records.empty()) throw InputError(file.string(), "", "at least one record", "none");
     return records;
 }
 

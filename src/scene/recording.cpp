@@ -288,6 +288,11 @@ struct RecordingWriter::State {
 RecordingWriter::RecordingWriter(std::filesystem::path file, const Topology& topology, double dt)
     : state_(std::make_unique<State>()) {
     State& state = *state_;
+    // The finished recording is renamed into place: a link is followed first, a device or pipe must not be replaced.
+    if (std::filesystem::is_symlink(file)) file = std::filesystem::weakly_canonical(file);
+    if (std::filesystem::exists(file) && !std::filesystem::is_regular_file(file)) {
+        throw InputError(file.string(), "", "a regular file or a new name", "a folder, device or pipe");
+    }
     state.beside = file;
     state.beside += fmt::format(".{}.partial", getpid());
     state.file = std::move(file);
