@@ -86,6 +86,9 @@ TEST_F(Replay, AFrameThatIsNotFiniteCostsThatTickOnly) {
     EXPECT_EQ(frames[1]["outcome"], "not_finite");
     EXPECT_EQ(frames[2]["outcome"], "ok");
     EXPECT_EQ(frames[2]["pairs"], json::array({{0, 1}}));
+    const json truth = json::parse(result.out)["truth"];
+    EXPECT_TRUE(truth[1].is_null()) << "no truth is known about a frame that is not finite: " << truth;
+    EXPECT_EQ(truth[2], 1);
 }
 
 TEST_F(Replay, TriangleNumbersAreThoseOfTheFileAndTheFirstIsFromTheBodyListedFirst) {

@@ -220,5 +220,22 @@ TEST(Respond, BadFilesEndWithStatus2AndNameThePlace) {
     EXPECT_NE(missing.err.find("no_such_file.json"), std::string::npos);
 }
 
+// A stiff spring far from its rest length must not throw the mass through its anchor: z = anchor - rest - m g / k.
+TEST(Respond, StifflyHungMassRestsBelowItsAnchor) {
+    const double m = 0.035;
+    const double k = 2000.0;
+    const Answer answer = respond_to(Json::array({{{"id", "static-far"},
+                                                   {"input",
+                                                    {{"m", m},
+                                                     {"g", 9.81},
+                                                     {"k_contact", 154.7},
+                                                     {"k_spring", k},
+                                                     {"rest_length", 0.05},
+                                                     {"anchor_z", 0.2},
+                                                     {"plane_z", 0.0}}}}}));
+    ASSERT_EQ(answer.status, 0) << answer.err;
+    EXPECT_NEAR(answer.json["cases"][0]["got"]["z"].get<double>(), 0.2 - 0.05 - m * 9.81 / k, 1e-9);
+}
+
 }  // namespace
 }  // namespace trocar

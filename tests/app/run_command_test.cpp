@@ -1,6 +1,7 @@
 // `trocar run` as a user meets it: the document of DESIGN §10, the recording, and the exit status.
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -101,6 +102,15 @@ TEST_F(RunCommand, BadRequestsEndWithTwoAndWriteNothing) {
         EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
         EXPECT_FALSE(std::filesystem::exists(file)) << arguments;
     }
+}
+
+TEST_F(RunCommand, RecordingNeverReplacesAPipeOrDevice) {
+    const std::filesystem::path pipe = folder_.path() / "pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    const test::ProgramResult result = run_program("run " + scene_ + " --ticks 2 --record " + pipe.string());
+    EXPECT_EQ(result.status, 2);
+    EXPECT_NE(result.err.find("pipe"), std::string::npos) << result.err;
+    EXPECT_TRUE(std::filesystem::is_fifo(pipe));
 }
 
 TEST_F(RunCommand, MethodThatCannotAnswerEndsWithThree) {
