@@ -29,6 +29,7 @@
 #include "detect/lattice.hpp"
 #include "detect/narrow_phase.hpp"
 #include "detect/occupancy.hpp"
+#include "detect/shared_parameters.hpp"
 #include "method/entry.hpp"
 #include "method/frame_check.hpp"
 
@@ -701,27 +702,9 @@ DetectorEntry ohc_clustered_detector() {
               .default_value = "auto",
               .choices = {"auto", "given", "local"},
               .meaning = "vertices and triangles in the caller's order, in one made for locality, or the better one"},
-             {.name = "test",
-              .type = Type::choice,
-              .default_value = "exact",
-              .choices = {"exact", "interval", "moller"},
-              .meaning = "triangle test; only exact is free of errors"},
-             {.name = "max_pairs",
-              .type = Type::integer,
-              .unit = "1",
-              .default_value = "none",
-              .minimum = 0,
-              .maximum = 1e15,
-              .meaning = "report at most this many pairs and set `truncated`",
-              .words = {"none"}},
-             {.name = "work_budget",
-              .type = Type::integer,
-              .unit = "1",
-              .default_value = "none",
-              .minimum = 0,
-              .maximum = 1e15,
-              .meaning = "largest work (vertices read + cells visited + box tests + triangle tests) of a tick",
-              .words = {"none"}}},
+             test_parameter(),
+             max_pairs_parameter(),
+             work_budget_parameter()},
         .make = [](const ParameterValues& values) {
             Settings settings;
             if (values.is("order", "given")) settings.order = ClusterOrder::given;
