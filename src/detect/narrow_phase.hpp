@@ -8,18 +8,21 @@
 #include <vector>
 
 #include "contact/contact.hpp"
+#include "detect/triangle_filter.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
 
-/// exact: floating-point filter, exact predicates for the rest; interval: double with relative tolerance; moller: the
-/// float reference routine with its known failures (METHODS §3.3).
+/// exact: float filter in vectors (triangle_filter.hpp), exact predicates for the rest; interval: double with relative
+/// tolerance; moller: the float reference routine with its known failures (METHODS §3.3).
 enum class TriangleTest : std::uint8_t { exact, interval, moller };
 /// Inverse of the parameter's words "exact", "interval", "moller".
 TriangleTest triangle_test_from(std::string_view word);
 
-/// Appends those of `candidates` that intersect to `pairs`, in the same order.
+/// Appends those of `candidates` that intersect to `pairs`, in the same order. `filter` makes no difference to the
+/// answer, only to the time.
 void test_pairs(TriangleTest test, const Topology& topology, const Frame& frame,
-                std::span<const TrianglePair> candidates, std::vector<TrianglePair>& pairs);
+                std::span<const TrianglePair> candidates, std::vector<TrianglePair>& pairs,
+                TriangleFilter filter = triangle_filters().front().decide);
 
 }  // namespace trocar

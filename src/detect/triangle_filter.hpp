@@ -1,0 +1,41 @@
+// Many triangle pairs at once in float: which surely meet, which surely do not, and which must be asked exactly. A sign
+// counts only when it is larger than a proven error bound, so the filter never errs; it only passes on.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace trocar {
+
+/// Up to 64 pairs of triangles p0 p1 p2 and q0 q1 q2 as differences of corners, taken in double and then rounded to
+/// float: each within 1.001 · 2^-24 of the exact difference, relatively. [axis][pair], m or any unit.
+struct TriangleBatch {
+    static constexpr std::size_t most = 64;
+    using Lanes = std::array<std::array<float, most>, 3>;
+    alignas(64) Lanes u1;  ///< p1 − p0
+    alignas(64) Lanes v1;  ///< p2 − p0
+    alignas(64) Lanes u2;  ///< q1 − q0
+    alignas(64) Lanes v2;  ///< q2 − q0
+    alignas(64) Lanes w;   ///< p0 − q0
+};
+
+/// Bit k belongs to pair k. Pairs in neither set do not meet.
+struct TriangleVerdicts {
+    std::uint64_t meet = 0;
+    std::uint64_t undecided = 0;
+};
+
+/// Decides the first `count` pairs; the others hold any numbers.
+using TriangleFilter = TriangleVerdicts (*)(const TriangleBatch& batch, std::size_t count);
+
+struct TriangleFilterTarget {
+    TriangleFilter decide = nullptr;
+    const char* target = "";  ///< instruction set, as Highway names it
+};
+
+/// One for each instruction set that was built and that this CPU has, the best first, the plainest last.
+const std::vector<TriangleFilterTarget>& triangle_filters();
+
+}  // namespace trocar
