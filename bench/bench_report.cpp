@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
 #include <optional>
 #include <set>
 #include <utility>
@@ -602,7 +603,7 @@ private:
         chart.x_title = "cell edge / mean edge of the tissue";
         chart.y_title = "median time of a step (µs)";
         Table table;
-        table.caption = "Cell edge of ohc";
+        table.caption = "Cell edge of ohc and of the one-level tessellation";
         table.columns = {{"scene"},
                          {"cell"},
                          {"time (µs)", true},
@@ -614,8 +615,7 @@ private:
                          {"memory (MB)", true},
                          {"pairs"}};
         for (const CellRecord* record : cells) {
-            ChartSeries series{
-                .name = record->spec.scene.name(), .style = mark_of(record->spec.id), .points = {}, .connected = true};
+            std::map<std::string, std::size_t> series_of;  // method without its cell -> number in the chart
             for (const MethodResult& entry : record->measurement.methods) {
                 table.rows.push_back(
                     {{record->spec.scene.name(), entry.label, time_text(median_time(entry)),
@@ -625,10 +625,15 @@ private:
                      style_of(entry)});
                 const std::size_t equals = entry.method.find("cell=");
                 if (equals == std::string::npos || !entry.outcome.ok()) continue;
+                const std::string name =
+                    fmt::format("{}, {}", entry.method.substr(0, equals - 1), record->spec.scene.name());
+                const auto [place, is_new] = series_of.emplace(name, chart.series.size());
+                if (is_new) {
+                    chart.series.push_back({.name = name, .style = mark_of(name), .points = {}, .connected = true});
+                }
                 const double factor = std::stod(entry.method.substr(equals + 5)) / record->tissue_edge;
-                series.points.push_back({factor, median_time(entry), entry.label, ""});
+                chart.series[place->second].points.push_back({factor, median_time(entry), entry.label, ""});
             }
-            if (!series.points.empty()) chart.series.push_back(std::move(series));
         }
         if (!chart.series.empty()) {
             add_figure(
@@ -709,8 +714,9 @@ private:
         std::vector<std::pair<std::string, std::string>> columns;  // label, heading
         for (const char* family : {"tree", "boxes", "cells", "ohc"}) {
             for (const MethodResult& entry : record->measurement.methods) {
-                if (entry.family == family && is_default(entry) && entry.exact())
-                    columns.emplace_back(entry.label, family);
+                // Both layouts of the cells: the thesis' words on storage are about one of them.
+                const bool shown = is_default(entry) || (entry.family == "cells" && !is_copy(entry));
+                if (entry.family == family && shown && entry.exact()) columns.emplace_back(entry.label, family);
             }
         }
         Table table;

@@ -82,12 +82,19 @@ std::vector<Contestant> contestants_of(const CellSpec& spec, std::int64_t triang
     std::vector<Contestant> all = contestants(registry(), missing);
     std::vector<Contestant> list;
     if (spec.group == Group::cell_size) {
-        const auto ohc = std::find_if(all.begin(), all.end(), [](const Contestant& c) { return c.method == "ohc"; });
-        if (ohc == all.end()) return list;
-        list.push_back(*ohc);
-        for (const double factor : {0.5, 0.71, 1.0, 1.41, 2.0, 2.83, 4.0}) {
-            list.push_back(contestant_of(fmt::format("ohc:cell={:.6g}", factor * tissue_edge)));
-            list.back().label = fmt::format("ohc, cell = {:g} edges", factor);
+        for (const std::string method : {"ohc", "spatial_tessellation", "spatial_tessellation:storage=dense"}) {
+            const auto found =
+                std::find_if(all.begin(), all.end(), [&method](const Contestant& c) { return c.method == method; });
+            if (found == all.end()) continue;
+            list.push_back(*found);
+            for (const double factor : {0.5, 0.71, 1.0, 1.41, 2.0, 2.83, 4.0}) {
+                const char* const separator = method.find(':') == std::string::npos ? ":" : ",";
+                Contestant sized = *found;
+                sized.method = fmt::format("{}{}cell={:.6g}", method, separator, factor * tissue_edge);
+                sized.make = contestant_of(sized.method).make;
+                sized.label = fmt::format("{}, cell = {:g} edges", method, factor);
+                list.push_back(std::move(sized));
+            }
         }
         return list;
     }

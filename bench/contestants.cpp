@@ -44,6 +44,7 @@ const std::vector<Setting>& settings() {
         {"ode_trimesh", "tree", "its own"},
         {"cgal_boxes", "boxes", exact_test},
         {"spatial_tessellation", "cells", exact_test},
+        {"spatial_tessellation:storage=dense", "cells", exact_test},
         {"ccd_pairs", "boxes", "libccd GJK", Part::everywhere, medium, medium},
     };
     return table;

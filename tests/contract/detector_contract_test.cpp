@@ -498,17 +498,22 @@ std::string pairs_are_well_formed(const DetectorEntry& entry) {
 
 std::string every_choice_answers_alike(const DetectorEntry& entry) {
     std::string failures;
-    const World world = shaft_in_slab();
-    const Pairs expected = expected_pairs(world);
-    for (const Parameter& parameter : entry.parameters) {
-        std::vector<std::string> values = parameter.choices;
-        values.insert(values.end(), parameter.words.begin(), parameter.words.end());
-        values.push_back(parameter.default_value);
-        for (const std::string& value : values) {
-            const Settings settings{{parameter.name, value}};
-            failures +=
-                difference(fmt::format("{}={}", parameter.name, value), answer_of(entry, world, settings), expected);
+    std::vector<World> worlds = long_triangle_scenes();
+    worlds.push_back(shaft_in_slab());
+    for (const World& world : worlds) {
+        const Pairs expected = expected_pairs(world);
+        for (const Parameter& parameter : entry.parameters) {
+            std::vector<std::string> values = parameter.choices;
+            values.insert(values.end(), parameter.words.begin(), parameter.words.end());
+            values.push_back(parameter.default_value);
+            for (const std::string& value : values) {
+                const Settings settings{{parameter.name, value}};
+                failures += difference(fmt::format("{} {}={}", world.name, parameter.name, value),
+                                       answer_of(entry, world, settings), expected);
+            }
         }
+    }
+    for (const Parameter& parameter : entry.parameters) {
         if (parameter.meaning.empty()) failures += parameter.name + ": no meaning given\n";
     }
     return failures;
