@@ -72,6 +72,26 @@ std::vector<SummaryFigure> make_figures() {
         {"pairs_per_iteration", "1", Better::neither, "Triangle-pair study: mean number of pairs in those ticks"},
     };
     list.insert(list.end(), rest.begin(), rest.end());
+    // Filled by the comparison with the stored reference (reference/reference.hpp), once for each law of contact.
+    for (const auto& [ending, law] : {std::pair{"_equal_k", "the reference with contact as stiff as the scene says"},
+                                      std::pair{"_hard", "the reference with hard contact"}}) {
+        const std::string end = ending;
+        const std::string against = std::string("; against ") + law + ", n/a without one";
+        list.push_back({"force_error_rms" + end, "N", Better::lower,
+                        "Root mean square error of the tool force below 30 Hz" + against});
+        list.push_back(
+            {"force_error_worst" + end, "N", Better::lower, "Largest error of the tool force below 30 Hz" + against});
+        list.push_back({"impulse_error_worst" + end, "N s", Better::lower,
+                        "Largest error of the tool's impulse over 10 ms" + against});
+        list.push_back({"position_error_rms" + end, "m", Better::lower,
+                        "Root mean square error of the place of the reference's points" + against});
+        list.push_back({"position_error_worst" + end, "m", Better::lower,
+                        "Largest error of the place of the reference's points" + against});
+        list.push_back({"force_bound" + end, "N", Better::neither,
+                        "How far the reference itself may be off, root mean square" + against});
+    }
+    list.push_back({"reference_clears_hard", "1", Better::neither,
+                    "1: the hard reference clears every depth within the strain limit; 0: it cannot; n/a without one"});
     for (const auto& [variant, span] : {std::pair{"without", "response alone, the intersections given"},
                                         std::pair{"with", "triangle test of the same pairs and response"}}) {
         for (const auto& [unit, meaning] :

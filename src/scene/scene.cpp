@@ -576,6 +576,7 @@ Scene read_scene(const std::filesystem::path& file, const std::optional<std::fil
         }
     }
     scene.hash = hash_of(scene);
+    scene.file = file;
     return scene;
 }
 

@@ -32,6 +32,7 @@ struct SceneBody {
 
 struct Scene {
     std::string name;
+    std::filesystem::path file;  ///< where it was read from; empty for a scene made in memory
     std::uint64_t hash = 0;  ///< over the scene's content, meshes included
     double dt = 0.001;       ///< s
     std::int64_t ticks = 0;

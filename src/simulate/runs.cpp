@@ -13,6 +13,7 @@
 #include "measure/metrics.hpp"
 #include "measure/statistics.hpp"
 #include "method/registry.hpp"
+#include "reference/reference.hpp"
 #include "simulate/frame_source.hpp"
 #include "simulate/judge.hpp"
 #include "simulate/simulation.hpp"
@@ -158,6 +159,9 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     }
     Simulation simulation(scene, detector_of(spec), response_of(spec), source);
     Judge judge(scene.topology, scene.first, simulation.yielding_pairs());
+    const FoundReference reference = find_reference(scene);
+    record.environment["reference"] = reference.message;
+    ReferenceComparison comparison(reference, scene.dt);
     for (std::int64_t tick = 0; record.outcome.ok() && tick < ticks && go_on(limits, tick); ++tick) {
         StepRow row = simulation.step();
         record.outcome = simulation.outcome();
@@ -165,6 +169,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
             judge.judge_detection(simulation.seen(), simulation.contacts(), row);
             judge.judge_outcome(simulation.frame(), row);
         }
+        if (record.outcome.ok()) comparison.observe(row.time, row.tool_force, simulation.frame().position);
         if (limits.observe) limits.observe(simulation, row);
         record.rows.push_back(row);
     }
@@ -173,6 +178,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     }
     record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
     record.summary = summarize(record.rows);
+    record.summary.merge(comparison.figures());
     return record;
 }
 

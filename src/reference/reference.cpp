@@ -1,0 +1,346 @@
+#include "reference/reference.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "geometry/input_error.hpp"
+
+namespace trocar {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr const char* format_name = "trocar-reference-1";
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+/// Stored numbers carry what the reference knows and no more digits.
+double rounded(double value, double grain) { return std::round(value / grain) * grain; }
+
+std::string short_number(double value, double grain) {
+    const std::string text = fmt::format("{:.{}f}", rounded(value, grain), static_cast<int>(-std::log10(grain) + 0.5));
+    return text;
+}
+
+/// Columns as lists, written by hand: a JSON library would print 0.30000000000000004.
+std::string columns_text(const Matrix3X& columns, double grain) {
+    std::string text = "[";
+    for (Eigen::Index c = 0; c < columns.cols(); ++c) {
+        if (c > 0) text += ",";
+        text += fmt::format("[{},{},{}]", short_number(columns(0, c), grain), short_number(columns(1, c), grain),
+                            short_number(columns(2, c), grain));
+    }
+    return text + "]";
+}
+
+std::string solution_text(const ReferenceSolution& solution) {
+    Json head{{"available", solution.available}, {"reason", solution.reason}};
+    const std::pair<const char*, double> numbers[] = {{"until", solution.until},
+                                                      {"time_step", solution.time_step},
+                                                      {"residual", solution.residual},
+                                                      {"worst_gap", solution.worst_gap},
+                                                      {"rest_gap", solution.rest_gap},
+                                                      {"order_time_step", solution.order_time_step},
+                                                      {"order_stiffness", solution.order_stiffness},
+                                                      {"force_bound", solution.force_bound},
+                                                      {"position_bound", solution.position_bound},
+                                                      {"max_strain", solution.max_strain},
+                                                      {"sample_interval", solution.sample_interval},
+                                                      {"position_interval", solution.position_interval}};
+    for (const auto& [key, value] : numbers) head[key] = number(value);
+    head["clears_within_strain_limit"] = solution.clears_within_strain_limit;
+    head["points"] = solution.points;
+    std::string text = head.dump();
+    text.pop_back();
+    text += ",\n  \"force\":" + columns_text(solution.force, 1e-6);
+    text += ",\n  \"positions\":[";
+    for (std::size_t i = 0; i < solution.positions.size(); ++i) {
+        text += (i > 0 ? ",\n   " : "\n   ") + columns_text(solution.positions[i], 1e-8);
+    }
+    return text + "]}";
+}
+
+/// Reads members of one JSON object with complaints that name file and pointer.
+class Reader {
+public:
+    Reader(const Json& object, std::string file, std::string pointer)
+        : object_(object), file_(std::move(file)), pointer_(std::move(pointer)) {
+        if (!object.is_object()) throw InputError(file_, pointer_, "an object", object.type_name());
+    }
+    [[nodiscard]] const Json& at(const char* key) const {
+        const auto found = object_.find(key);
+        if (found == object_.end()) fail(key, "this key", "nothing");
+        return *found;
+    }
+    [[nodiscard]] double number(const char* key) const {
+        const Json& value = at(key);
+        if (value.is_null()) return ReferenceSolution::unset;
+        if (!value.is_number()) fail(key, "a number or null", value.type_name());
+        return value.get<double>();
+    }
+    [[nodiscard]] std::string text(const char* key) const {
+        if (!at(key).is_string()) fail(key, "a text", at(key).type_name());
+        return at(key).get<std::string>();
+    }
+    [[nodiscard]] bool flag(const char* key) const {
+        if (!at(key).is_boolean()) fail(key, "true or false", at(key).type_name());
+        return at(key).get<bool>();
+    }
+    [[nodiscard]] Matrix3X columns(const Json& list, const char* key) const {
+        if (!list.is_array()) fail(key, "a list of points", list.type_name());
+        Matrix3X result(3, static_cast<Eigen::Index>(list.size()));
+        for (std::size_t c = 0; c < list.size(); ++c) {
+            if (!list[c].is_array() || list[c].size() != 3) fail(key, "three numbers for each point", list[c].dump());
+            for (std::size_t i = 0; i < 3; ++i) {
+                if (!list[c][i].is_number()) fail(key, "three numbers for each point", list[c].dump());
+                result(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(c)) = list[c][i].get<double>();
+            }
+        }
+        return result;
+    }
+    [[noreturn]] void fail(const std::string& key, const std::string& expected, const std::string& got) const {
+        throw InputError(file_, pointer_ + "/" + key, expected, got);
+    }
+
+private:
+    const Json& object_;
+    std::string file_;
+    std::string pointer_;
+};
+
+ReferenceSolution solution_from(const Json& json, const std::string& file, const std::string& pointer) {
+    const Reader reader(json, file, pointer);
+    ReferenceSolution solution;
+    solution.available = reader.flag("available");
+    solution.reason = reader.text("reason");
+    for (const auto& [key, target] :
+         std::initializer_list<std::pair<const char*, double*>>{{"until", &solution.until},
+                                                                {"time_step", &solution.time_step},
+                                                                {"residual", &solution.residual},
+                                                                {"worst_gap", &solution.worst_gap},
+                                                                {"rest_gap", &solution.rest_gap},
+                                                                {"order_time_step", &solution.order_time_step},
+                                                                {"order_stiffness", &solution.order_stiffness},
+                                                                {"force_bound", &solution.force_bound},
+                                                                {"position_bound", &solution.position_bound},
+                                                                {"max_strain", &solution.max_strain},
+                                                                {"sample_interval", &solution.sample_interval},
+                                                                {"position_interval", &solution.position_interval}}) {
+        *target = reader.number(key);
+    }
+    solution.clears_within_strain_limit = reader.flag("clears_within_strain_limit");
+    for (const Json& point : reader.at("points")) {
+        if (!point.is_number_integer() || point.get<std::int64_t>() < 0)
+            reader.fail("points", "numbers >= 0", "another");
+        solution.points.push_back(point.get<Index>());
+    }
+    solution.force = reader.columns(reader.at("force"), "force");
+    for (const Json& list : reader.at("positions")) {
+        solution.positions.push_back(reader.columns(list, "positions"));
+        if (solution.positions.back().cols() != static_cast<Eigen::Index>(solution.points.size())) {
+            reader.fail("positions", "as many points as `points` has", fmt::format("{}", list.size()));
+        }
+    }
+    if (solution.available) {
+        if (!(solution.sample_interval > 0.0)) reader.fail("sample_interval", "a number > 0", "another");
+        if (!(solution.position_interval > 0.0)) reader.fail("position_interval", "a number > 0", "another");
+        if (!(solution.until >= 0.0)) reader.fail("until", "a number >= 0", "another");
+        if (solution.force.cols() == 0) reader.fail("force", "at least one sample", "none");
+        if (solution.positions.empty()) reader.fail("positions", "at least one sample", "none");
+    }
+    return solution;
+}
+
+/// Left sample and weight of the right one.
+std::pair<Eigen::Index, double> place_between(double time, double interval, Eigen::Index count) {
+    const double x = std::clamp(time / interval, 0.0, static_cast<double>(count - 1));
+    const auto left = std::min(static_cast<Eigen::Index>(x), std::max<Eigen::Index>(count - 2, 0));
+    return {left, count > 1 ? x - static_cast<double>(left) : 0.0};
+}
+
+std::string law_text(const ReferenceSolution& solution) {
+    if (!solution.available) return "no reference (" + solution.reason + ")";
+    const auto order = [](double value) {
+        return std::isfinite(value) ? fmt::format("{:.1f}", value) : std::string("not observed");
+    };
+    return fmt::format(
+        "order in step {}, in stiffness {}; residual {:.1e}; bound {:.2g} N RMS{}", order(solution.order_time_step),
+        order(solution.order_stiffness), solution.residual, solution.force_bound,
+        solution.reason.empty() ? "" : fmt::format("; up to {:g} s: {}", solution.until, solution.reason));
+}
+
+}  // namespace
+
+Vector3 ReferenceSolution::force_at(double time) const {
+    const auto [left, weight] = place_between(time, sample_interval, force.cols());
+    const Eigen::Index right = std::min(left + 1, force.cols() - 1);
+    return (1.0 - weight) * force.col(left) + weight * force.col(right);
+}
+
+Matrix3X ReferenceSolution::positions_at(double time) const {
+    const auto count = static_cast<Eigen::Index>(positions.size());
+    const auto [left, weight] = place_between(time, position_interval, count);
+    const auto right = static_cast<std::size_t>(std::min(left + 1, count - 1));
+    return (1.0 - weight) * positions[static_cast<std::size_t>(left)] + weight * positions[right];
+}
+
+std::filesystem::path reference_file(const std::filesystem::path& scene_file) {
+    return scene_file.parent_path() / "reference" / (scene_file.stem().string() + ".json");
+}
+
+Reference read_reference(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) throw InputError(file.string(), "", "a readable file", "none");
+    Json document;
+    try {
+        document = Json::parse(stream);
+    } catch (const Json::parse_error& error) {
+        throw InputError(file.string(), fmt::format("byte {}", error.byte), "JSON", "a syntax error");
+    }
+    const Reader reader(document, file.string(), "");
+    if (reader.text("format") != format_name) reader.fail("format", format_name, reader.text("format"));
+    Reference reference;
+    reference.scene = reader.text("scene");
+    reference.scene_hash = reader.text("scene_hash");
+    for (const auto& [key, value] : reader.at("origin").items()) {
+        if (!value.is_string()) reader.fail("origin/" + key, "a text", value.type_name());
+        reference.origin[key] = value.get<std::string>();
+    }
+    reference.hard = solution_from(reader.at("hard"), file.string(), "/hard");
+    reference.equal_k = solution_from(reader.at("equal_k"), file.string(), "/equal_k");
+    return reference;
+}
+
+std::string to_json(const Reference& reference) {
+    Json head{{"format", format_name}, {"scene", reference.scene}, {"scene_hash", reference.scene_hash}};
+    head["origin"] = Json::object();
+    for (const auto& [key, value] : reference.origin) head["origin"][key] = value;
+    std::string text = head.dump();
+    text.pop_back();
+    text += ",\n \"hard\":" + solution_text(reference.hard);
+    text += ",\n \"equal_k\":" + solution_text(reference.equal_k);
+    return text + "}\n";
+}
+
+FoundReference find_reference(const Scene& scene) {
+    FoundReference found;
+    if (scene.file.empty()) {
+        found.message = "no reference: the scene was not read from a file";
+        return found;
+    }
+    const std::filesystem::path file = reference_file(scene.file);
+    std::error_code error;
+    if (!std::filesystem::exists(file, error)) {
+        found.message = "no reference: none is stored for this scene";
+        return found;
+    }
+    Reference reference = read_reference(file);
+    if (reference.scene_hash != fmt::format("{:016x}", scene.hash)) {
+        found.state = ReferenceState::stale;
+        found.message = "no reference: the stored one belongs to another state of the scene";
+        return found;
+    }
+    found.state = ReferenceState::present;
+    found.message =
+        fmt::format("hard contact: {}. Equal k: {}.", law_text(reference.hard), law_text(reference.equal_k));
+    found.reference = std::move(reference);
+    return found;
+}
+
+std::vector<Vector3> low_pass(const std::vector<Vector3>& samples, double dt, double cutoff) {
+    if (samples.empty()) return {};
+    // Bilinear transform of the second-order Butterworth low-pass with pre-warped cut-off.
+    const double w = std::tan(std::numbers::pi * std::min(cutoff * dt, 0.49));
+    const double scale = 1.0 / (1.0 + std::numbers::sqrt2 * w + w * w);
+    const double b = w * w * scale;
+    const double a1 = 2.0 * (w * w - 1.0) * scale;
+    const double a2 = (1.0 - std::numbers::sqrt2 * w + w * w) * scale;
+    std::vector<Vector3> result = samples;
+    for (int pass = 0; pass < 2; ++pass) {
+        Vector3 x1 = result.front();
+        Vector3 x2 = x1;
+        Vector3 y1 = x1;
+        Vector3 y2 = x1;
+        for (Vector3& value : result) {
+            const Vector3 x = value;
+            const Vector3 y = b * (x + 2.0 * x1 + x2) - a1 * y1 - a2 * y2;
+            x2 = x1;
+            x1 = x;
+            y2 = y1;
+            y1 = y;
+            value = y;
+        }
+        std::reverse(result.begin(), result.end());
+    }
+    return result;
+}
+
+ReferenceComparison::ReferenceComparison(const FoundReference& found, double dt) : dt_(dt) {
+    if (!found.reference) return;
+    const Reference& reference = *found.reference;
+    if (reference.equal_k.available) laws_[0].solution = &reference.equal_k;
+    if (reference.hard.available) laws_[1].solution = &reference.hard;
+    if (reference.hard.available) clears_ = reference.hard.clears_within_strain_limit ? 1.0 : 0.0;
+}
+
+void ReferenceComparison::observe(double time, const Vector3& tool_force, const Matrix3X& position) {
+    for (Law& law : laws_) {
+        if (law.solution == nullptr || time > law.solution->until + 1e-9) continue;
+        law.force_difference.push_back(tool_force - law.solution->force_at(time));
+        // The positions are those after the tick.
+        const Matrix3X expected = law.solution->positions_at(time + dt_);
+        for (std::size_t i = 0; i < law.solution->points.size(); ++i) {
+            const Index vertex = law.solution->points[i];
+            if (vertex >= position.cols()) continue;
+            const double off = (position.col(vertex) - expected.col(static_cast<Eigen::Index>(i))).norm();
+            law.position_squares += off * off;
+            law.position_count += 1.0;
+            law.position_worst = std::fmax(law.position_worst, off);
+        }
+    }
+}
+
+std::map<std::string, double> ReferenceComparison::figures() const {
+    constexpr double unset = ReferenceSolution::unset;
+    std::map<std::string, double> figures;
+    for (std::size_t i = 0; i < laws_.size(); ++i) {
+        const Law& law = laws_.at(i);
+        const std::string ending = i == 0 ? "_equal_k" : "_hard";
+        const bool known = law.solution != nullptr && !law.force_difference.empty();
+        double squares = unset;
+        double worst = unset;
+        double impulse = unset;
+        if (known) {
+            squares = 0.0;
+            worst = 0.0;
+            impulse = 0.0;
+            for (const Vector3& difference : low_pass(law.force_difference, dt_, force_band_hz)) {
+                squares += difference.squaredNorm();
+                // fmax would swallow a NaN, which here means that the run told no force.
+                worst = std::isnan(difference.norm()) ? difference.norm() : std::max(worst, difference.norm());
+            }
+            const auto window = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(impulse_window / dt_)));
+            for (std::size_t first = 0; first + window <= law.force_difference.size(); first += window) {
+                Vector3 sum = Vector3::Zero();
+                for (std::size_t j = first; j < first + window; ++j) sum += dt_ * law.force_difference[j];
+                impulse = std::isnan(sum.norm()) ? sum.norm() : std::max(impulse, sum.norm());
+            }
+        }
+        const bool places = known && law.position_count > 0.0;
+        figures["force_error_rms" + ending] =
+            known ? std::sqrt(squares / static_cast<double>(law.force_difference.size())) : unset;
+        figures["force_error_worst" + ending] = worst;
+        figures["impulse_error_worst" + ending] = impulse;
+        figures["position_error_rms" + ending] = places ? std::sqrt(law.position_squares / law.position_count) : unset;
+        figures["position_error_worst" + ending] = places ? law.position_worst : unset;
+        figures["force_bound" + ending] = known ? law.solution->force_bound : unset;
+    }
+    figures["reference_clears_hard"] = clears_;
+    return figures;
+}
+
+}  // namespace trocar
