@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "app/commands.hpp"
 #include "method/registry.hpp"
@@ -31,6 +32,7 @@ Json present_json(const Entry& entry) {
               {"available", true},
               {"reason", ""}};
     if constexpr (requires { entry.claims_exact; }) json["claims_exact"] = entry.claims_exact;
+    if constexpr (requires { entry.table_row; }) json["table_row"] = entry.table_row;
     json["parameters"] = parameters_json(entry.parameters);
     return json;
 }
@@ -46,7 +48,9 @@ template <typename Entry>
 void print_section(const char* title, const std::vector<Entry>& present, const std::vector<AbsentMethod>& absent) {
     fmt::print("{}\n", title);
     for (const Entry& entry : present) {
-        fmt::print("  {:<16} {} {}\n", entry.name, entry.library, entry.version);
+        std::string line = fmt::format("  {:<16} {} {}", entry.name, entry.library, entry.version);
+        if constexpr (requires { entry.table_row; }) line += fmt::format("  (Table 2.1: {})", entry.table_row);
+        fmt::print("{}\n", line);
         for (const Parameter& p : entry.parameters) {
             fmt::print("      {}={}  [{}{}{}]  {}\n", p.name, p.default_value, p.range(),
                        p.unit.empty() || p.unit == "1" ? "" : ", ", p.unit == "1" ? "" : p.unit, p.meaning);
