@@ -26,6 +26,7 @@ Report compose(const std::vector<Record>& records) {
     add_contacts_and_forces(draft);
     add_failures(draft);
     add_thesis_table(draft);
+    add_table_2_1(draft);
     add_work_profile(draft);
     add_glossary(draft);
     add_rebuild(draft);

@@ -83,6 +83,10 @@ void add_failures(Draft& draft);
 
 // thesis_section.cpp
 void add_thesis_table(Draft& draft);
+/// Table 2.1 with numbers where a response of the study stands for a row.
+void add_table_2_1(Draft& draft);
+/// Names of its rows: what ResponseEntry::table_row may hold beside "none".
+std::vector<std::string> table_2_1_rows();
 
 // results_section.cpp
 void add_glossary(Draft& draft);

@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
 #include "geometry/input_error.hpp"
+#include "method/registry.hpp"
 #include "report/figures.hpp"
+#include "report/sections.hpp"
 #include "report/verdict.hpp"
 #include "support/program.hpp"
 #include "synthetic.hpp"
@@ -223,6 +226,39 @@ TEST(Report, ThesisTableStandsBesideThePublishedFigures) {
         << markdown;
     // § 5.2.3 of the thesis: 0.032 and 0.034 ms per pair, 1.416 and 1.495 ms per iteration.
     EXPECT_NE(markdown.find("| 32.0 | 34.0 | 1416 (mean) | 1495 (mean) |"), std::string::npos);
+}
+
+TEST(Report, TableTwoOneHasNumbersWhereAResponseStandsForARowAndNotMeasuredElsewhere) {
+    std::vector<Record> records = three_contestants();
+    EXPECT_NE(make_report(records).files.at("report.md").find("| in no row |"), std::string::npos);
+    // Two runs of 1100 timed ticks of a response that stands for a row: 3.5 mm left at worst with tissue, 1.25 mm
+    // without.
+    Record tissue = synthetic({.response = "bounce", .left_mm = 3.5});
+    Record rigid = synthetic({.scene = "cross", .pair_class = "I2I", .response = "bounce", .left_mm = 1.25});
+    Record broken = synthetic({.scene = "stab", .response = "bounce", .outcome = {OutcomeKind::unstable, "blew up"}});
+    for (Record* record : {&tissue, &rigid, &broken}) {
+        record->environment["response.table_row"] = "B. Mirtich et al";
+        for (StepRow& row : record->rows) row.stage_ns.at(static_cast<std::size_t>(Stage::respond)) = 7000;
+        record->summary = summarize(record->rows);
+        records.push_back(*record);
+    }
+    const std::string markdown = make_report(records).files.at("report.md");
+    EXPECT_NE(markdown.find("| B. Mirtich et al | Impulse based | Y / N / N | `bounce` (canonical) | 2 of 3 | 3 | 7.00 "
+                            "| 107 | 0 of 2200 | 1.25 | 3.50 |"),
+              std::string::npos)
+        << markdown.substr(markdown.find("Table 2.1"), 5000);
+    EXPECT_NE(markdown.find("| D. Baraff et al | Constraint | N / Y / Y | not measured |"), std::string::npos);
+    EXPECT_NE(markdown.find("| P. Volino et al [48, 49] | Impulse based | Y / N / Y | not measured |"),
+              std::string::npos);
+}
+
+TEST(Report, EveryResponseNamesARowOfTableTwoOneOrNone) {
+    const std::vector<std::string> rows = table_2_1_rows();
+    EXPECT_EQ(rows.size(), 17U);
+    for (const ResponseEntry& entry : registry().responses()) {
+        EXPECT_TRUE(entry.table_row == "none" || std::find(rows.begin(), rows.end(), entry.table_row) != rows.end())
+            << entry.name << ": " << entry.table_row;
+    }
 }
 
 TEST(Report, CsvHasOneRowPerRunAndUnitsInTheHeader) {
