@@ -1,0 +1,135 @@
+#include "respond/thesis_settings.hpp"
+
+#include <string>
+#include <utility>
+
+#include "respond/common.hpp"
+
+namespace trocar {
+namespace {
+
+Parameter choice(const std::string& name, std::vector<std::string> choices, const std::string& meaning) {
+    choices.insert(choices.begin(), "auto");
+    return {.name = name,
+            .type = Parameter::Type::choice,
+            .default_value = "auto",
+            .choices = std::move(choices),
+            .meaning = meaning};
+}
+
+Parameter number(const std::string& name, const std::string& unit, const std::string& value, double low, double high,
+                 const std::string& meaning) {
+    return {.name = name, .unit = unit, .default_value = value, .minimum = low, .maximum = high, .meaning = meaning};
+}
+
+}  // namespace
+
+std::vector<Parameter> thesis_parameters() {
+    Parameter restitution =
+        number("e", "1", "0", 0.0, 1.0, "restitution in 3.8 and 3.11: 0 the printed equation, 1 the printed words");
+    return {
+        {.name = "profile",
+         .type = Parameter::Type::choice,
+         .default_value = "faithful",
+         .choices = {"faithful", "corrected", "printed"},
+         .meaning = "what auto means below: the equations with the damper sign of 3.6 put right, all corrections, or "
+                    "3.6 as printed as well"},
+        stiffness_parameter("1000 between instruments and rigid bodies, on tissue as `stiffness` says"),
+        damping_parameter(),
+        choice("distribute", {"force_alpha", "force_at_vertex"},
+               "force on a face: shared out by barycentric weights (§4.3.1, auto), or on the nearest vertex (§3.4)"),
+        choice("reduction", {"pair", "vertex"},
+               "one response per triangle pair in sorted order (faithful), or one per vertex and other body and per "
+               "pair of edges (corrected)"),
+        choice(
+            "closest_point", {"off", "on"},
+            "depth and velocity of a face: plane and nearest vertex (faithful), or at the closest point (corrected)"),
+        choice("normal", {"face", "blend"}, "normal of the face (faithful), or blended vertex normals (corrected)"),
+        choice("stiffness", {"springs", "area"},
+               "on tissue: mean of the springs (faithful), or kappa times the vertex' own area (corrected)"),
+        number("kappa", "N/m3", "3e6", 0.0, 1e12, "elastic foundation for stiffness=area"),
+        choice("clamp", {"off", "on"}, "contact force may pull (faithful), or lies between 0 and f_max (corrected)"),
+        number("f_max", "N", "5", 0.0, 1e6, "largest spring force of one contact with clamp=on"),
+        choice("edges", {"interval", "normal"},
+               "crossing edges: along the interval by its length (faithful), or along their common normal (corrected)"),
+        choice("projection", {"place", "hold"},
+               "tissue vertex in a face: put on the face (faithful, 3.8), or held by a stiff contact (corrected)"),
+        choice(
+            "path", {"absolute", "relative"},
+            "contact position with projection=place: the vertex' own path (faithful), or as seen from the face, else "
+            "the closest point (corrected)"),
+        choice("reaction", {"equilibrium", "impulse"},
+               "force on the tool with projection=place: equilibrium of A2 (faithful), or momentum (corrected)"),
+        restitution,
+        choice("rigid_tissue", {"vertex", "all"},
+               "bone: only tissue vertices in bone (faithful), or also bone in tissue and edges (corrected)"),
+        choice("tissue_tissue", {"exchange", "impulse"},
+               "two tissues: elastic exchange along V_R per pair (faithful), or impulse along the normal and penalty "
+               "(corrected)"),
+        number("e_tissue", "1", "0.2", 0.0, 1.0, "restitution with tissue_tissue=impulse"),
+        choice("resolution", {"none", "back_projection", "ledger"},
+               "interpenetration: velocity back-projection (faithful, §3.4.5), or crossing ledger (corrected)"),
+        number("n_back", "1", "10", 0.0, 1e6, "ticks that back-projection looks back"),
+        number("l_max", "m", "0.02", 0.0, 1e3, "longest back-projection"),
+        number("settle_time", "s", "0.003", 1e-6, 10.0, "time constant of projection=hold and of the ledger"),
+        number("d_max", "m", "0.015", 0.0, 1e3, "depth at which the ledger reports rupture"),
+        choice("grasp", {"off", "follow", "spring"},
+               "grasped tissue: follows the tool (faithful), or on springs that slip at 2 N (corrected)"),
+        {.name = "tip",
+         .type = Parameter::Type::choice,
+         .default_value = "auto",
+         .choices = {"auto", "sum", "fulcrum"},
+         .meaning = "force shown at the tip: plain sum (faithful), or through the trocar as pivot (corrected)"},
+        {.name = "contacts",
+         .type = Parameter::Type::choice,
+         .default_value = "implicit",
+         .choices = {"implicit", "explicit", "hold"},
+         .meaning = "contact forces in the tissue's sub-steps: implicit, explicit, or held over the tick"}};
+}
+
+ThesisSettings read_thesis_settings(const ParameterValues& values) {
+    const bool corrected = values.is("profile", "corrected");
+    const auto on = [&](const char* name, const char* word) {
+        return values.is(name, "auto") ? corrected : values.is(name, word);
+    };
+    ThesisSettings s;
+    s.printed_damper = values.is("profile", "printed");
+    s.distribute = !values.is("distribute", "force_at_vertex");
+    s.reduce = on("reduction", "vertex");
+    s.closest_point = on("closest_point", "on");
+    s.blended_normal = on("normal", "blend");
+    s.area_stiffness = on("stiffness", "area");
+    s.clamp = on("clamp", "on");
+    s.edge_normal = on("edges", "normal");
+    s.constrain = on("projection", "hold");
+    s.relative_path = on("path", "relative");
+    s.impulse_reaction = on("reaction", "impulse");
+    s.all_rigid_cases = on("rigid_tissue", "all");
+    s.impulse_tissue = on("tissue_tissue", "impulse");
+    s.fulcrum = on("tip", "fulcrum");
+    if (values.is("resolution", "auto")) {
+        s.resolution = corrected ? Resolution::ledger : Resolution::back_projection;
+    } else if (!values.is("resolution", "none")) {
+        s.resolution = values.is("resolution", "ledger") ? Resolution::ledger : Resolution::back_projection;
+    }
+    if (values.is("grasp", "auto")) {
+        s.grasp = corrected ? GraspRule::spring : GraspRule::follow;
+    } else if (!values.is("grasp", "off")) {
+        s.grasp = values.is("grasp", "spring") ? GraspRule::spring : GraspRule::follow;
+    }
+    s.restitution = values.number("e");
+    s.tissue_restitution = values.number("e_tissue");
+    s.kappa = values.number("kappa");
+    s.f_max = values.number("f_max");
+    s.n_back = values.number("n_back");
+    s.l_max = values.number("l_max");
+    s.k = values.number("k");
+    s.mu = values.number("mu");
+    s.settle_time = values.number("settle_time");
+    s.d_max = values.number("d_max");
+    s.contacts_held = values.is("contacts", "hold");
+    s.contacts_explicit = values.is("contacts", "explicit");
+    return s;
+}
+
+}  // namespace trocar
