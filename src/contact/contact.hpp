@@ -27,6 +27,20 @@ enum class ContactCase : std::uint8_t {
     degenerate    ///< a triangle with an altitude below 1 µm: no response, counted
 };
 
+/// How a contact that begins between two frames begins.
+enum class SweptKind : std::uint8_t { unset, vertex_face, edge_edge };
+
+/// Two triangles that are apart at the frame before and meet on the way to this one, every vertex moving on a straight
+/// line; whether they still intersect at the end is what the list of pairs tells.
+struct SweptContact {
+    Index a = -1;  ///< a < b, global triangle numbers; -1 where a library tells the bodies only
+    Index b = -1;
+    Index body_a = -1;  ///< body_a < body_b
+    Index body_b = -1;
+    double time = std::numeric_limits<double>::quiet_NaN();  ///< part of the tick, in [0, 1], at which they meet
+    SweptKind kind = SweptKind::unset;
+};
+
 /// Geometry of one contact. Native contacts of a library may leave a, b or anything else unset.
 struct Contact {
     static constexpr double unset = std::numeric_limits<double>::quiet_NaN();

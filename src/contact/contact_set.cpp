@@ -16,6 +16,7 @@ WorkCounters& WorkCounters::operator+=(const WorkCounters& other) {
 void ContactSet::clear() {
     pairs.clear();
     native.clear();
+    swept.clear();
     contacts.clear();
     work = {};
     truncated = false;

@@ -25,7 +25,10 @@ struct WorkCounters {
 /// `derive` fills contacts. Pairs name only triangles of body pairs that the topology lists.
 struct ContactSet {
     std::vector<TrianglePair> pairs;
-    std::vector<Contact> native;    ///< the library's own contacts, kept raw
+    std::vector<Contact> native;  ///< the library's own contacts, kept raw
+    /// Contacts that begin between the frames; only a detector with such an option fills it. Sorted by (a, b, body_a,
+    /// body_b), each once; never part of `pairs`.
+    std::vector<SweptContact> swept;
     std::vector<Contact> contacts;  ///< canonical: one per entry of `pairs`, same order
     WorkCounters work;
     /// Set by the caller: whether a method that has native contacts shall compute them. Off where only pairs are asked

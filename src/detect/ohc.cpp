@@ -28,6 +28,7 @@
 #include "detect/narrow_phase.hpp"
 #include "detect/occupancy.hpp"
 #include "detect/shared_parameters.hpp"
+#include "detect/swept.hpp"
 #include "method/entry.hpp"
 #include "method/frame_check.hpp"
 
@@ -42,6 +43,7 @@ struct Settings {
     CellHash hash = CellHash::fibonacci;
     int hash_bits = 12;
     double margin = 0.0;  ///< m
+    bool swept = false;   ///< boxes hold the triangle at both ends of the tick
     TriangleTest test = TriangleTest::exact;
     std::int64_t max_pairs = std::numeric_limits<std::int64_t>::max();
     std::int64_t work_budget = std::numeric_limits<std::int64_t>::max();
@@ -99,7 +101,8 @@ public:
         std::stable_sort(order_.begin(), order_.end(), [&rank](Index a, Index b) { return rank(a) < rank(b); });
         map_.prepare(std::move(collide), words, settings_.hash, settings_.hash_bits);
         numbers_.assign(3 * static_cast<std::size_t>(topology.vertex_count) + 1, 0);
-        if (settings_.margin > 0.0) high_numbers_ = numbers_;
+        if (settings_.margin > 0.0 || settings_.swept) high_numbers_ = numbers_;
+        if (settings_.swept) previous_numbers_ = numbers_;
         body_ranges_.resize(bodies);
         last_pairs_.clear();
         cell_edge_ = 0.0;
@@ -113,7 +116,9 @@ public:
         huge_.clear();
         hot_cells_ = 0;
         answerable_ = is_answerable(*topology_, frame);
-        if (answerable_ && order_.size() > 1 && spend(work_.vertices_read, topology_->vertex_count)) {
+        way_ = settings_.swept && answerable_ && has_way(*topology_, frame);
+        const std::int64_t to_read = topology_->vertex_count * std::int64_t{way_ ? 2 : 1};
+        if (answerable_ && order_.size() > 1 && spend(work_.vertices_read, to_read)) {
             if (cell_edge_ == 0.0) choose_cell(frame);
             number_vertices(frame);
             mark_bodies(frame);
@@ -141,8 +146,13 @@ public:
             candidates_.insert(candidates_.end(), repeated_.begin(), repeated_.end());
             work_.triangle_tests += static_cast<std::int64_t>(candidates_.size());
             test_pairs(settings_.test, *topology_, frame, candidates_, contacts.pairs);
+            if (way_) {
+                work_.triangle_tests += static_cast<std::int64_t>(candidates_.size());
+                test_swept(*topology_, frame, candidates_, contacts.swept);
+            }
         }
         std::sort(contacts.pairs.begin(), contacts.pairs.end());
+        sort_swept(contacts.swept);
         contacts.work = work_;
         contacts.truncated = truncated_;
     }
@@ -204,14 +214,24 @@ private:
     void number_vertices(const Frame& frame) {
         if (number_all(frame)) return;
         // Something is further than 2^30 cells from the corner chosen before: choose one where the bodies are now.
-        lattice_.set(lattice_.edge(), frame.position.rowwise().minCoeff());
+        Vector3 corner = frame.position.rowwise().minCoeff();
+        if (way_) corner = corner.cwiseMin(frame.previous.rowwise().minCoeff());
+        lattice_.set(lattice_.edge(), corner);
         number_all(frame);
     }
     bool number_all(const Frame& frame) {
         const double* const points = frame.position.data();
         lattice_.numbers(points, topology_->vertex_count, -settings_.margin, numbers_.data());
-        if (settings_.margin > 0.0) {
+        if (two_sided()) {
             lattice_.numbers(points, topology_->vertex_count, settings_.margin, high_numbers_.data());
+        }
+        if (way_) {
+            const double* const before = frame.previous.data();
+            const std::size_t count = 3 * static_cast<std::size_t>(topology_->vertex_count);
+            lattice_.numbers(before, topology_->vertex_count, -settings_.margin, previous_numbers_.data());
+            for (std::size_t i = 0; i < count; ++i) numbers_[i] = std::min(numbers_[i], previous_numbers_[i]);
+            lattice_.numbers(before, topology_->vertex_count, settings_.margin, previous_numbers_.data());
+            for (std::size_t i = 0; i < count; ++i) high_numbers_[i] = std::max(high_numbers_[i], previous_numbers_[i]);
         }
         constexpr std::int32_t most = std::numeric_limits<std::int32_t>::max();
         scene_range_ = {Cell{most, most, most, 0}, Cell{-most, -most, -most, 0}};
@@ -228,9 +248,9 @@ private:
         }
         return !Lattice::at_limit(scene_range_);
     }
-    [[nodiscard]] const std::int32_t* high_data() const {
-        return settings_.margin > 0.0 ? high_numbers_.data() : numbers_.data();
-    }
+    /// A vertex covers more than one point: with a margin around it, or from frame to frame.
+    [[nodiscard]] bool two_sided() const { return settings_.margin > 0.0 || way_; }
+    [[nodiscard]] const std::int32_t* high_data() const { return two_sided() ? high_numbers_.data() : numbers_.data(); }
     [[nodiscard]] CellRange range_of(Index triangle) const {
         const Index* const v = topology_->triangles.data() + 3 * static_cast<std::size_t>(triangle);
         const std::int32_t* const low = numbers_.data();
@@ -267,18 +287,28 @@ private:
     template <typename Use>
     void for_each_piece(const Frame& frame, Index triangle, const Cut& cut, const Use& use) const {
         const auto v = topology_->triangles.col(triangle);
-        const Vector3 apex = frame.position.col(v(cut.apex));
-        const Vector3 left = frame.position.col(v((cut.apex + 1) % 3));
-        const Vector3 right = frame.position.col(v((cut.apex + 2) % 3));
+        struct Pose {
+            Vector3 apex;
+            Vector3 left;
+            Vector3 right;
+            [[nodiscard]] Vector3 point(double s, double t) const {
+                return (1.0 - s) * apex + s * ((1.0 - t) * left + t * right);
+            }
+            [[nodiscard]] double size() const {
+                return apex.cwiseAbs().maxCoeff() + left.cwiseAbs().maxCoeff() + right.cwiseAbs().maxCoeff();
+            }
+        };
+        const auto pose_in = [&](const Matrix3X& position) -> Pose {
+            return {position.col(v(cut.apex)), position.col(v((cut.apex + 1) % 3)),
+                    position.col(v((cut.apex + 2) % 3))};
+        };
+        const Pose here = pose_in(frame.position);
+        const Pose before = way_ ? pose_in(frame.previous) : here;
         // The corners of a piece are rounded; a pad of some units in the last place keeps the pieces without gaps.
-        const double pad = settings_.margin +
-                           16.0 * std::numeric_limits<double>::epsilon() *
-                               (apex.cwiseAbs().maxCoeff() + left.cwiseAbs().maxCoeff() + right.cwiseAbs().maxCoeff());
+        const double pad =
+            settings_.margin + 16.0 * std::numeric_limits<double>::epsilon() * std::max(here.size(), before.size());
         const Vector3 padding = Vector3::Constant(pad);
         const CellRange whole = range_of(triangle);
-        const auto point = [&](double s, double t) -> Vector3 {
-            return (1.0 - s) * apex + s * ((1.0 - t) * left + t * right);
-        };
         // Counts are small here: a triangle with many pieces does not come this way.
         const int slabs = static_cast<int>(cut.slabs);
         for (int i = 0; i < slabs; ++i) {
@@ -288,7 +318,10 @@ private:
                 Box box;
                 for (const int side : {i, i + 1}) {
                     for (const int end : {j, j + 1}) {
-                        box.add(point(static_cast<double>(side) / slabs, static_cast<double>(end) / columns));
+                        const double s = static_cast<double>(side) / slabs;
+                        const double t = static_cast<double>(end) / columns;
+                        box.add(here.point(s, t));
+                        if (way_) box.add(before.point(s, t));  // on its straight way a piece stays between the two
                     }
                 }
                 // No point of the triangle lies outside the cells between its corners'.
@@ -417,12 +450,23 @@ private:
     }
     void fill_box(const Frame& frame, Primitive& primitive) const {
         const Index* const v = topology_->triangles.data() + 3 * static_cast<std::size_t>(primitive.triangle);
-        const double* const a = frame.position.data() + 3 * static_cast<std::size_t>(v[0]);
-        const double* const b = frame.position.data() + 3 * static_cast<std::size_t>(v[1]);
-        const double* const c = frame.position.data() + 3 * static_cast<std::size_t>(v[2]);
+        const auto fill = [&v, &primitive](const Matrix3X& position) {
+            const double* const a = position.data() + 3 * static_cast<std::size_t>(v[0]);
+            const double* const b = position.data() + 3 * static_cast<std::size_t>(v[1]);
+            const double* const c = position.data() + 3 * static_cast<std::size_t>(v[2]);
+            for (std::size_t k = 0; k < 3; ++k) {
+                primitive.low[k] = std::min(primitive.low[k], std::min(std::min(a[k], b[k]), c[k]));
+                primitive.high[k] = std::max(primitive.high[k], std::max(std::max(a[k], b[k]), c[k]));
+            }
+        };
+        constexpr double infinity = std::numeric_limits<double>::infinity();
+        primitive.low.fill(infinity);
+        primitive.high.fill(-infinity);
+        fill(frame.position);
+        if (way_) fill(frame.previous);
         for (std::size_t k = 0; k < 3; ++k) {
-            primitive.low[k] = std::min(std::min(a[k], b[k]), c[k]) - settings_.margin;
-            primitive.high[k] = std::max(std::max(a[k], b[k]), c[k]) + settings_.margin;
+            primitive.low[k] -= settings_.margin;
+            primitive.high[k] += settings_.margin;
         }
     }
 
@@ -489,6 +533,10 @@ private:
                 if (truncated_ || !spend(work_.triangle_tests, 1)) return false;
                 tested_.insert(place, pair);
                 test_pairs(settings_.test, *topology_, frame, {&pair, 1}, contacts.pairs);
+                if (!way_ || !either_moved(*topology_, frame, pair)) continue;
+                if (static_cast<std::int64_t>(contacts.swept.size()) >= settings_.max_pairs) truncated_ = true;
+                if (truncated_ || !spend(work_.triangle_tests, 1)) return false;
+                test_swept(*topology_, frame, {&pair, 1}, contacts.swept);
             }
             candidates_.clear();
             return true;
@@ -513,14 +561,16 @@ private:
     CellMap map_;
     Occupancy occupancy_;
     bool answerable_ = false;
+    bool way_ = false;  ///< boxes of this tick hold both of its ends
     bool truncated_ = false;
     WorkCounters work_;
     WorkCounters work_of_update_;
     bool truncated_in_update_ = false;
 
     // Buffers of one tick.
-    std::vector<std::int32_t> numbers_;       ///< 3 per vertex: cell of the vertex, less the margin
-    std::vector<std::int32_t> high_numbers_;  ///< the same plus the margin; empty without margin
+    std::vector<std::int32_t> numbers_;           ///< 3 per vertex: lowest cell of the vertex, less the margin
+    std::vector<std::int32_t> high_numbers_;      ///< its highest cell, plus the margin; empty where both are one
+    std::vector<std::int32_t> previous_numbers_;  ///< cells at the frame before; empty unless swept
     std::vector<CellRange> body_ranges_;
     CellRange scene_range_{};
     std::vector<Index> hot_;   ///< triangles in shared cells
@@ -569,6 +619,7 @@ DetectorEntry ohc_detector() {
               .minimum = 0.0,
               .meaning = "added around every triangle while looking for candidates; never part of the answer"},
              test_parameter(),
+             swept_parameter(),
              max_pairs_parameter(),
              work_budget_parameter()},
         .make = [](const ParameterValues& values) {
@@ -577,6 +628,7 @@ DetectorEntry ohc_detector() {
             settings.hash = values.is("hash", "teschner") ? CellHash::teschner : CellHash::fibonacci;
             settings.hash_bits = static_cast<int>(values.integer("hash_bits"));
             settings.margin = values.number("margin");
+            settings.swept = values.is("swept", "on");
             settings.test = triangle_test_from(values.text("test"));
             if (!values.is("max_pairs", "none")) settings.max_pairs = values.integer("max_pairs");
             if (!values.is("work_budget", "none")) settings.work_budget = values.integer("work_budget");

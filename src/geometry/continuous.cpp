@@ -461,33 +461,297 @@ Gap with_tolerance(Gap gap) {
     return gap;
 }
 
-}  // namespace
-
-std::optional<double> first_contact(const MovingPoint& vertex, const MovingTriangle& face) {
-    const std::array<MovingPoint, 4> points{vertex, face[0], face[1], face[2]};
-    const Gap gap = with_tolerance({.base = minus(face[0], vertex),
-                                    .along_u = minus(face[1], face[0]),
-                                    .along_v = minus(face[2], face[0]),
+std::optional<double> slow_vertex_face(const std::array<MovingPoint, 4>& points) {
+    const Gap gap = with_tolerance({.base = minus(points[1], points[0]),
+                                    .along_u = minus(points[2], points[1]),
+                                    .along_v = minus(points[3], points[1]),
                                     .triangle = true});
     if (certainly_apart(gap)) return std::nullopt;
     return exact_vertex_face(points);
 }
 
-std::optional<double> first_contact(const MovingEdge& first, const MovingEdge& second) {
-    const std::array<MovingPoint, 4> points{first[0], first[1], second[0], second[1]};
-    const Gap gap = with_tolerance({.base = minus(first[0], second[0]),
-                                    .along_u = minus(first[1], first[0]),
-                                    .along_v = minus(second[0], second[1]),
+std::optional<double> slow_edge_edge(const std::array<MovingPoint, 4>& points) {
+    const Gap gap = with_tolerance({.base = minus(points[0], points[2]),
+                                    .along_u = minus(points[1], points[0]),
+                                    .along_v = minus(points[2], points[3]),
                                     .triangle = false});
     if (certainly_apart(gap)) return std::nullopt;
     return exact_edge_edge(points);
 }
 
-std::optional<double> first_contact(const MovingTriangle& first, const MovingTriangle& second) {
-    if (triangles_intersect({first[0].start, first[1].start, first[2].start},
-                            {second[0].start, second[1].start, second[2].start})) {
-        return 0.0;
+// ---- decision in floating point ----------------------------------------------------------------------------------
+
+/// Two features on their way, as offset + place on the one = place on the other: e = α u + β w (vertex and face, α and
+/// β >= 0, α + β <= 1) or e = α u - β w (edges, α and β in [0, 1]). Coplanar where e · (u × w) = 0.
+struct Features {
+    const MovingPoint* points[4];  ///< vertex, face; or edge, edge
+    bool edges = false;
+    MovingPoint e;
+    MovingPoint u;
+    MovingPoint w;
+    double size_e = 0.0;  ///< largest coordinate of the difference at either end
+    double size_u = 0.0;
+    double size_w = 0.0;
+    std::array<double, 4> coplanarity{};  ///< Bernstein coefficients of e · (u × w) over the tick
+    double tolerance = 0.0;               ///< bound on the rounding error of a coefficient; < 0: none can be given
+
+    [[nodiscard]] std::array<MovingPoint, 4> copy() const { return {*points[0], *points[1], *points[2], *points[3]}; }
+    /// +1 or -1 when the coplanarity has this sign all the time, without doubt.
+    [[nodiscard]] int sign() const {
+        if (tolerance < 0.0) return 0;
+        const auto [low, high] = std::minmax({coplanarity[0], coplanarity[1], coplanarity[2], coplanarity[3]});
+        if (low > tolerance) return 1;
+        return high < -tolerance ? -1 : 0;
     }
+};
+
+double size_of(const MovingPoint& p) { return std::max(p.start.cwiseAbs().maxCoeff(), p.end.cwiseAbs().maxCoeff()); }
+
+void fill_coplanarity(Features& f) {
+    f.size_e = size_of(f.e);
+    f.size_u = size_of(f.u);
+    f.size_w = size_of(f.w);
+    for (const double one : {f.size_e, f.size_u, f.size_w}) {
+        if (one < 1e60 && one > 1e-60) continue;  // products neither over- nor underflow
+        f.tolerance = -1.0;
+        return;
+    }
+    const double size = f.size_e * f.size_u * f.size_w;
+    // Each difference carries one relative rounding error of 2^-53, an entry of the normal at most 12 of size u·w, a
+    // dot product at most 64 of size e·u·w.
+    f.tolerance = 2e-14 * size;
+    const Vector3 n0 = f.u.start.cross(f.w.start);
+    const Vector3 n1 = 0.5 * (f.u.start.cross(f.w.end) + f.u.end.cross(f.w.start));
+    const Vector3 n2 = f.u.end.cross(f.w.end);
+    f.coplanarity = {f.e.start.dot(n0), (2.0 * f.e.start.dot(n1) + f.e.end.dot(n0)) / 3.0,
+                     (f.e.start.dot(n2) + 2.0 * f.e.end.dot(n1)) / 3.0, f.e.end.dot(n2)};
+}
+
+Features vertex_face_features(const MovingPoint& vertex, const MovingTriangle& face) {
+    Features f{.points = {&vertex, &face[0], &face[1], &face[2]},
+               .edges = false,
+               .e = minus(vertex, face[0]),
+               .u = minus(face[1], face[0]),
+               .w = minus(face[2], face[0])};
+    fill_coplanarity(f);
+    return f;
+}
+
+Features edge_edge_features(const MovingPoint& a, const MovingPoint& b, const MovingPoint& c, const MovingPoint& d) {
+    Features f{.points = {&a, &b, &c, &d}, .edges = true, .e = minus(c, a), .u = minus(b, a), .w = minus(d, c)};
+    fill_coplanarity(f);
+    return f;
+}
+
+/// What floating point can tell. hit: the first contact lies in [low, high]. unknown: not before low.
+struct Sight {
+    enum class Verdict : std::uint8_t { apart, hit, unknown };
+    Verdict verdict = Verdict::apart;
+    double low = 0.0;
+    double high = 1.0;
+};
+
+/// Whether the features meet at a coplanar moment within `half` of `time`: +1 yes, -1 no, 0 not certain.
+int meet_at(const Features& f, double time, double half) {
+    const auto at = [time](const MovingPoint& p) -> Vector3 { return (1.0 - time) * p.start + time * p.end; };
+    const Vector3 e = at(f.e);
+    const Vector3 u = at(f.u);
+    const Vector3 w = at(f.w);
+    const Vector3 normal = u.cross(w);
+    const double alpha = e.cross(w).dot(normal);  // these two times |normal|²
+    const double beta = (f.edges ? e.cross(u) : u.cross(e)).dot(normal);
+    const double one = normal.squaredNorm();
+    // Sums of 12 products of four sizes, rounded 200 times at most; no factor changes faster than twice its size.
+    const double relative = 5e-14 + 100.0 * half;
+    const double u_w = f.size_u * f.size_w;
+    const double alpha_error = relative * f.size_e * f.size_w * u_w;
+    const double beta_error = relative * f.size_e * f.size_u * u_w;
+    const double one_error = relative * u_w * u_w;
+    struct Bounded {
+        double value;
+        double error;
+    };
+    const std::array<Bounded, 4> conditions{
+        {{alpha, alpha_error},
+         {beta, beta_error},
+         {f.edges ? one - alpha : one - alpha - beta, one_error + alpha_error + (f.edges ? 0.0 : beta_error)},
+         {f.edges ? one - beta : one, one_error + (f.edges ? beta_error : 0.0)}}};
+    int answer = 1;
+    for (const Bounded& condition : conditions) {
+        if (condition.value < -condition.error) return -1;
+        if (!(condition.value > condition.error)) answer = 0;
+    }
+    return answer;
+}
+
+/// Looks for the first coplanar moment at which the features meet: bisects the tick until the cubic has no root or is
+/// monotone with one, which the slope then encloses.
+Sight look(const Features& f) {
+    using Verdict = Sight::Verdict;
+    if (f.tolerance < 0.0) return {Verdict::unknown, 0.0, 1.0};
+    // Halving adds at most three rounding errors of the largest coefficient (6 e·u·w) per level.
+    const double tolerance = 7.5 * f.tolerance;
+    struct Piece {
+        std::array<double, 4> c;
+        double low;
+        double width;
+    };
+    constexpr double least_width = 1.0 / (1 << 20);
+    std::array<Piece, 24> stack;
+    std::size_t depth = 0;
+    stack[depth++] = {f.coplanarity, 0.0, 1.0};
+    while (depth > 0) {
+        const Piece piece = stack[--depth];
+        const auto& c = piece.c;
+        const auto [least, most] = std::minmax({c[0], c[1], c[2], c[3]});
+        if (least > tolerance || most < -tolerance) continue;
+        const auto [least_rise, most_rise] = std::minmax({c[1] - c[0], c[2] - c[1], c[3] - c[2]});
+        // A third of the slope, from below in size; both signs of rise cannot be certain.
+        const double slope = std::max(least_rise, -most_rise) - 2.0 * tolerance;
+        const bool ends_certain = std::abs(c[0]) > tolerance && std::abs(c[3]) > tolerance;
+        if (slope > 0.0 && ends_certain) {
+            if ((c[0] > 0.0) == (c[3] > 0.0)) continue;
+            double left = 0.0;
+            double right = 1.0;
+            double value = 0.0;
+            double s = c[0] / (c[0] - c[3]);
+            for (int i = 0; i < 60; ++i) {
+                const double r = 1.0 - s;
+                value = ((c[0] * r + 3.0 * s * c[1]) * r + 3.0 * s * s * c[2]) * r + s * s * s * c[3];
+                if (std::abs(value) <= tolerance || right - left < 1e-15) break;
+                ((value > 0.0) == (c[0] > 0.0) ? left : right) = s;
+                const double tangent =
+                    3.0 * (r * r * (c[1] - c[0]) + 2.0 * r * s * (c[2] - c[1]) + s * s * (c[3] - c[2]));
+                s -= value / tangent;
+                if (!(s > left && s < right)) s = 0.5 * (left + right);
+            }
+            const double off = (std::abs(value) + 2.0 * tolerance) / (3.0 * slope) + 1e-15;
+            const double half = off * piece.width + 1e-15;
+            const double time = piece.low + s * piece.width;
+            const int meets = meet_at(f, time, half);
+            if (meets > 0) {
+                return {Verdict::hit, std::max(piece.low, time - half), std::min(piece.low + piece.width, time + half)};
+            }
+            if (meets < 0) continue;
+            if (half < 1e-9) return {Verdict::unknown, piece.low, 1.0};
+        }
+        if (piece.width <= least_width || depth + 2 > stack.size()) return {Verdict::unknown, piece.low, 1.0};
+        const double c01 = 0.5 * (c[0] + c[1]);
+        const double c12 = 0.5 * (c[1] + c[2]);
+        const double c23 = 0.5 * (c[2] + c[3]);
+        const double c012 = 0.5 * (c01 + c12);
+        const double c123 = 0.5 * (c12 + c23);
+        const double middle = 0.5 * (c012 + c123);
+        const double width = 0.5 * piece.width;
+        stack[depth++] = {{middle, c123, c23, c[3]}, piece.low + width, width};
+        stack[depth++] = {{c[0], c01, c012, middle}, piece.low, width};
+    }
+    return {Verdict::apart, 0.0, 0.0};
+}
+
+/// Whole numbers without a heap: enough for three factors of 201 bits, sums of twelve, at a time of 53 bits.
+using Fixed = boost::multiprecision::number<boost::multiprecision::cpp_int_backend<
+    1024, 1024, boost::multiprecision::signed_magnitude, boost::multiprecision::unchecked, void>>;
+
+/// The cubic times a power of two that makes it whole, coefficient[i] of t^i; nothing when the coordinates span more
+/// bits than Fixed has room for.
+bool whole_cubic(const Features& f, std::array<Fixed, 4>& coefficient) {
+    constexpr int most_bits = 200;
+    int lowest = std::numeric_limits<int>::max();
+    int highest = std::numeric_limits<int>::min();
+    for (const MovingPoint* point : f.points) {
+        for (const Vector3* x : {&point->start, &point->end}) {
+            for (int i = 0; i < 3; ++i) {
+                if ((*x)[i] == 0.0) continue;
+                lowest = std::min(lowest, std::ilogb((*x)[i]) - 52);
+                highest = std::max(highest, std::ilogb((*x)[i]) + 1);
+            }
+        }
+    }
+    if (highest - lowest > most_bits - 2) return false;
+    const auto whole = [lowest](double x) -> Fixed {
+        if (x == 0.0) return 0;
+        const int unit = std::ilogb(x) - 52;
+        const Fixed size = std::abs(static_cast<std::int64_t>(std::scalbn(x, -unit)));
+        const Fixed shifted = size << static_cast<unsigned>(unit - lowest);
+        return x < 0.0 ? Fixed(-shifted) : shifted;
+    };
+    struct Line {  ///< start + t change, per axis
+        std::array<Fixed, 3> start;
+        std::array<Fixed, 3> change;
+    };
+    const auto difference = [&](const MovingPoint& to, const MovingPoint& from) {
+        Line line;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const auto k = static_cast<Eigen::Index>(i);
+            line.start[i] = whole(to.start[k]) - whole(from.start[k]);
+            line.change[i] = whole(to.end[k]) - whole(from.end[k]) - line.start[i];
+        }
+        return line;
+    };
+    const auto& p = f.points;
+    const Line e = f.edges ? difference(*p[2], *p[0]) : difference(*p[0], *p[1]);
+    const Line u = f.edges ? difference(*p[1], *p[0]) : difference(*p[2], *p[1]);
+    const Line w = f.edges ? difference(*p[3], *p[2]) : difference(*p[3], *p[1]);
+    coefficient.fill(0);
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t j = (i + 1) % 3;
+        const std::size_t k = (i + 2) % 3;
+        const Fixed n0 = u.start[j] * w.start[k] - u.start[k] * w.start[j];
+        const Fixed n1 =
+            u.start[j] * w.change[k] + u.change[j] * w.start[k] - u.start[k] * w.change[j] - u.change[k] * w.start[j];
+        const Fixed n2 = u.change[j] * w.change[k] - u.change[k] * w.change[j];
+        coefficient[0] += e.start[i] * n0;
+        coefficient[1] += e.start[i] * n1 + e.change[i] * n0;
+        coefficient[2] += e.start[i] * n2 + e.change[i] * n1;
+        coefficient[3] += e.change[i] * n2;
+    }
+    return true;
+}
+
+/// The largest multiple of 2^-53 in [low, high] that the sign of the cubic tells to be not after its root there, which
+/// is the only one and a change of sign. sign(n) = sign of the cubic at n / 2^53.
+template <typename Sign>
+double rounded_root(double low, double high, const Sign& sign) {
+    constexpr int bits = 53;
+    auto before = static_cast<std::int64_t>(std::floor(std::ldexp(low, bits)));
+    auto end = static_cast<std::int64_t>(std::ceil(std::ldexp(high, bits)));
+    const int after = sign(end);
+    if (after == 0) return std::ldexp(static_cast<double>(end), -bits);  // the root itself
+    while (end - before > 1) {
+        const std::int64_t middle = before + (end - before) / 2;
+        (sign(middle) == after ? end : before) = middle;
+    }
+    return std::ldexp(static_cast<double>(before), -bits);
+}
+
+double time_of_root(const Features& f, double low, double high) {
+    std::array<Fixed, 4> c;
+    if (whole_cubic(f, c)) {
+        return rounded_root(low, high, [&c](std::int64_t n) {
+            const Fixed value = ((c[3] * n + (c[2] << 53U)) * n + (c[1] << 106U)) * n + (c[0] << 159U);
+            return value.sign();
+        });
+    }
+    const std::array<PolynomialVector, 4> grid = on_grid(f.copy());
+    const Polynomial volume = f.edges ? dot(grid[2] - grid[0], cross(grid[1] - grid[0], grid[3] - grid[2]))
+                                      : dot(grid[0] - grid[1], cross(grid[2] - grid[1], grid[3] - grid[1]));
+    return rounded_root(low, high, [&volume](std::int64_t n) { return sign_at(volume, {Big(n), 53}); });
+}
+
+/// The exact answer for features that `look` saw something of.
+std::optional<double> exact_time(const Features& f, const Sight& sight) {
+    if (sight.verdict == Sight::Verdict::hit) return time_of_root(f, sight.low, sight.high);
+    return f.edges ? slow_edge_edge(f.copy()) : slow_vertex_face(f.copy());
+}
+
+std::optional<double> time_of(const Features& f) {
+    const Sight sight = look(f);
+    if (sight.verdict == Sight::Verdict::apart) return std::nullopt;
+    return exact_time(f, sight);
+}
+
+bool swept_boxes_overlap(const MovingTriangle& first, const MovingTriangle& second) {
     std::array<Box, 2> swept;
     for (std::size_t i = 0; i < 3; ++i) {
         swept[0].add(first[i].start);
@@ -495,14 +759,87 @@ std::optional<double> first_contact(const MovingTriangle& first, const MovingTri
         swept[1].add(second[i].start);
         swept[1].add(second[i].end);
     }
-    if (!swept[0].overlaps(swept[1])) return std::nullopt;
+    return swept[0].overlaps(swept[1]);
+}
+
+bool overlap_at_start(const MovingTriangle& first, const MovingTriangle& second) {
+    return triangles_intersect({first[0].start, first[1].start, first[2].start},
+                               {second[0].start, second[1].start, second[2].start});
+}
+
+}  // namespace
+
+std::optional<double> first_contact(const MovingPoint& vertex, const MovingTriangle& face) {
+    return time_of(vertex_face_features(vertex, face));
+}
+
+std::optional<double> first_contact(const MovingEdge& first, const MovingEdge& second) {
+    return time_of(edge_edge_features(first[0], first[1], second[0], second[1]));
+}
+
+std::optional<double> first_contact(const MovingTriangle& first, const MovingTriangle& second) {
+    const std::optional<FirstMeeting> meeting = first_meeting(first, second);
+    return meeting ? std::optional(meeting->time) : std::nullopt;
+}
+
+std::optional<FirstMeeting> first_meeting(const MovingTriangle& first, const MovingTriangle& second) {
+    if (!swept_boxes_overlap(first, second)) return std::nullopt;
+    // Six vertices against faces first: three on one side of a plane all the time keep the whole triangles apart.
+    std::array<Features, 15> features;
+    std::size_t count = 0;
+    for (const bool swapped : {false, true}) {
+        const MovingTriangle& vertices = swapped ? second : first;
+        const MovingTriangle& face = swapped ? first : second;
+        int sides = 0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            features[count] = vertex_face_features(vertices[i], face);
+            sides += features[count++].sign();
+        }
+        if (sides == 3 || sides == -3) return std::nullopt;
+    }
+    if (overlap_at_start(first, second)) return FirstMeeting{0.0, Meeting::overlap_at_start};
+    for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t j = 0; j < 3; ++j) {
+            features[count++] = edge_edge_features(first[i], first[(i + 1) % 3], second[j], second[(j + 1) % 3]);
+        }
+    }
+    // Only features that may be first are worth an exact time.
+    std::array<Sight, 15> sights;
+    double latest = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < count; ++k) {
+        if (features[k].sign() != 0) continue;
+        sights[k] = look(features[k]);
+        if (sights[k].verdict == Sight::Verdict::hit) latest = std::min(latest, sights[k].high);
+    }
+    std::optional<FirstMeeting> best;
+    for (std::size_t k = 0; k < count; ++k) {
+        if (sights[k].verdict == Sight::Verdict::apart || sights[k].low > latest) continue;
+        const std::optional<double> time = exact_time(features[k], sights[k]);
+        if (!time || (best && best->time <= *time)) continue;
+        best = FirstMeeting{*time, features[k].edges ? Meeting::edge_edge : Meeting::vertex_face};
+        latest = std::min(latest, *time);
+    }
+    return best;
+}
+
+std::optional<double> oracle_first_contact(const MovingPoint& vertex, const MovingTriangle& face) {
+    return slow_vertex_face({vertex, face[0], face[1], face[2]});
+}
+
+std::optional<double> oracle_first_contact(const MovingEdge& first, const MovingEdge& second) {
+    return slow_edge_edge({first[0], first[1], second[0], second[1]});
+}
+
+std::optional<double> oracle_first_contact(const MovingTriangle& first, const MovingTriangle& second) {
+    if (overlap_at_start(first, second)) return 0.0;
+    if (!swept_boxes_overlap(first, second)) return std::nullopt;
     std::optional<double> time;
     for (std::size_t i = 0; i < 3; ++i) {
-        time = earlier(time, first_contact(first[i], second));
-        time = earlier(time, first_contact(second[i], first));
+        time = earlier(time, oracle_first_contact(first[i], second));
+        time = earlier(time, oracle_first_contact(second[i], first));
         for (std::size_t j = 0; j < 3; ++j) {
-            time = earlier(time, first_contact(MovingEdge{first[i], first[(i + 1) % 3]},
-                                               MovingEdge{second[j], second[(j + 1) % 3]}));
+            time = earlier(time, oracle_first_contact(MovingEdge{first[i], first[(i + 1) % 3]},
+                                                      MovingEdge{second[j], second[(j + 1) % 3]}));
         }
     }
     return time;

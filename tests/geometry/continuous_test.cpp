@@ -241,6 +241,93 @@ TEST(VertexFace, OneRoundingUnitDecides) {
     EXPECT_GT(*above, 0.999999);
 }
 
+/// Two triangles of size 1 with random corners that pass each other closely, turning; every seventh end is on a grid.
+class FreeMotion {
+public:
+    explicit FreeMotion(std::uint64_t seed) : random_(seed) {}
+    MovingTriangle triangle(double speed, bool on_grid) {
+        std::uniform_real_distribution<double> place(-0.6, 0.6);
+        const auto vector = [&]() -> Vector3 {
+            Vector3 v(place(random_), place(random_), place(random_));
+            if (on_grid) v = (v * 4.0).array().round().matrix() / 4.0;
+            return v;
+        };
+        const Vector3 by = speed * vector();
+        MovingTriangle result;
+        for (MovingPoint& p : result) {
+            p.start = vector();
+            p.end = p.start + by + 0.2 * vector();
+        }
+        return result;
+    }
+
+private:
+    std::mt19937_64 random_;
+};
+
+TEST(FirstContact, FastAndIntegerWayAgreeToTheLastBit) {
+    FreeMotion motion(4);
+    std::array<int, 2> hits{};
+    for (int n = 0; n < 2500; ++n) {
+        const bool on_grid = n % 7 == 0;
+        MovingTriangle first = motion.triangle(n % 2 == 0 ? 3.0 : 0.1, on_grid);
+        MovingTriangle second = motion.triangle(0.3, on_grid);
+        if (n % 5 == 0) {
+            for (MovingPoint& p : first) p = {p.start * 1e-5, p.end * 1e-5};
+            for (MovingPoint& p : second) p = {p.start * 1e-5, p.end * 1e-5};
+        }
+        if (n % 11 == 0) {
+            const Vector3 far(1e4, -3e3, 2e4);
+            for (MovingPoint& p : first) p = {p.start + far, p.end + far};
+            for (MovingPoint& p : second) p = {p.start + far, p.end + far};
+        }
+        ASSERT_EQ(first_contact(first, second), oracle_first_contact(first, second)) << n;
+        const MovingEdge edge{first[0], first[1]};
+        const MovingEdge other{second[1], second[2]};
+        const std::optional<double> crossing = first_contact(edge, other);
+        ASSERT_EQ(crossing, oracle_first_contact(edge, other)) << n;
+        const std::optional<double> piercing = first_contact(first[0], second);
+        ASSERT_EQ(piercing, oracle_first_contact(first[0], second)) << n;
+        hits[0] += crossing ? 1 : 0;
+        hits[1] += piercing ? 1 : 0;
+    }
+    EXPECT_GT(hits[0], 30);
+    EXPECT_GT(hits[1], 30);
+}
+
+TEST(FirstContact, FastAndIntegerWayAgreeOnDegenerateMotion) {
+    LatticeMotion motion(5);
+    for (int n = 0; n < 400; ++n) {
+        MovingTriangle first = motion.triangle();
+        MovingTriangle second = motion.triangle();
+        if (n % 4 == 0) second[2] = second[1];  // a segment
+        if (n % 6 == 0) LatticeMotion::flatten({&first[0], &first[1], &first[2], &second[0], &second[1], &second[2]});
+        ASSERT_EQ(first_contact(first, second), oracle_first_contact(first, second)) << n;
+    }
+}
+
+TEST(FirstContact, KindTellsVertexFromEdge) {
+    const auto dropped = [](const std::array<Vector3, 3>& corners) {
+        MovingTriangle t;
+        for (std::size_t i = 0; i < 3; ++i) t[i] = moving(corners[i], corners[i] - Vector3(0, 0, 2));
+        return t;
+    };
+    const std::optional<FirstMeeting> tip = first_meeting(face, dropped({{{1, 1, 1}, {1, 1.5, 3}, {1.5, 1, 3}}}));
+    ASSERT_TRUE(tip);
+    EXPECT_EQ(tip->kind, Meeting::vertex_face);
+    EXPECT_EQ(tip->time, 0.5);
+    // A level edge across the edge y = 0 of the face, its ends outside: only edges can meet.
+    const MovingTriangle sloped{still({0, 0, 0}), still({4, 0, 0}), still({2, 4, -4})};
+    const std::optional<FirstMeeting> edge = first_meeting(sloped, dropped({{{2, -1, 1}, {2, 1, 1}, {2, 0, 3}}}));
+    ASSERT_TRUE(edge);
+    EXPECT_EQ(edge->kind, Meeting::edge_edge);
+    EXPECT_EQ(edge->time, 0.5);
+    const std::optional<FirstMeeting> inside = first_meeting(face, dropped({{{1, 1, 1}, {1, 1.5, -3}, {1.5, 1, 3}}}));
+    ASSERT_TRUE(inside);
+    EXPECT_EQ(inside->kind, Meeting::overlap_at_start);
+    EXPECT_FALSE(first_meeting(face, dropped({{{1, 1, 3}, {1, 1.5, 4}, {1.5, 1, 4}}})));
+}
+
 struct Query {
     std::array<MovingPoint, 4> points;
     bool collides = false;
@@ -282,6 +369,9 @@ TEST_P(QueryData, EveryAnswerIsTheGivenOne) {
         const std::optional<double> time = edges ? first_contact(MovingEdge{p[0], p[1]}, MovingEdge{p[2], p[3]})
                                                  : first_contact(p[0], MovingTriangle{p[1], p[2], p[3]});
         EXPECT_EQ(time.has_value(), queries[i].collides) << "query " << i;
+        EXPECT_EQ(time, edges ? oracle_first_contact(MovingEdge{p[0], p[1]}, MovingEdge{p[2], p[3]})
+                              : oracle_first_contact(p[0], MovingTriangle{p[1], p[2], p[3]}))
+            << "query " << i;
     }
 }
 

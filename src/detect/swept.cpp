@@ -1,0 +1,62 @@
+#include "detect/swept.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+#include "geometry/continuous.hpp"
+#include "geometry/exact.hpp"
+
+namespace trocar {
+namespace {
+
+MovingTriangle moving(const Topology& topology, const Frame& frame, Index triangle) {
+    const auto v = topology.triangles.col(triangle);
+    MovingTriangle result;
+    for (int k = 0; k < 3; ++k) {
+        result[static_cast<std::size_t>(k)] = {frame.previous.col(v(k)), frame.position.col(v(k))};
+    }
+    return result;
+}
+
+bool moved(const Topology& topology, const Frame& frame, Index triangle) {
+    const auto v = topology.triangles.col(triangle);
+    for (int k = 0; k < 3; ++k) {
+        if (frame.previous.col(v(k)) != frame.position.col(v(k))) return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+bool either_moved(const Topology& topology, const Frame& frame, const TrianglePair& pair) {
+    return moved(topology, frame, pair.a) || moved(topology, frame, pair.b);
+}
+
+void test_swept(const Topology& topology, const Frame& frame, std::span<const TrianglePair> candidates,
+                std::vector<SweptContact>& swept) {
+    for (const TrianglePair& pair : candidates) {
+        if (!either_moved(topology, frame, pair)) continue;
+        const MovingTriangle first = moving(topology, frame, pair.a);
+        const MovingTriangle second = moving(topology, frame, pair.b);
+        const std::optional<FirstMeeting> meeting = first_meeting(first, second);
+        if (!meeting || meeting->kind == Meeting::overlap_at_start) continue;
+        swept.push_back({.a = pair.a,
+                         .b = pair.b,
+                         .body_a = topology.body_of_triangle[static_cast<std::size_t>(pair.a)],
+                         .body_b = topology.body_of_triangle[static_cast<std::size_t>(pair.b)],
+                         .time = meeting->time,
+                         .kind = meeting->kind == Meeting::edge_edge ? SweptKind::edge_edge : SweptKind::vertex_face});
+    }
+}
+
+bool has_way(const Topology& topology, const Frame& frame) {
+    return frame.previous.cols() == topology.vertex_count && frame.previous.allFinite();
+}
+
+void sort_swept(std::vector<SweptContact>& swept) {
+    std::sort(swept.begin(), swept.end(), [](const SweptContact& x, const SweptContact& y) {
+        return std::tie(x.a, x.b, x.body_a, x.body_b) < std::tie(y.a, y.b, y.body_a, y.body_b);
+    });
+}
+
+}  // namespace trocar

@@ -1,0 +1,205 @@
+// Contacts that begin between two frames: what the option `swept` of our detectors tells, against all pairs of the
+// scene one by one and the integer oracle, and against times known in closed form.
+#include "detect/swept.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "geometry/continuous.hpp"
+#include "geometry/exact.hpp"
+#include "method/registry.hpp"
+#include "support/shapes.hpp"
+
+namespace trocar::test {
+namespace {
+
+using Settings = std::map<std::string, std::string>;
+
+MovingTriangle moving(const World& world, Index triangle) {
+    MovingTriangle result;
+    for (int k = 0; k < 3; ++k) {
+        const Index v = world.topology.triangles(k, triangle);
+        result[static_cast<std::size_t>(k)] = {world.frame.previous.col(v), world.frame.position.col(v)};
+    }
+    return result;
+}
+
+/// Every pair of the listed bodies by a double loop: apart at the frame before, met on the way.
+std::vector<SweptContact> expected_beginnings(const World& world) {
+    std::vector<SweptContact> result;
+    for (const auto& [first, second] : world.topology.body_pairs) {
+        const Range a_range = world.topology.bodies[static_cast<std::size_t>(first)].triangles;
+        const Range b_range = world.topology.bodies[static_cast<std::size_t>(second)].triangles;
+        for (Index a = a_range.first; a < a_range.end(); ++a) {
+            const MovingTriangle one = moving(world, a);
+            for (Index b = b_range.first; b < b_range.end(); ++b) {
+                const MovingTriangle other = moving(world, b);
+                if (oracle_intersect({one[0].start, one[1].start, one[2].start},
+                                     {other[0].start, other[1].start, other[2].start})) {
+                    continue;
+                }
+                const std::optional<double> time = oracle_first_contact(one, other);
+                if (time) result.push_back({.a = a, .b = b, .body_a = first, .body_b = second, .time = *time});
+            }
+        }
+    }
+    std::sort(result.begin(), result.end(),
+              [](const SweptContact& x, const SweptContact& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); });
+    return result;
+}
+
+ContactSet answer(const World& world, const std::string& name, Settings settings = {}) {
+    settings.emplace("swept", "on");
+    const auto detector = make_detector(name, settings);
+    detector->prepare(world.topology, world.frame);
+    ContactSet contacts;
+    detector->update(world.frame);
+    detector->detect(world.frame, contacts);
+    return contacts;
+}
+
+ContactSet plain_answer(const World& world, const std::string& name) { return answer(world, name, {{"swept", "off"}}); }
+
+/// The body moves by `by` and turns by `angle` within the tick, ending where the world has it.
+World& arriving(World& world, std::size_t body, const Vector3& by, double angle = 0.0) {
+    const Range range = world.topology.bodies[body].vertices;
+    const Matrix3 back = Eigen::AngleAxisd(-angle, Vector3(0.3, 0.2, 1.0).normalized()).toRotationMatrix();
+    for (Index v = range.first; v < range.end(); ++v) {
+        world.frame.previous.col(v) = back * world.frame.position.col(v) - by;
+    }
+    return world;
+}
+
+std::vector<World> fast_scenes() {
+    std::vector<World> worlds;
+    worlds.push_back(
+        make_world("sphere through a sheet", {{BodyKind::instrument, sphere(0.01, 8).move({0.003, 0.001, -0.04})},
+                                              {BodyKind::tissue, sheet(0.08, 8).shake(0.0004, 1)}}));
+    arriving(worlds.back(), 0, {0.004, 0.001, -0.09}, 0.2);
+    worlds.push_back(make_world("soups fly through each other", {{BodyKind::instrument, soup(60, 0.01, 0.04, 2)},
+                                                                 {BodyKind::tissue, soup(70, 0.008, 0.04, 3)},
+                                                                 {BodyKind::rigid, sheet(0.06, 4)}}));
+    arriving(worlds.back(), 0, {0.01, -0.012, 0.007}, -0.4);
+    arriving(worlds.back(), 1, {-0.002, 0.0, 0.004}, 0.1);
+    worlds.push_back(make_world(
+        "long triangles",
+        {{BodyKind::instrument, shaft(0.004, 0.3, 8, 1).rotate({0.2, 1.0, 0.05}, 1.5).move({-0.15, 0.001, -0.02})},
+         {BodyKind::tissue, sheet(0.06, 16).shake(0.0003, 7)}}));
+    arriving(worlds.back(), 0, {0.002, 0.0, -0.02}, 0.03);
+    worlds.push_back(make_world("far away", {{BodyKind::instrument, sphere(0.01, 6).move({1e4, -2e4, 1e4 - 0.03})},
+                                             {BodyKind::tissue, sheet(0.05, 6).move({1e4, -2e4, 1e4})}}));
+    arriving(worlds.back(), 0, {0.0, 0.002, -0.07});
+    return worlds;
+}
+
+class Swept : public testing::TestWithParam<std::string> {};
+
+TEST_P(Swept, TellsEveryPairThatBeginsAndNoOther) {
+    for (const World& world : fast_scenes()) {
+        const std::vector<SweptContact> expected = expected_beginnings(world);
+        ASSERT_GT(expected.size(), 20U) << world.name;
+        const ContactSet contacts = answer(world, GetParam());
+        EXPECT_EQ(contacts.pairs, plain_answer(world, GetParam()).pairs) << world.name;
+        ASSERT_EQ(contacts.swept.size(), expected.size()) << world.name;
+        for (std::size_t k = 0; k < expected.size(); ++k) {
+            const SweptContact& got = contacts.swept[k];
+            ASSERT_EQ(got.a, expected[k].a) << world.name;
+            ASSERT_EQ(got.b, expected[k].b) << world.name;
+            EXPECT_EQ(got.body_a, expected[k].body_a);
+            EXPECT_EQ(got.body_b, expected[k].body_b);
+            EXPECT_EQ(got.time, expected[k].time);
+            EXPECT_NE(got.kind, SweptKind::unset);
+        }
+    }
+}
+
+TEST_P(Swept, IsOffByDefaultAndSilentWhenNothingMoves) {
+    World world = fast_scenes().front();
+    const auto detector = make_detector(GetParam(), {});
+    detector->prepare(world.topology, world.frame);
+    ContactSet contacts;
+    detector->update(world.frame);
+    detector->detect(world.frame, contacts);
+    EXPECT_TRUE(contacts.swept.empty());
+    world = make_world("rest", {{BodyKind::instrument, sphere(0.01, 8)}, {BodyKind::tissue, sheet(0.08, 8)}});
+    const ContactSet resting = answer(world, GetParam());
+    EXPECT_FALSE(resting.pairs.empty());
+    EXPECT_TRUE(resting.swept.empty());
+}
+
+TEST_P(Swept, WithoutAFiniteFrameBeforeOnlyPairsAreTold) {
+    World world = fast_scenes().front();
+    const std::vector<TrianglePair> pairs = answer(world, GetParam()).pairs;
+    world.frame.previous(2, 5) = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(answer(world, GetParam()).pairs, pairs);
+    EXPECT_TRUE(answer(world, GetParam()).swept.empty());
+    world.frame.previous.resize(3, 0);
+    EXPECT_EQ(answer(world, GetParam()).pairs, pairs);
+    EXPECT_TRUE(answer(world, GetParam()).swept.empty());
+}
+
+TEST_P(Swept, TipThroughASheetMeetsItAtTheKnownTime) {
+    // The tip falls 8 mm within the tick from 6 mm above the sheet: contact after three quarters.
+    World world = make_world(
+        "tip", {{BodyKind::instrument, triangle({0.001, 0.002, -0.002}, {0.003, 0.002, 0.01}, {0.001, 0.004, 0.01})},
+                {BodyKind::tissue, sheet(0.0625, 5)}});
+    arriving(world, 0, {0.0, 0.0, -0.008});
+    const ContactSet contacts = answer(world, GetParam());
+    ASSERT_FALSE(contacts.swept.empty());
+    double first = 1.0;
+    for (const SweptContact& contact : contacts.swept) first = std::min(first, contact.time);
+    EXPECT_NEAR(first, 0.75, 1e-12);
+    EXPECT_EQ(std::count_if(contacts.swept.begin(), contacts.swept.end(),
+                            [&](const SweptContact& c) { return c.time == first && c.kind == SweptKind::vertex_face; }),
+              1);
+}
+
+TEST_P(Swept, LimitsAreKeptAndTold) {
+    const World world = fast_scenes().front();
+    const ContactSet whole = answer(world, GetParam());
+    for (const std::size_t most : {std::size_t{0}, std::size_t{3}, whole.swept.size() - 1}) {
+        const ContactSet contacts = answer(world, GetParam(), {{"max_pairs", std::to_string(most)}});
+        EXPECT_LE(contacts.swept.size(), most);
+        EXPECT_TRUE(contacts.truncated);
+    }
+    for (std::int64_t budget = 0; budget < 2 * whole.work.work(); budget += 1 + whole.work.work() / 23) {
+        const ContactSet contacts = answer(world, GetParam(), {{"work_budget", std::to_string(budget)}});
+        EXPECT_LE(contacts.work.work(), budget);
+        if (!contacts.truncated) {
+            EXPECT_EQ(contacts.swept.size(), whole.swept.size());
+        }
+    }
+    EXPECT_FALSE(answer(world, GetParam(), {{"max_pairs", "100000"}, {"work_budget", "1e12"}}).truncated);
+    EXPECT_EQ(answer(world, GetParam(), {{"max_pairs", "100000"}}).swept.size(), whole.swept.size());
+}
+
+TEST(OhcSwept, NoSettingChangesTheAnswer) {
+    for (const World& world : fast_scenes()) {
+        const std::size_t expected = answer(world, "ohc").swept.size();
+        for (const Settings& settings : std::vector<Settings>{{{"cell", "0.0005"}},
+                                                              {{"cell", "1"}},
+                                                              {{"cell", "0.0031"}, {"margin", "0.002"}},
+                                                              {{"hash", "teschner"}, {"hash_bits", "1"}}}) {
+            EXPECT_EQ(answer(world, "ohc", settings).swept.size(), expected) << world.name;
+        }
+    }
+}
+
+std::vector<std::string> detectors_with_the_option() {
+    std::vector<std::string> names;
+    for (const DetectorEntry& entry : registry().detectors()) {
+        if (!entry.own) continue;
+        for (const Parameter& parameter : entry.parameters) {
+            if (parameter.name == "swept") names.push_back(entry.name);
+        }
+    }
+    return names;
+}
+INSTANTIATE_TEST_SUITE_P(Every, Swept, testing::ValuesIn(detectors_with_the_option()),
+                         [](const auto& method) { return method.param; });
+
+}  // namespace
+}  // namespace trocar::test
