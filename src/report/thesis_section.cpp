@@ -62,6 +62,7 @@ void raise(double& worst, double value) {
 
 std::vector<std::string> table_2_1_rows() {
     std::vector<std::string> rows;
+    rows.reserve(previous_systems.size());
     for (const PreviousSystem& system : previous_systems) rows.emplace_back(system.authors);
     return rows;
 }
@@ -192,9 +193,12 @@ void add_thesis_table(Draft& draft) {
                 groups[{record->spec.scene, record->spec.response}].push_back(record);
             }
         }
-        for (const auto& [key, group] : groups) {
+        for (const auto& entry : groups) {
+            const auto& key = entry.first;
+            const std::vector<const Record*>& group = entry.second;
             const auto cell = [&group](const std::string& name, double scale) {
                 std::vector<double> values;
+                values.reserve(group.size());
                 for (const Record* record : group) values.push_back(summary_of(*record, name));
                 const Estimate estimate = across_processes(values);
                 return estimate_text(estimate, scale);
