@@ -15,6 +15,7 @@
 #include "respond/grasp.hpp"
 #include "respond/surface.hpp"
 #include "respond/thesis_settings.hpp"
+#include "respond/tip_proxy.hpp"
 
 namespace trocar {
 namespace {
@@ -40,6 +41,7 @@ public:
         edges_.clear();
         has_tissue_ = std::any_of(topology.bodies.begin(), topology.bodies.end(),
                                   [](const BodyRange& body) { return body.kind == BodyKind::tissue; });
+        proxies_.prepare(topology, materials, TipProxies::default_radius);
         if (!has_tissue_) return;
         if (settings_.resolution == Resolution::ledger) ledger_.prepare(topology);
         grasp_.prepare(topology, settings_.grasp == GraspRule::spring);
@@ -59,7 +61,10 @@ public:
         if (has_tissue_ && settings_.grasp != GraspRule::off) hold_grasped(frame, contacts, effect);
         if (has_tissue_ && settings_.resolution == Resolution::ledger) resolve_by_ledger(frame, contacts, effect);
 
-        for (const Contact& contact : contacts.contacts) respond_to(frame, contact, effect);
+        if (settings_.tip_proxy) proxies_.respond(*topology_, *materials_, laws_, frame, effect);
+        for (const Contact& contact : contacts.contacts) {
+            if (!proxies_.takes(*topology_, frame, contact)) respond_to(frame, contact, effect);
+        }
         if (settings_.reduce) respond_to_reduced(frame, effect);
         if (has_tissue_ && settings_.constrain) keep_resting(frame, effect);
         if (has_tissue_ && settings_.resolution == Resolution::back_projection) back_project(frame, effect);
@@ -809,6 +814,7 @@ private:
     double dt_ = 0.0;
     bool has_tissue_ = false;
     PairLaws laws_;
+    TipProxies proxies_;
     VertexSprings springs_;
     Surface surface_;
     CrossingLedger ledger_;

@@ -80,6 +80,11 @@ std::vector<Parameter> thesis_parameters() {
          .default_value = "auto",
          .choices = {"auto", "sum", "fulcrum"},
          .meaning = "force shown at the tip: plain sum (faithful), or through the trocar as pivot (corrected)"},
+        {.name = "tip_proxy",
+         .type = Parameter::Type::choice,
+         .default_value = "on",
+         .choices = {"on", "off"},
+         .meaning = "tip against bone: by a god-object, as the thesis leaves it to GHOST (§3.4.2), or by 3.4 and 3.5"},
         {.name = "contacts",
          .type = Parameter::Type::choice,
          .default_value = "implicit",
@@ -106,6 +111,7 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.impulse_reaction = on("reaction", "impulse");
     s.all_rigid_cases = on("rigid_tissue", "all");
     s.impulse_tissue = on("tissue_tissue", "impulse");
+    s.tip_proxy = values.is("tip_proxy", "on");
     s.fulcrum = on("tip", "fulcrum");
     if (values.is("resolution", "auto")) {
         s.resolution = corrected ? Resolution::ledger : Resolution::back_projection;

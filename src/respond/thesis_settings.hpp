@@ -27,6 +27,7 @@ struct ThesisSettings {
     bool impulse_reaction = false;  ///< reaction of placed tissue from momentum; false: equilibrium of A2
     bool all_rigid_cases = false;   ///< R2T also where the bone enters the tissue
     bool impulse_tissue = false;    ///< T2T along the contact normal, closing only, with penalty; false: 3.12-3.17
+    bool tip_proxy = true;          ///< tip against bone by a god-object; false: by 3.4 and 3.5 like the rest
     bool fulcrum = false;
     Resolution resolution = Resolution::none;
     GraspRule grasp = GraspRule::off;

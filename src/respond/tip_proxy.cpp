@@ -1,0 +1,311 @@
+#include "respond/tip_proxy.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "geometry/exact.hpp"
+#include "respond/equations.hpp"
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// The ball may sink in by this part of its radius while it moves; it is pushed out again before the next move. With
+/// the play, a ball that slides over a shared edge of two faces does not catch on the edge.
+constexpr double skin = 2e-4;
+constexpr std::size_t most_planes = 16;
+
+}  // namespace
+
+void GodObject::prepare(std::vector<Index> triangles, double radius) {
+    triangles_ = std::move(triangles);
+    std::sort(triangles_.begin(), triangles_.end());
+    radius_ = radius;
+    filled_ = false;
+    placed_ = false;
+}
+
+GodObject::Nearest GodObject::nearest(const Topology& topology, const Matrix3X& position, Index triangle,
+                                      const Vector3& point) {
+    const equations::Corners corners = corners_of(topology, position, triangle);
+    const Vector3 weights = equations::nearest_weights(corners, point);
+    Nearest result;
+    result.point = weights[0] * corners[0] + weights[1] * corners[1] + weights[2] * corners[2];
+    result.distance = (point - result.point).norm();
+    return result;
+}
+
+void GodObject::start(const Topology& topology, const Matrix3X& position, const Vector3& device) {
+    grid_.prepare(topology, triangles_);
+    grid_.fill(topology, position);
+    large_.clear();
+    for (const Index t : triangles_) {
+        const equations::Corners c = corners_of(topology, position, t);
+        const Vector3 extent =
+            c[0].cwiseMax(c[1]).cwiseMax(c[2]) - c[0].cwiseMin(c[1]).cwiseMin(c[2]) + Vector3::Constant(grid_.cell());
+        if ((extent / grid_.cell()).maxCoeff() > 10.0) large_.push_back(t);
+    }
+    filled_ = true;
+    proxy_ = device;
+    // Inside a closed body: out by the shortest way.
+    double winding = 0.0;
+    Nearest closest{.distance = std::numeric_limits<double>::infinity()};
+    for (const Index t : triangles_) {
+        if (!topology.bodies[at(topology.body_of_triangle[at(t)])].closed) continue;
+        const equations::Corners c = corners_of(topology, position, t);
+        const Vector3 a = c[0] - device;
+        const Vector3 b = c[1] - device;
+        const Vector3 d = c[2] - device;
+        winding += 2.0 * std::atan2(a.dot(b.cross(d)), a.norm() * b.norm() * d.norm() + a.dot(b) * d.norm() +
+                                                           b.dot(d) * a.norm() + d.dot(a) * b.norm());
+        const Nearest here = nearest(topology, position, t, device);
+        if (here.distance < closest.distance) closest = here;
+    }
+    if (winding > 2.0 * std::numbers::pi && closest.distance > 0.0) {
+        proxy_ = closest.point + radius_ / closest.distance * (closest.point - device);
+    }
+    placed_ = true;
+}
+
+void GodObject::collect_candidates(const Topology& topology, const Matrix3X& position, const Vector3& centre,
+                                   double reach) {
+    Box box;
+    box.add(centre - Vector3::Constant(reach));
+    box.add(centre + Vector3::Constant(reach));
+    const auto keep = [&](Index t) {
+        const equations::Corners c = corners_of(topology, position, t);
+        Box own;
+        for (const Vector3& corner : c) own.add(corner);
+        if (own.overlaps(box)) candidates_.push_back(t);
+    };
+    candidates_.clear();
+    const double cells = (box.max - box.min).cwiseMin(grid_.bounds().max - grid_.bounds().min).maxCoeff();
+    if (cells > 40.0 * grid_.cell()) {
+        for (const Index t : triangles_) keep(t);  // looking at all of them is cheaper
+        return;
+    }
+    for (const Index t : large_) keep(t);
+    grid_.visit(box, [&](Index t) {
+        if (large_.empty() || !std::binary_search(large_.begin(), large_.end(), t)) keep(t);
+    });
+}
+
+/// Contact planes at the proxy: one per triangle that is nearer than `within`, without those whose nearest point also
+/// belongs to a nearer triangle: an edge seen from above its own face holds nothing back.
+void GodObject::collect_planes(const Topology& topology, const Matrix3X& position, double within) {
+    planes_.clear();
+    for (const Index t : candidates_) {
+        const Nearest here = nearest(topology, position, t, proxy_);
+        if (!(here.distance < within) || !(here.distance > 0.0)) continue;
+        planes_.push_back({.normal = (proxy_ - here.point) / here.distance,
+                           .least = radius_ - here.distance,
+                           .foot = here.point,
+                           .distance = here.distance,
+                           .triangle = t});
+    }
+    std::sort(planes_.begin(), planes_.end(), [](const Plane& a, const Plane& b) {
+        return a.distance != b.distance ? a.distance < b.distance : a.triangle < b.triangle;
+    });
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < planes_.size() && kept < most_planes; ++i) {
+        bool covered = false;
+        for (std::size_t j = 0; j < kept && !covered; ++j) {
+            covered = nearest(topology, position, planes_[j].triangle, planes_[i].foot).distance < 1e-6 * radius_;
+        }
+        if (!covered) planes_[kept++] = planes_[i];
+    }
+    planes_.resize(kept);
+}
+
+/// The point nearest to `wanted` that all planes allow. At most three planes hold it: the sets of up to three are tried
+/// until one gives a point that all others allow and that it holds by pressing only.
+Vector3 GodObject::constrained_goal(const Vector3& wanted, int& active) const {
+    const Vector3 way = wanted - proxy_;
+    const double tolerance = 1e-9 * radius_;
+    const auto allowed = [&](const Vector3& step) {
+        return std::all_of(planes_.begin(), planes_.end(),
+                           [&](const Plane& p) { return p.normal.dot(step) >= p.least - tolerance; });
+    };
+    if (allowed(way)) {
+        active = 0;
+        return wanted;
+    }
+    const auto count = static_cast<int>(planes_.size());
+    Vector3 best = Vector3::Zero();
+    bool found = false;
+    const auto attempt = [&](const std::array<int, 3>& chosen, int size) {
+        Matrix3 normals = Matrix3::Zero();
+        Vector3 missing = Vector3::Zero();
+        for (int i = 0; i < size; ++i) {
+            const Plane& plane = planes_[at(chosen[at(i)])];
+            normals.col(i) = plane.normal;
+            missing[i] = plane.least - plane.normal.dot(way);
+        }
+        // Unused rows and columns are those of the unit matrix.
+        Matrix3 gram = normals.transpose() * normals;
+        for (int i = size; i < 3; ++i) gram(i, i) = 1.0;
+        if (gram.determinant() < 1e-12) return;
+        const Vector3 pressure = gram.inverse() * missing;
+        if (pressure.head(size).minCoeff() < 0.0) return;
+        const Vector3 step = way + normals * pressure;
+        if (!allowed(step)) return;
+        if (found && (step - way).squaredNorm() >= (best - way).squaredNorm()) return;
+        best = step;
+        found = true;
+        active = size;
+    };
+    for (int i = 0; i < count; ++i) attempt({i, -1, -1}, 1);
+    for (int i = 0; i < count && !found; ++i) {
+        for (int j = 0; j < i; ++j) attempt({i, j, -1}, 2);
+    }
+    for (int i = 0; i < count && !found; ++i) {
+        for (int j = 0; j < i; ++j) {
+            for (int k = 0; k < j; ++k) attempt({i, j, k}, 3);
+        }
+    }
+    if (!found) active = std::min(count, 3);
+    return proxy_ + best;
+}
+
+bool GodObject::move_to(const Topology& topology, const Matrix3X& position, const Vector3& goal) {
+    const Vector3 way = goal - proxy_;
+    const double limit = radius_ * (1.0 - skin);
+    double share = 1.0;
+    for (const Index t : candidates_) {
+        // The triangle lies behind the plane through its nearest point: the ball may go on until it meets that plane,
+        // and looks again from there (conservative advancement).
+        double s = 0.0;
+        constexpr int most_looks = 64;
+        int look = 0;
+        for (; look < most_looks && s < share; ++look) {
+            const Vector3 here = proxy_ + s * way;
+            const Nearest foot = nearest(topology, position, t, here);
+            if (!(foot.distance > 0.0)) break;
+            const double closing = -way.dot(here - foot.point) / foot.distance;
+            if (!(closing > 0.0)) {
+                s = 1.0;
+                break;
+            }
+            if (foot.distance <= limit * (1.0 + 1e-9)) break;
+            s += (foot.distance - limit) / closing;
+        }
+        share = std::min(share, s);
+    }
+    if (!(share > 0.0)) return false;
+    const Vector3 end = share < 1.0 ? Vector3(proxy_ + share * way) : goal;
+    Box path;
+    path.add(proxy_);
+    path.add(end);
+    for (const Index t : candidates_) {
+        const equations::Corners corners = corners_of(topology, position, t);
+        Box own;
+        for (const Vector3& corner : corners) own.add(corner);
+        if (own.overlaps(path) && triangles_intersect({proxy_, end, end}, corners)) return false;
+    }
+    const bool moved = (end - proxy_).norm() > 1e-9 * radius_;
+    proxy_ = end;
+    return moved;
+}
+
+const Vector3& GodObject::follow(const Topology& topology, const Matrix3X& position, const Vector3& device) {
+    if (!placed_) start(topology, position, device);
+    active_ = 0;
+    const double reach = (device - proxy_).norm();
+    // The proxy never goes further from the device than it is.
+    collect_candidates(topology, position, device, reach + 3.0 * radius_);
+    if (candidates_.empty()) {
+        proxy_ = device;
+        return proxy_;
+    }
+    constexpr int most_moves = 24;
+    for (int move = 0; move < most_moves; ++move) {
+        collect_planes(topology, position, radius_ * (1.0 - 1e-9));
+        if (!planes_.empty()) {
+            int pushing = 0;
+            move_to(topology, position, constrained_goal(proxy_, pushing));
+        }
+        // Also planes that the push has lifted the ball off: else it would creep along a groove from one to the other.
+        collect_planes(topology, position, radius_ * (1.0 + 4.0 * skin));
+        const Vector3 goal = constrained_goal(device, active_);
+        if ((goal - proxy_).norm() <= 1e-9 * radius_ || !move_to(topology, position, goal)) break;
+        if (proxy_ == device) break;
+    }
+    return proxy_;
+}
+
+void TipProxies::prepare(const Topology& topology, const Materials& materials, double radius) {
+    tips_.clear();
+    radius_ = radius;
+    led_ = false;
+    for (Index body = 0; body < topology.body_count(); ++body) {
+        const BodyRange& range = topology.bodies[at(body)];
+        if (range.kind != BodyKind::instrument || at(body) >= materials.tip.size()) continue;
+        const bool part_of_known = std::any_of(tips_.begin(), tips_.end(), [&](const Tip& tip) {
+            return !range.instrument.empty() && topology.bodies[at(tip.body)].instrument == range.instrument;
+        });
+        if (part_of_known) continue;
+        Tip tip;
+        tip.body = body;
+        std::vector<Index> triangles;
+        for (Index other = 0; other < topology.body_count(); ++other) {
+            const BodyRange& bone = topology.bodies[at(other)];
+            if (bone.kind != BodyKind::rigid || topology.body_pair(body, other) < 0) continue;
+            if (tip.rigid < 0) tip.rigid = other;
+            for (Index t = bone.triangles.first; t < bone.triangles.end(); ++t) triangles.push_back(t);
+        }
+        if (triangles.empty()) continue;
+        tip.object.prepare(std::move(triangles), radius);
+        tips_.push_back(std::move(tip));
+    }
+}
+
+void TipProxies::respond(const Topology& topology, const Materials& materials, const PairLaws& laws, const Frame& frame,
+                         Effect& effect) {
+    led_ = frame.pose.size() == topology.bodies.size();
+    if (!led_) return;
+    for (Tip& tip : tips_) {
+        const Pose& pose = frame.pose[at(tip.body)];
+        const Range vertices = topology.bodies[at(tip.body)].vertices;
+        tip.place = pose.rotation * materials.tip[at(tip.body)] + pose.translation;
+        const auto body = frame.position.middleCols(vertices.first, vertices.count);
+        if (tip.vertex < 0) {
+            Eigen::Index nearest = 0;
+            (body.colwise() - tip.place).colwise().squaredNorm().minCoeff(&nearest);
+            tip.vertex = vertices.first + static_cast<Index>(nearest);
+        }
+        const bool hangs = at(tip.body) < materials.trocar_point.size() && materials.trocar_point[at(tip.body)];
+        const Vector3 upwards = (hangs ? *materials.trocar_point[at(tip.body)] : body.rowwise().mean()) - tip.place;
+        const double length = upwards.norm();
+        const Vector3 device = length > 0.0 ? Vector3(tip.place + radius_ / length * upwards) : tip.place;
+        const Vector3 back = tip.object.follow(topology, frame.position, device) - device;
+        const double depth = back.norm();
+        if (depth <= 1e-9 * radius_) continue;
+        LinearContact contact;
+        contact.vertices = {tip.vertex, -1, -1};
+        contact.weights = {1.0, 0.0, 0.0};
+        contact.normal = back / depth;
+        contact.gap = -depth;
+        contact.k = laws.k(tip.body, tip.rigid);
+        if (std::isnan(contact.k)) contact.k = rigid_stiffness;
+        contact.mu = laws.mu(tip.body, tip.rigid);
+        effect.contacts.push_back(contact);
+    }
+}
+
+bool TipProxies::takes(const Topology& topology, const Frame& frame, const Contact& contact) const {
+    if (!led_ || contact.a < 0 || contact.b < 0) return false;
+    const Index body_a = topology.body_of_triangle[at(contact.a)];
+    const Index body_b = topology.body_of_triangle[at(contact.b)];
+    if (topology.bodies[at(body_b)].kind != BodyKind::rigid) return false;
+    return std::any_of(tips_.begin(), tips_.end(), [&](const Tip& tip) {
+        if (tip.body != body_a) return false;
+        const bool enters = contact.kind == ContactCase::a_enters_b && contact.vertex_a >= 0;
+        const Vector3 place = enters ? Vector3(frame.position.col(contact.vertex_a)) : contact.point;
+        return (place - tip.place).norm() <= 2.0 * radius_;
+    });
+}
+
+}  // namespace trocar
