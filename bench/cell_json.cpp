@@ -90,6 +90,58 @@ MethodResult method_from(const Json& json) {
     return result;
 }
 
+Json spread_json(const Spread& spread) { return {spread.median, spread.p99, spread.p999, spread.max}; }
+Spread spread_from(const Json& json) { return {json.at(0), json.at(1), json.at(2), json.at(3)}; }
+
+Json bounded_json(const BoundedMeasurement& bounded) {
+    Json methods = Json::array();
+    for (const BoundedResult& result : bounded.methods) {
+        methods.push_back({{"label", result.label},
+                           {"library", result.library},
+                           {"own", result.own},
+                           {"claims_exact", result.claims_exact},
+                           {"outcome", outcome_json(result.outcome)},
+                           {"work", spread_json(result.work)},
+                           {"worst_tick", result.worst_tick},
+                           {"wall_ns", spread_json(result.wall)},
+                           {"empty_ns", spread_json(result.empty)},
+                           {"allocations", result.allocations},
+                           {"truncated", result.truncated},
+                           {"truth_ticks", result.truth_ticks},
+                           {"wrong_ticks", result.wrong_ticks}});
+    }
+    return {
+        {"ticks", bounded.ticks},           {"driven_ticks", bounded.driven_ticks}, {"box_pairs", bounded.box_pairs},
+        {"true_pairs", bounded.true_pairs}, {"frames_hash", bounded.frames_hash},   {"methods", methods}};
+}
+
+BoundedMeasurement bounded_from(const Json& json) {
+    BoundedMeasurement bounded;
+    bounded.ticks = json.at("ticks");
+    bounded.driven_ticks = json.at("driven_ticks");
+    bounded.box_pairs = json.at("box_pairs");
+    bounded.true_pairs = json.at("true_pairs");
+    bounded.frames_hash = json.at("frames_hash");
+    for (const Json& entry : json.at("methods")) {
+        BoundedResult result;
+        result.label = entry.at("label");
+        result.library = entry.at("library");
+        result.own = entry.at("own");
+        result.claims_exact = entry.at("claims_exact");
+        result.outcome = outcome_from(entry.at("outcome"));
+        result.work = spread_from(entry.at("work"));
+        result.worst_tick = entry.at("worst_tick");
+        result.wall = spread_from(entry.at("wall_ns"));
+        result.empty = spread_from(entry.at("empty_ns"));
+        result.allocations = entry.at("allocations");
+        result.truncated = entry.at("truncated");
+        result.truth_ticks = entry.at("truth_ticks");
+        result.wrong_ticks = entry.at("wrong_ticks");
+        bounded.methods.push_back(std::move(result));
+    }
+    return bounded;
+}
+
 Json missing_json(const std::vector<Missing>& missing) {
     Json json = Json::array();
     for (const Missing& entry : missing) json.push_back({entry.name, entry.reason});
@@ -101,7 +153,7 @@ CellRecord record_from(const Json& json) {
     CellRecord record;
     CellSpec& spec = record.spec;
     spec.id = json.at("cell");
-    spec.group = enum_from<Group, 9>(json.at("group"));
+    spec.group = enum_from<Group, 10>(json.at("group"));
     const Json& scene = json.at("scene");
     spec.scene.variant = enum_from<Variant, 7>(scene.at("variant"));
     spec.scene.tissue_triangles = scene.at("tissue_triangles");
@@ -125,6 +177,7 @@ CellRecord record_from(const Json& json) {
     record.load_after = json.at("load_after");
     record.measurement.true_pairs = json.at("true_pairs");
     record.measurement.frames_hash = json.at("frames_hash");
+    if (const auto bounded = json.find("bounded"); bounded != json.end()) record.bounded = bounded_from(*bounded);
     for (const Json& entry : json.at("micro")) {
         record.micro.push_back({entry.at(0), entry.at(1), entry.at(2)});
     }
@@ -164,6 +217,7 @@ std::string to_json_line(const CellRecord& record) {
               {"frames_hash", record.measurement.frames_hash},
               {"micro", Json::array()},
               {"methods", Json::array()}};
+    if (record.spec.group == Group::bounded) json["bounded"] = bounded_json(record.bounded);
     for (const MicroResult& result : record.micro) json["micro"].push_back({result.name, result.ns, result.items});
     for (const MethodResult& result : record.measurement.methods) json["methods"].push_back(method_json(result));
     return json.dump();

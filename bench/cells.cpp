@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <fstream>
 #include <utility>
 
@@ -34,6 +35,13 @@ public:
         cell.group = Group::bodies;
         cell.bodies = count;
         finish(cell, 0.4, 80);
+    }
+    void add_bounded() {
+        CellSpec cell;
+        cell.id = fmt::format("{}: i2t_drag, repeated", name_of(Group::bounded));
+        cell.group = Group::bounded;
+        constexpr std::int64_t ticks = 100000;
+        finish(cell, 1.0, ticks);
     }
     void add_micro() {
         CellSpec cell;
@@ -81,6 +89,19 @@ std::vector<Contestant> contestants_of(const CellSpec& spec, std::int64_t triang
                                        std::vector<Missing>& missing) {
     std::vector<Contestant> all = contestants(registry(), missing);
     std::vector<Contestant> list;
+    if (spec.group == Group::bounded) {
+        // Ours and the two that ratios are taken to; a full run has every default setting that does not look at
+        // every pair.
+        for (Contestant& contestant : all) {
+            const bool anchor = contestant.method == embree_anchor || contestant.method == fcl_anchor;
+            const bool is_default = contestant.method.find(':') == std::string::npos;
+            const bool quadratic = contestant.most_triangles_full > 0;
+            if (is_default && !quadratic && (contestant.own || anchor || !spec.quick)) {
+                list.push_back(std::move(contestant));
+            }
+        }
+        return list;
+    }
     if (spec.group == Group::cell_size) {
         for (const std::string method : {"ohc", "spatial_tessellation", "spatial_tessellation:storage=dense"}) {
             const auto found =
@@ -118,8 +139,8 @@ double load_now() {
 }  // namespace
 
 std::string_view name_of(Group group) {
-    constexpr std::array<std::string_view, 9> names{"size",     "motion",    "multi",  "local", "order",
-                                                    "settings", "cell size", "bodies", "micro"};
+    constexpr std::array<std::string_view, 10> names{"size",     "motion",    "multi",  "local",   "order",
+                                                     "settings", "cell size", "bodies", "bounded", "micro"};
     return names.at(static_cast<std::size_t>(group));
 }
 
@@ -176,6 +197,7 @@ std::vector<CellSpec> plan_cells(bool quick) {
         plan.add(Group::cell_size, scene(Variant::light, n, 2000));
     }
     for (const Index count : {2, 4, 8, 16, 32, 64, 128}) plan.add_bodies(count);
+    plan.add_bounded();
     plan.add_micro();
     return std::move(plan).cells();
 }
@@ -191,8 +213,7 @@ CellRecord run_cell(const CellSpec& spec, const std::vector<std::string>& withou
         record.load_after = load_now();
         return record;
     }
-    const auto measure_on = [&](const auto& scene, double edge) {
-        const Topology& topology = scene.topology();
+    const auto contestants_on = [&](const Topology& topology, double edge) {
         record.vertices = topology.vertex_count;
         record.triangles = topology.triangle_count();
         record.tissue_edge = edge;
@@ -200,7 +221,20 @@ CellRecord run_cell(const CellSpec& spec, const std::vector<std::string>& withou
         std::erase_if(list, [&without](const Contestant& contestant) {
             return std::find(without.begin(), without.end(), contestant.label) != without.end();
         });
-        const FrameMaker frames{&topology, [&scene](std::int64_t step, Frame& frame) { scene.write(step, frame); }};
+        return list;
+    };
+    if (spec.group == Group::bounded) {
+        // Three cycles for two thousand counted ticks: the tool is in the air for about a third of a cycle.
+        const Scene scene = repeated_drag(std::filesystem::path(TROCAR_BENCH_SCENES) / "i2t_drag.json",
+                                          10 + 3 * spec.most_steps / 1000);
+        record.bounded = measure_bounded(scene, contestants_on(scene.topology, 0.0), spec.most_steps, now);
+        record.load_after = load_now();
+        return record;
+    }
+    const auto measure_on = [&](const auto& scene, double edge) {
+        const std::vector<Contestant> list = contestants_on(scene.topology(), edge);
+        const FrameMaker frames{&scene.topology(),
+                                [&scene](std::int64_t step, Frame& frame) { scene.write(step, frame); }};
         record.measurement =
             measure(frames, list,
                     {.budget_s = spec.budget_s, .most_steps = spec.most_steps, .seed = spec.scene.seed, .now = now});

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bounded.hpp"
 #include "measurement.hpp"
 #include "scenes.hpp"
 
@@ -21,6 +22,7 @@ enum class Group : std::uint8_t {
     settings,   ///< further settings: scalar code, common narrow phase, rebuilt trees …
     cell_size,  ///< sweep over the cell edge of ohc
     bodies,     ///< sweep over the number of bodies
+    bounded,    ///< the worst tick of a long run
     micro       ///< single stages by Google Benchmark
 };
 std::string_view name_of(Group group);
@@ -32,7 +34,7 @@ struct CellSpec {
     Index bodies = 0;  ///< group bodies: how many
     bool quick = false;
     double budget_s = 0.5;
-    std::int64_t most_steps = 160;
+    std::int64_t most_steps = 160;  ///< group bounded: ticks with a pair of overlapping boxes
 };
 
 /// In the order in which they run and are reported.
@@ -58,6 +60,7 @@ struct CellRecord {
     double tissue_edge = 0.0;  ///< m
     double load_after = 0.0;   ///< runnable processes, last minute, at the end of the cell
     CellMeasurement measurement;
+    BoundedMeasurement bounded;  ///< group bounded
     std::vector<MicroResult> micro;
 };
 

@@ -68,7 +68,7 @@ int detection(const Options& options) {
     session.child_command = {std::filesystem::read_symlink("/proc/self/exe").string(), "detection"};
     if (options.quick) session.child_command.emplace_back("--quick");
     session.plan = std::move(plan);
-    session.time_limit_s = options.quick ? 300.0 : 1200.0;
+    session.time_limit_s = options.quick ? 900.0 : 1800.0;
     session.progress = isatty(STDERR_FILENO) == 1;
     const SessionResult result = run_session(session);
     if (result.interrupted) {

@@ -1,0 +1,78 @@
+// The bound that a haptic loop lives on, in counters, which CI may gate on: the worst tick of our detectors costs at
+// most three times the usual one. The long run with wall times is the benchmark's; this is the same code, shorter.
+#include <gtest/gtest.h>
+
+#include "bench/bounded.hpp"
+#include "geometry/input_error.hpp"
+
+namespace trocar::bench {
+namespace {
+
+std::filesystem::path scene_file() { return std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes/i2t_drag.json"; }
+
+std::vector<Contestant> own() {
+    std::vector<Contestant> list;
+    for (const char* method : {"ohc", "ohc_clustered"}) list.push_back(contestant_of(method));
+    return list;
+}
+
+TEST(Bounded, WorstTickIsWithinThreeTimesTheMedianInWork) {
+    constexpr std::int64_t ticks = 5000;
+    const Scene scene = repeated_drag(scene_file(), 14);
+    const BoundedMeasurement measured = measure_bounded(scene, own(), ticks);
+    ASSERT_EQ(measured.ticks, ticks);
+    EXPECT_GT(measured.true_pairs, 10.0);
+    ASSERT_EQ(measured.methods.size(), 2U);
+    for (const BoundedResult& method : measured.methods) {
+        SCOPED_TRACE(method.label);
+        EXPECT_TRUE(method.outcome.ok()) << method.outcome.message;
+        EXPECT_GT(method.work.median, 100.0);
+        EXPECT_LE(method.work.max, 3.0 * method.work.median) << "tick " << method.worst_tick;
+        EXPECT_EQ(method.wrong_ticks, 0);
+        EXPECT_GE(method.truth_ticks, 5);
+        EXPECT_EQ(method.truncated, 0);
+    }
+}
+
+TEST(Bounded, AWorkBudgetBoundsEveryTickAndIsToldAsTruncated) {
+    const Scene scene = repeated_drag(scene_file(), 8);
+    for (const char* method : {"ohc", "ohc_clustered"}) {
+        const BoundedMeasurement free = measure_bounded(scene, {contestant_of(method)}, 300);
+        const auto budget = static_cast<std::int64_t>(free.methods[0].work.median);
+        const BoundedMeasurement bounded = measure_bounded(
+            scene, {contestant_of(std::string(method) + ":work_budget=" + std::to_string(budget))}, 300);
+        EXPECT_LE(bounded.methods[0].work.max, static_cast<double>(budget)) << method;
+        EXPECT_GT(bounded.methods[0].truncated, 30) << method;
+        EXPECT_LT(bounded.methods[0].truncated, 270) << method;
+        EXPECT_EQ(bounded.frames_hash, free.frames_hash);
+    }
+}
+
+TEST(Bounded, EveryCycleOfARepeatedSceneIsAnotherDrag) {
+    const Scene once = read_scene(scene_file(), std::nullopt);
+    const Scene many = repeated(once, 3, 0.1);
+    const auto moving = [](const Scene& scene) -> const Motion& {
+        for (const SceneBody& body : scene.bodies) {
+            if (body.motion) return *body.motion;
+        }
+        throw std::logic_error("no motion");
+    };
+    const double period = moving(once).last_key_time() + 0.1;
+    for (const double time : {0.2, 0.45, 0.7}) {
+        const Vector3 first = moving(once).pose_at(time).translation;
+        EXPECT_LT((moving(many).pose_at(time).translation - first).norm(), 1e-12);
+        const Vector3 second = moving(many).pose_at(time + period).translation;
+        // As deep and as far from the axis, in another direction.
+        EXPECT_NEAR(second.z(), first.z(), 1e-12);
+        EXPECT_NEAR(second.head<2>().norm(), first.head<2>().norm(), 1e-9);
+        if (first.head<2>().norm() > 0.005) {
+            EXPECT_GT((second - first).norm(), 0.005);
+        }
+    }
+    Scene still = once;
+    for (SceneBody& body : still.bodies) body.motion.reset();
+    EXPECT_THROW(repeated(still, 2, 0.1), InputError);
+}
+
+}  // namespace
+}  // namespace trocar::bench
