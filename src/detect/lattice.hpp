@@ -37,6 +37,10 @@ struct CellRange {
         return low[0] <= other.high[0] && other.low[0] <= high[0] && low[1] <= other.high[1] &&
                other.low[1] <= high[1] && low[2] <= other.high[2] && other.low[2] <= high[2];
     }
+    [[nodiscard]] bool contains(const CellRange& other) const {
+        return low[0] <= other.low[0] && low[1] <= other.low[1] && low[2] <= other.low[2] && other.high[0] <= high[0] &&
+               other.high[1] <= high[1] && other.high[2] <= high[2];
+    }
     bool operator==(const CellRange& other) const {
         return low[0] == other.low[0] && low[1] == other.low[1] && low[2] == other.low[2] && high[0] == other.high[0] &&
                high[1] == other.high[1] && high[2] == other.high[2];

@@ -1,67 +1,52 @@
-// ohc_clustered: the cascade of ohc with clusters in place of triangles, for meshes whose topology stays. Most of a
-// tick of ohc goes into asking every triangle where it is; here only vertices are read, in a stream, and triangles are
-// looked at where something else is near:
+// ohc_clustered: the cascade of ohc for meshes whose topology stays. Most of a tick of ohc goes into asking every
+// triangle where it is; here only vertices are read, in a stream, and triangles are looked at where something else is
+// near. Each level holds sixteen of the next, fixed at the start and compact in space (clusters.hpp):
 //
-//   chunks     16 vertices each, fixed at the start: their boxes, by minimum and maximum in memory order    [update]
-//   groups     16 clusters of 16 triangles: box = union over the chunk groups they touch; groups that share a coarse
-//              cell with another body go on (occupancy.hpp)
-//   clusters   of such groups: box = union over their chunks; those that share a fine cell go on
-//   opened     the triangles of such clusters get boxes, and the cluster its tight one; cell, object and primitive map
-//              (cell_map.hpp) with clusters as primitives give pairs of clusters, each once
-//   boxes      16 × 16 triangle boxes of a cluster pair at a time (box_kernel.hpp)
-//   triangles  the exact test (narrow_phase.hpp)                                                             [detect]
+//   blocks     64 vertices: their boxes, by minimum and maximum in memory order; what did not move since it was last
+//              read is left alone (block_boxes.hpp)                                                        [update]
+//   regions    16 groups: box = union over the blocks they touch. Cell, object and primitive map (cell_map.hpp) with
+//              regions as primitives give the pairs of regions that share a cell, over all bodies at once and each pair
+//              once; the list is made anew only when a region leaves the cells it was entered with
+//   groups     16 clusters; of regions whose boxes overlap. From here down it is always the same step: a box against
+//              sixteen at a time (cluster_kernels.hpp)
+//   clusters   16 triangles; of groups whose boxes overlap: the group's vertices are taken over in float
+//   triangles  of clusters whose boxes overlap: candidates are pairs of triangles whose boxes overlap
+//   pairs      the exact test (narrow_phase.hpp)                                                           [detect]
 //
 // Nothing is lost on the way: each box encloses what it stands for, cell numbers are monotone (lattice.hpp), boxes in
-// float are rounded outward. With `Frame::moved` only the chunks in the moved ranges are read again.
+// float are compared with a slack that covers their rounding. Pairs of groups of which neither moved are not looked at:
+// their triangle pairs are those of the tick before.
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
-#include "detect/box_kernel.hpp"
+#include "detect/block_boxes.hpp"
 #include "detect/cell_map.hpp"
+#include "detect/cluster_kernels.hpp"
 #include "detect/clusters.hpp"
 #include "detect/lattice.hpp"
 #include "detect/narrow_phase.hpp"
-#include "detect/occupancy.hpp"
 #include "detect/shared_parameters.hpp"
+#include "detect/triangle_filter.hpp"
 #include "method/entry.hpp"
 #include "method/frame_check.hpp"
 
 namespace trocar {
 namespace {
 
-/// A box of three lows and three highs, m; empty until something is put in. The fourth numbers are never looked at:
-/// they make two registers of each side.
-struct alignas(16) Extent {
-    std::array<double, 4> low{infinity, infinity, infinity, infinity};
-    std::array<double, 4> high{-infinity, -infinity, -infinity, -infinity};
-    static constexpr double infinity = std::numeric_limits<double>::infinity();
-    void add(const Extent& other) {
-        for (std::size_t k = 0; k < 4; ++k) low[k] = other.low[k] < low[k] ? other.low[k] : low[k];
-        for (std::size_t k = 0; k < 4; ++k) high[k] = other.high[k] > high[k] ? other.high[k] : high[k];
-    }
-    [[nodiscard]] bool overlaps(const Extent& other) const {
-        unsigned overlap = 1;
-        for (std::size_t k = 0; k < 3; ++k) {
-            overlap &= static_cast<unsigned>(low[k] <= other.high[k]) & static_cast<unsigned>(other.low[k] <= high[k]);
-        }
-        return overlap != 0;
-    }
-    [[nodiscard]] double size() const { return std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]}); }
-};
-
-/// More cells than this, and a cluster is not hashed but held against every opened cluster.
+/// More cells than this, and a region is not hashed but paired with every other.
 constexpr double most_cells = 512.0;
 
 struct Settings {
     ClusterOrder order = ClusterOrder::automatic;
     TriangleTest test = TriangleTest::exact;
+    bool scalar = false;
     std::int64_t max_pairs = std::numeric_limits<std::int64_t>::max();
     std::int64_t work_budget = std::numeric_limits<std::int64_t>::max();
     [[nodiscard]] bool limited() const {
@@ -74,31 +59,49 @@ struct Settings {
 struct MovingBody {
     Index body = -1;
     ClusteredBody clusters;
-    std::vector<Extent> chunk;
-    std::vector<Extent> chunk_group;
-    std::vector<std::uint8_t> stale;  ///< per chunk: in a moved range
+    std::unique_ptr<BlockBoxes> boxes;
+    std::size_t first_region = 0;    ///< of this body in regions_
+    std::vector<std::int32_t> open;  ///< per group: its place in open_groups_, -1 if none
 };
 
-/// A group or cluster that takes part in one level: who it is and where.
-struct Item {
+/// A region as the cells know it.
+struct Region {
     Index owner = -1;   ///< number in bodies_
-    Index number = -1;  ///< of the group or cluster
-    Extent extent;
-    CellRange range;
+    Index number = -1;  ///< of the region in its body
+    CellRange range{};  ///< with room to move
+    bool entered = false;
+    std::int32_t open = -1;  ///< its place in open_regions_
 };
 
-/// A cluster whose triangles are looked at.
-struct Opened {
-    Index owner = -1;
-    Index cluster = -1;
-    Extent extent;
-    CellRange range;
-    ClusterBoxes boxes;
+/// Two regions by number in regions_, the one of the body with the lower number first.
+struct RegionPair {
+    Index first = -1;
+    Index second = -1;
+};
+
+/// Boxes of a region's groups.
+struct OpenRegion {
+    std::int64_t opened_at = -1;
+    SixteenBoxes groups;
+};
+
+/// A group whose clusters are looked at. Triangle boxes are made when a cluster is first asked for.
+struct OpenGroup {
+    SixteenBoxes clusters;
+    std::array<std::int32_t, fan> triangles{};  ///< places in triangle_boxes_, -1 if none
+    FloatBox box;
+    std::size_t points = 0;  ///< where its vertices start in points_
+    std::int64_t opened_at = -1;
+    std::uint32_t with_triangles = 0;  ///< bit per cluster: its triangle boxes are up to date
+};                                     ///< places in triangle_boxes_, -1 if none
 };
 
 class OhcClustered final : public Detector {
 public:
-    explicit OhcClustered(const Settings& settings) : settings_(settings) {}
+    explicit OhcClustered(const Settings& settings)
+        : settings_(settings),
+          kernels_(settings.scalar ? cluster_kernels().back() : cluster_kernels().front()),
+          filter_(settings.scalar ? triangle_filters().back().decide : triangle_filters().front().decide) {}
 
     void prepare(const Topology& topology, const Frame& frame) override {
         topology_ = &topology;
@@ -115,7 +118,6 @@ public:
         }
         map_.prepare(std::move(collide), words, CellHash::fibonacci, 10);
         last_pairs_.clear();
-        bodies_.clear();
         ready_ = false;
         if (is_answerable(topology, frame)) build(frame);
     }
@@ -134,8 +136,8 @@ public:
         }
         if (ready_) {
             const bool whole = !known_ || !frame.moved;
-            if (spend(work_.vertices_read, whole ? vertices_in_use_ : moved_vertices(*frame.moved))) {
-                answerable_ = whole ? read_all(frame) : read_moved(frame);
+            if (spend(work_.vertices_read, whole ? topology_->vertex_count : moved_vertices(*frame.moved))) {
+                answerable_ = read(frame, whole);
                 known_ = answerable_;
             } else {
                 known_ = false;
@@ -158,19 +160,22 @@ public:
         candidates_.clear();
         if (bodies_.size() > 1) {
             if (settings_.limited()) test_last_pairs(frame, contacts);
-            if (!truncated_) find_groups();
-            if (!truncated_) find_clusters();
-            if (!truncated_) open_clusters(frame);
-            if (!truncated_) pair_clusters();
+            if (!truncated_) find_region_pairs();
+            if (!truncated_) find_meetings();
+            for (std::size_t k = 0; k < meetings_.size() && !truncated_; ++k) pair_regions(frame, meetings_[k]);
             test_candidates(frame, contacts);
+            keep_unmoved_pairs(contacts);
         }
         std::sort(contacts.pairs.begin(), contacts.pairs.end());
-        if (settings_.limited()) last_pairs_ = contacts.pairs;
+        last_pairs_ = contacts.pairs;
+        answered_at_ = truncated_ || settings_.limited() ? never : now_;
         contacts.work = work_;
         contacts.truncated = truncated_;
     }
 
 private:
+    static constexpr std::int64_t never = -1;
+
     bool spend(std::int64_t& counter, std::int64_t amount) {
         if (amount > settings_.work_budget - work_.work()) {
             truncated_ = true;
@@ -180,137 +185,78 @@ private:
         return true;
     }
 
+    [[nodiscard]] bool moved(std::int64_t moved_at) const { return moved_at > answered_at_; }
+    MovingBody& owner_of(const Region& region) { return bodies_[static_cast<std::size_t>(region.owner)]; }
+    [[nodiscard]] const BlockBoxes& boxes_of(const Region& region) const {
+        return *bodies_[static_cast<std::size_t>(region.owner)].boxes;
+    }
+    [[nodiscard]] const Extent& extent_of(const Region& region) const { return boxes_of(region).region(region.number); }
+
     // ---- before the first tick ----
 
     void build(const Frame& frame) {
         bodies_.clear();
-        vertices_in_use_ = 0;
+        regions_.clear();
+        region_pairs_.clear();
+        forget_opened();
+        unused_vertices_.clear();
         for (Index body = 0; body < topology_->body_count(); ++body) {
             const BodyRange& range = topology_->bodies[static_cast<std::size_t>(body)];
-            if (!tested_[static_cast<std::size_t>(body)] || range.triangles.count == 0) continue;
+            if (!tested_[static_cast<std::size_t>(body)] || range.triangles.count == 0) {
+                unused_vertices_.push_back(range.vertices);
+                continue;
+            }
             MovingBody moving;
             moving.body = body;
             moving.clusters = cluster_body(*topology_, frame, range, settings_.order);
-            const auto chunks = static_cast<std::size_t>(moving.clusters.chunk_count);
-            moving.chunk.resize(chunks);
-            moving.chunk_group.resize((chunks + chunk_group_size - 1) / chunk_group_size);
-            moving.stale.assign(chunks, 0);
-            vertices_in_use_ += range.vertices.count;
+            moving.open.assign(static_cast<std::size_t>(moving.clusters.group_count), -1);
             bodies_.push_back(std::move(moving));
         }
-        // The smallest first: the last and largest then only looks where the others are. Under a limit instruments
-        // come first, so that what is cut off concerns them least.
-        const auto rank = [this](const MovingBody& moving) {
-            const BodyRange& range = topology_->bodies[static_cast<std::size_t>(moving.body)];
-            return std::pair(settings_.limited() && range.kind != BodyKind::instrument, range.triangles.count);
-        };
-        std::stable_sort(bodies_.begin(), bodies_.end(),
-                         [&rank](const MovingBody& a, const MovingBody& b) { return rank(a) < rank(b); });
+        // Under a limit instruments come first, so that what is cut off concerns them least.
+        std::stable_partition(bodies_.begin(), bodies_.end(), [this](const MovingBody& moving) {
+            return !settings_.limited() || kind_of(moving) == BodyKind::instrument;
+        });
+        place_of_triangle_.assign(static_cast<std::size_t>(topology_->triangle_count()), -1);
+        owner_of_body_.assign(static_cast<std::size_t>(topology_->body_count()), -1);
+        for (std::size_t owner = 0; owner < bodies_.size(); ++owner) {
+            MovingBody& moving = bodies_[owner];
+            owner_of_body_[static_cast<std::size_t>(moving.body)] = static_cast<Index>(owner);
+            moving.boxes = std::make_unique<BlockBoxes>(moving.clusters, kernels_);
+            moving.first_region = regions_.size();
+            for (Index r = 0; r < moving.clusters.region_count; ++r) {
+                Region& region = regions_.emplace_back();
+                region.owner = static_cast<Index>(owner);
+                region.number = r;
+            }
+            for (std::size_t place = 0; place < moving.clusters.triangle.size(); ++place) {
+                const Index t = moving.clusters.triangle[place];
+                if (t >= 0) place_of_triangle_[static_cast<std::size_t>(t)] = static_cast<Index>(place);
+            }
+        }
+        answered_at_ = never;
         ready_ = true;
-        known_ = read_all(frame);
-        choose_cells(frame);
+        cells_are_set_ = false;
+        known_ = read(frame, true);
+    }
+    [[nodiscard]] BodyKind kind_of(const MovingBody& moving) const {
+        return topology_->bodies[static_cast<std::size_t>(moving.body)].kind;
     }
 
-    /// Cells about as large as the boxes they hold: fine ones for clusters, coarse ones for groups.
+    /// Cells about as large as regions.
     void choose_cells(const Frame& frame) {
-        double cluster_sum = 0.0;
-        double group_sum = 0.0;
-        double clusters = 0.0;
-        double groups = 0.0;
-        for (const MovingBody& moving : bodies_) {
-            for (Index c = 0; c < moving.clusters.cluster_count; ++c) cluster_sum += cluster_extent(moving, c).size();
-            for (Index g = 0; g < moving.clusters.group_count; ++g) group_sum += group_extent(moving, g).size();
-            clusters += moving.clusters.cluster_count;
-            groups += moving.clusters.group_count;
+        double sum = 0.0;
+        for (const Region& region : regions_) {
+            const Extent& box = extent_of(region);
+            sum += std::max({box.high[0] - box.low[0], box.high[1] - box.low[1], box.high[2] - box.low[2]});
         }
-        const auto positive = [](double size) { return size > 0.0 && std::isfinite(size) ? size : 1.0; };
+        const double mean = sum / std::max(static_cast<double>(regions_.size()), 1.0);
         const Vector3 corner =
             frame.position.cols() > 0 ? Vector3(frame.position.rowwise().minCoeff()) : Vector3::Zero();
-        fine_.set(positive(0.5 * cluster_sum / std::max(clusters, 1.0)), corner);
-        coarse_.set(positive(0.4 * group_sum / std::max(groups, 1.0)), corner);
+        lattice_.set(mean > 0.0 && std::isfinite(mean) ? mean : 1.0, corner);
+        cells_are_set_ = true;
     }
 
-    // ---- chunks ----
-
-    using Two = double __attribute__((vector_size(16)));
-    static Two load_two(const double* numbers) {
-        Two two;
-        std::memcpy(&two, numbers, sizeof two);
-        return two;
-    }
-    static Two lesser(Two a, Two b) { return a < b ? a : b; }
-    static Two greater(Two a, Two b) { return a > b ? a : b; }
-
-    /// Box of points as they come. A point is read as (x, y) and (y, z), so that nothing behind the last one is
-    /// touched.
-    struct Gathered {
-        Two low_xy = {Extent::infinity, Extent::infinity};
-        Two low_yz = low_xy;
-        Two high_xy = -low_xy;
-        Two high_yz = -low_xy;
-        void add(const double* point) {
-            const Two xy = load_two(point);
-            const Two yz = load_two(point + 1);
-            low_xy = lesser(low_xy, xy);
-            low_yz = lesser(low_yz, yz);
-            high_xy = greater(high_xy, xy);
-            high_yz = greater(high_yz, yz);
-        }
-        void add(const Gathered& other) {
-            low_xy = lesser(low_xy, other.low_xy);
-            low_yz = lesser(low_yz, other.low_yz);
-            high_xy = greater(high_xy, other.high_xy);
-            high_yz = greater(high_yz, other.high_yz);
-        }
-        [[nodiscard]] Extent extent() const {
-            return {.low = {low_xy[0], low_xy[1], low_yz[1], 0.0}, .high = {high_xy[0], high_xy[1], high_yz[1], 0.0}};
-        }
-    };
-
-    static Extent chunk_extent(const Frame& frame, const ClusteredBody& clusters, Index chunk) {
-        const Index first = chunk * cluster_size;
-        const Index count = std::min(cluster_size, clusters.vertices.count - first);
-        const double* const position = frame.position.data();
-        Gathered even;  // two at a time, since each minimum waits for the one before
-        Gathered odd;
-        Index k = 0;
-        if (clusters.vertex_order.empty()) {
-            const double* const points = position + 3 * static_cast<std::size_t>(clusters.vertices.first + first);
-            for (; k + 2 <= count; k += 2) {
-                even.add(points + 3 * k);
-                odd.add(points + 3 * k + 3);
-            }
-            if (k < count) even.add(points + 3 * k);
-        } else {
-            const Index* const order = clusters.vertex_order.data() + first;
-            for (; k + 2 <= count; k += 2) {
-                even.add(position + 3 * static_cast<std::size_t>(order[k]));
-                odd.add(position + 3 * static_cast<std::size_t>(order[k + 1]));
-            }
-            if (k < count) even.add(position + 3 * static_cast<std::size_t>(order[k]));
-        }
-        even.add(odd);
-        return even.extent();
-    }
-
-    /// Boxes of all chunks; false when a number is not finite.
-    bool read_all(const Frame& frame) {
-        if (!is_answerable(*topology_, frame)) return false;
-        for (MovingBody& moving : bodies_) {
-            for (std::size_t g = 0; g < moving.chunk_group.size(); ++g) {
-                const Index first = static_cast<Index>(g) * chunk_group_size;
-                const Index end = std::min(first + chunk_group_size, moving.clusters.chunk_count);
-                Extent whole;
-                for (Index c = first; c < end; ++c) {
-                    const Extent extent = chunk_extent(frame, moving.clusters, c);
-                    moving.chunk[static_cast<std::size_t>(c)] = extent;
-                    whole.add(extent);
-                }
-                moving.chunk_group[g] = whole;
-            }
-        }
-        return true;
-    }
+    // ---- update ----
 
     static std::int64_t moved_vertices(const std::vector<Range>& ranges) {
         std::int64_t sum = 0;
@@ -318,319 +264,333 @@ private:
         return sum;
     }
 
-    /// Boxes of the chunks that hold a vertex in a moved range; all others are as they were.
-    bool read_moved(const Frame& frame) {
-        for (const Range& range : *frame.moved) {
-            const Index first = std::max(range.first, 0);
-            const Index end = std::min(range.end(), topology_->vertex_count);
-            if (end > first && (frame.position.middleCols(first, end - first).array() * 0.0).sum() != 0.0) return false;
+    static bool finite(const Frame& frame, Range range) {
+        return (frame.position.middleCols(range.first, range.count).array() * 0.0).sum() == 0.0;
+    }
+
+    /// Boxes of all blocks and regions that moved, and the cells of those regions; false when a number is not finite.
+    bool read(const Frame& frame, bool whole) {
+        ++now_;
+        bool all_finite = true;
+        for (const Range& range : unused_vertices_) all_finite &= finite(frame, range);
+        for (const MovingBody& moving : bodies_) {
+            all_finite &=
+                whole ? moving.boxes->read_all(frame, now_) : moving.boxes->read_moved(frame, *frame.moved, now_);
         }
-        for (MovingBody& moving : bodies_) {
-            const ClusteredBody& clusters = moving.clusters;
-            for (const Range& range : *frame.moved) {
-                const Index first = std::max(range.first, clusters.vertices.first);
-                const Index end = std::min(range.end(), clusters.vertices.end());
-                if (first >= end) continue;
-                if (clusters.vertex_order.empty()) {
-                    const Index from = (first - clusters.vertices.first) / cluster_size;
-                    const Index to = (end - 1 - clusters.vertices.first) / cluster_size;
-                    for (Index c = from; c <= to; ++c) read_chunk(frame, moving, c);
-                } else {
-                    for (Index v = first; v < end; ++v) {
-                        moving.stale[static_cast<std::size_t>(
-                            clusters.chunk_of[static_cast<std::size_t>(v - clusters.vertices.first)])] = 1;
-                    }
-                }
-            }
-            if (clusters.vertex_order.empty()) continue;
-            for (Index c = 0; c < clusters.chunk_count; ++c) {
-                if (std::exchange(moving.stale[static_cast<std::size_t>(c)], std::uint8_t{0}) != 0) {
-                    read_chunk(frame, moving, c);
-                }
+        if (!all_finite) return false;
+        if (!cells_are_set_) choose_cells(frame);
+        for (const MovingBody& moving : bodies_) {
+            for (const Index r : moving.boxes->moved_regions()) {
+                enter(regions_[moving.first_region + static_cast<std::size_t>(r)]);
             }
         }
         return true;
     }
-    static void read_chunk(const Frame& frame, MovingBody& moving, Index chunk) {
-        moving.chunk[static_cast<std::size_t>(chunk)] = chunk_extent(frame, moving.clusters, chunk);
-        const Index group = chunk / chunk_group_size;
-        Extent whole;
-        const Index end = std::min((group + 1) * chunk_group_size, moving.clusters.chunk_count);
-        for (Index c = group * chunk_group_size; c < end; ++c) whole.add(moving.chunk[static_cast<std::size_t>(c)]);
-        moving.chunk_group[static_cast<std::size_t>(group)] = whole;
+
+    /// Gives a region that left its cells new ones, with half a cell of room on all sides.
+    void enter(Region& region) {
+        const Extent& box = extent_of(region);
+        const Vector3 low(box.low[0], box.low[1], box.low[2]);
+        const Vector3 high(box.high[0], box.high[1], box.high[2]);
+        const CellRange now{lattice_.cell(low), lattice_.cell(high)};
+        if (region.entered && region.range.contains(now)) return;
+        const Vector3 room = Vector3::Constant(0.5 * lattice_.edge());
+        region.range = {lattice_.cell(low - room), lattice_.cell(high + room)};
+        region.entered = true;
+        region_pairs_known_ = false;
     }
 
-    static Extent cluster_extent(const MovingBody& moving, Index cluster) {
-        Extent extent;
-        const Lists& lists = moving.clusters.chunks_of_cluster;
-        for (const Index* c = lists.begin(cluster); c != lists.end(cluster); ++c) {
-            extent.add(moving.chunk[static_cast<std::size_t>(*c)]);
-        }
-        return extent;
-    }
-    static Extent group_extent(const MovingBody& moving, Index group) {
-        Extent extent;
-        const Lists& lists = moving.clusters.chunk_groups_of_group;
-        for (const Index* g = lists.begin(group); g != lists.end(group); ++g) {
-            extent.add(moving.chunk_group[static_cast<std::size_t>(*g)]);
-        }
-        return extent;
-    }
+    // ---- regions ----
 
-    // ---- two levels of occupancy ----
-
-    static CellRange range_of(const Lattice& lattice, const Extent& extent) {
-        return {lattice.cell(Vector3(extent.low[0], extent.low[1], extent.low[2])),
-                lattice.cell(Vector3(extent.high[0], extent.high[1], extent.high[2]))};
-    }
-
-    /// Groups that share a coarse cell with a group of another body.
-    void find_groups() {
-        items_.clear();
-        for (std::size_t owner = 0; owner < bodies_.size(); ++owner) {
-            for (Index g = 0; g < bodies_[owner].clusters.group_count; ++g) {
-                const Extent extent = group_extent(bodies_[owner], g);
-                items_.push_back({static_cast<Index>(owner), g, extent, range_of(coarse_, extent)});
-            }
-        }
-        keep_shared();
-        groups_.swap(items_);
-    }
-
-    /// Clusters of those groups that share a fine cell with a cluster of another body.
-    void find_clusters() {
-        items_.clear();
-        for (const Item& group : groups_) {
-            const MovingBody& moving = bodies_[static_cast<std::size_t>(group.owner)];
-            const Index end = std::min((group.number + 1) * cluster_size, moving.clusters.cluster_count);
-            for (Index c = group.number * cluster_size; c < end; ++c) {
-                const Extent extent = cluster_extent(moving, c);
-                items_.push_back({group.owner, c, extent, range_of(fine_, extent)});
-            }
-        }
-        keep_shared();
-    }
-
-    /// Drops from items_ (body by body) those whose cells no other body's item holds.
-    void keep_shared() {
-        if (!spend(work_.cells_visited, static_cast<std::int64_t>(items_.size()))) return;
-        if (items_.empty()) return;
-        CellRange whole = items_.front().range;
-        for (const Item& item : items_) {
-            whole.low = cell_min(whole.low, item.range.low);
-            whole.high = cell_max(whole.high, item.range.high);
-        }
-        cells_tell_ = !Lattice::at_limit(whole);
-        if (!cells_tell_) return;  // so far away that cells tell nothing: everything goes on
-        occupancy_.start(whole);
-        const Index last_owner = items_.back().owner;
-        std::size_t first = 0;
-        while (items_[first].owner != last_owner) {
-            std::size_t end = first;
-            CellRange own = items_[first].range;
-            for (; items_[end].owner == items_[first].owner; ++end) {
-                if (settings_.work_budget != std::numeric_limits<std::int64_t>::max() &&
-                    items_[end].range.cell_count() > static_cast<double>(settings_.work_budget - work_.work())) {
-                    truncated_ = true;
-                    occupancy_.merge(own);  // leaves nothing behind for the next tick
-                    return;
-                }
-                work_.cells_visited += occupancy_.mark(items_[end].range);
-                own.low = cell_min(own.low, items_[end].range.low);
-                own.high = cell_max(own.high, items_[end].range.high);
-            }
-            occupancy_.merge(own);
-            first = end;
-        }
-        // The last body looks where the others are, then the others where they meet it or each other.
-        kept_.clear();
-        for (std::size_t k = first; k < items_.size(); ++k) {
-            if (!occupancy_.any_once(items_[k].range)) continue;
-            occupancy_.share(items_[k].range);
-            kept_.push_back(items_[k]);
-        }
-        const std::size_t last_kept = kept_.size();
-        for (std::size_t k = 0; k < first; ++k) {
-            if (occupancy_.any_shared(items_[k].range)) kept_.push_back(items_[k]);
-        }
-        // Back to body by body, the last one at the end.
-        std::rotate(kept_.begin(), kept_.begin() + static_cast<std::ptrdiff_t>(last_kept), kept_.end());
-        items_.swap(kept_);
-    }
-
-    // ---- opened clusters ----
-
-    void open_clusters(const Frame& frame) {
-        opened_.clear();
+    /// Pairs of regions that share a cell, each once.
+    void find_region_pairs() {
+        if (region_pairs_known_) return;
+        region_pairs_.clear();
         large_.clear();
-        if (!spend(work_.vertices_read, static_cast<std::int64_t>(items_.size()) * 3 * cluster_size)) return;
-        if (items_.empty()) return;
-        // Floats are relative to a corner of what is opened, so that they are fine where it matters.
-        Extent whole;
-        for (const Item& item : items_) whole.add(item.extent);
-        origin_ = {whole.low[0], whole.low[1], whole.low[2]};
-        beyond_floats_ = !(whole.size() < 1e37);
-        opened_.resize(items_.size());
         double cells = 0.0;
-        for (std::size_t k = 0; k < items_.size(); ++k) {
-            Opened& opened = opened_[k];
-            opened.owner = items_[k].owner;
-            opened.cluster = items_[k].number;
-            fill_boxes(frame, opened);
-            opened.range = range_of(fine_, opened.extent);
-            const double count = opened.range.cell_count();
+        for (std::size_t k = 0; k < regions_.size(); ++k) {
+            const double count = regions_[k].range.cell_count();
             if (count > most_cells) {
                 large_.push_back(static_cast<Index>(k));
             } else {
                 cells += count;
             }
         }
+        if (!spend(work_.cells_visited, static_cast<std::int64_t>(cells))) return;
         map_.start(static_cast<std::size_t>(cells));
-        for (std::size_t k = 0; k < opened_.size(); ++k) {
-            const CellRange& range = opened_[k].range;
+        for (std::size_t k = 0; k < regions_.size(); ++k) {
+            const CellRange& range = regions_[k].range;
             if (range.cell_count() > most_cells) continue;
-            const Index body = bodies_[static_cast<std::size_t>(opened_[k].owner)].body;
-            if (!spend(work_.cells_visited, static_cast<std::int64_t>(range.cell_count()))) return;
+            const Index body = owner_of(regions_[k]).body;
             for (std::int32_t z = range.low[2]; z <= range.high[2]; ++z) {
                 for (std::int32_t y = range.low[1]; y <= range.high[1]; ++y) {
                     for (std::int32_t x = range.low[0]; x <= range.high[0]; ++x) {
-                        const Cell cell{x, y, z, 0};
-                        if (cells_tell_ && !occupancy_.shared(cell)) continue;
-                        map_.add(cell, body, static_cast<Index>(k));
+                        map_.add(Cell{x, y, z, 0}, body, static_cast<Index>(k));
                     }
                 }
             }
         }
         map_.cascade();
-    }
-
-    // Two units in the last place outward cover all rounding.
-    static float round_down(double x) {
-        const auto rounded = static_cast<float>(x);
-        return rounded - (std::abs(rounded) * 2.5e-7F + 1e-37F);
-    }
-    static float round_up(double x) {
-        const auto rounded = static_cast<float>(x);
-        return rounded + (std::abs(rounded) * 2.5e-7F + 1e-37F);
-    }
-
-    void fill_boxes(const Frame& frame, Opened& opened) const {
-        const ClusteredBody& clusters = bodies_[static_cast<std::size_t>(opened.owner)].clusters;
-        const std::array<Index, 3>* const corner =
-            clusters.corner.data() + static_cast<std::size_t>(opened.cluster) * cluster_size;
-        const double* const position = frame.position.data();
-        // A point is read as (x, y) and (y, z), so that nothing behind the last one is touched.
-        const auto xy = [position](Index v) { return load_two(position + 3 * static_cast<std::size_t>(v)); };
-        const auto yz = [position](Index v) { return load_two(position + 3 * static_cast<std::size_t>(v) + 1); };
-        std::array<std::array<double, 16>, 3> low;
-        std::array<std::array<double, 16>, 3> high;
-        const Two origin_xy = load_two(origin_.data());
-        const Two origin_yz = load_two(origin_.data() + 1);
-        Two low_xy = {Extent::infinity, Extent::infinity};
-        Two low_yz = low_xy;
-        Two high_xy = -low_xy;
-        Two high_yz = -low_xy;
-        for (std::size_t t = 0; t < 16; ++t) {
-            const auto [a, b, c] = corner[t];
-            Two first = lesser(lesser(xy(a), xy(b)), xy(c));
-            Two second = lesser(lesser(yz(a), yz(b)), yz(c));
-            low_xy = lesser(low_xy, first);
-            low_yz = lesser(low_yz, second);
-            first -= origin_xy;
-            second -= origin_yz;
-            low[0][t] = first[0];
-            low[1][t] = first[1];
-            low[2][t] = second[1];
-            first = greater(greater(xy(a), xy(b)), xy(c));
-            second = greater(greater(yz(a), yz(b)), yz(c));
-            high_xy = greater(high_xy, first);
-            high_yz = greater(high_yz, second);
-            first -= origin_xy;
-            second -= origin_yz;
-            high[0][t] = first[0];
-            high[1][t] = first[1];
-            high[2][t] = second[1];
-        }
-        opened.extent.low = {low_xy[0], low_xy[1], low_yz[1], 0.0};
-        opened.extent.high = {high_xy[0], high_xy[1], high_yz[1], 0.0};
-        if (beyond_floats_) {
-            for (std::size_t k = 0; k < 3; ++k) {
-                opened.boxes.low[k].fill(-std::numeric_limits<float>::max());
-                opened.boxes.high[k].fill(std::numeric_limits<float>::max());
-            }
-            return;
-        }
-        for (std::size_t k = 0; k < 3; ++k) {
-            for (std::size_t t = 0; t < 16; ++t) opened.boxes.low[k][t] = round_down(low[k][t]);
-            for (std::size_t t = 0; t < 16; ++t) opened.boxes.high[k][t] = round_up(high[k][t]);
-        }
-    }
-
-    // ---- pairs ----
-
-    void pair_clusters() {
         map_.for_each_meeting([this](const std::array<std::int32_t, 3>& cell, std::span<const Index> first,
                                      std::span<const Index> second) {
-            if (!spend(work_.box_tests, static_cast<std::int64_t>(first.size() * second.size()))) return false;
             for (const Index i : first) {
-                const Opened& p = opened_[static_cast<std::size_t>(i)];
+                const Cell p = regions_[static_cast<std::size_t>(i)].range.low;
                 for (const Index j : second) {
-                    const Opened& q = opened_[static_cast<std::size_t>(j)];
-                    const bool reference = cell[0] == std::max(p.range.low[0], q.range.low[0]) &&
-                                           cell[1] == std::max(p.range.low[1], q.range.low[1]) &&
-                                           cell[2] == std::max(p.range.low[2], q.range.low[2]);
-                    if (reference && p.extent.overlaps(q.extent) && !pair_triangles(p, q)) return false;
+                    const Cell q = regions_[static_cast<std::size_t>(j)].range.low;
+                    // Of the cells that two share, the one where both have begun stands for the pair.
+                    if (cell[0] == std::max(p[0], q[0]) && cell[1] == std::max(p[1], q[1]) &&
+                        cell[2] == std::max(p[2], q[2])) {
+                        region_pairs_.push_back({i, j});
+                    }
                 }
             }
             return true;
         });
-        for (std::size_t k = 0; k < large_.size() && !truncated_; ++k) {
-            const Opened& p = opened_[static_cast<std::size_t>(large_[k])];
-            if (!spend(work_.box_tests, static_cast<std::int64_t>(opened_.size()))) return;
-            for (std::size_t j = 0; j < opened_.size(); ++j) {
-                const Opened& q = opened_[j];
+        for (const Index large : large_) {
+            const Index body = owner_of(regions_[static_cast<std::size_t>(large)]).body;
+            for (std::size_t j = 0; j < regions_.size(); ++j) {
                 // Two large ones meet once, from the one that comes first.
-                if (q.range.cell_count() > most_cells && j <= static_cast<std::size_t>(large_[k])) continue;
-                const Index body_p = bodies_[static_cast<std::size_t>(p.owner)].body;
-                const Index body_q = bodies_[static_cast<std::size_t>(q.owner)].body;
-                if (!map_.may_hit(body_p, body_q) || !p.extent.overlaps(q.extent)) continue;
-                if (!(body_p < body_q ? pair_triangles(p, q) : pair_triangles(q, p))) return;
+                if (regions_[j].range.cell_count() > most_cells && j <= static_cast<std::size_t>(large)) continue;
+                const Index other = owner_of(regions_[j]).body;
+                if (!map_.may_hit(body, other)) continue;
+                const auto number = static_cast<Index>(j);
+                region_pairs_.push_back(body < other ? RegionPair{large, number} : RegionPair{number, large});
+            }
+        }
+        region_pairs_known_ = true;
+    }
+
+    /// Of those pairs, the ones whose boxes overlap and of which at least one region moved.
+    void find_meetings() {
+        meetings_.clear();
+        Extent whole;
+        for (const RegionPair& pair : region_pairs_) {
+            const Region& first = regions_[static_cast<std::size_t>(pair.first)];
+            const Region& second = regions_[static_cast<std::size_t>(pair.second)];
+            if (!moved(boxes_of(first).region_moved_at(first.number)) &&
+                !moved(boxes_of(second).region_moved_at(second.number))) {
+                continue;
+            }
+            if (!spend(work_.box_tests, 1)) return;
+            if (!extent_of(first).overlaps(extent_of(second))) continue;
+            meetings_.push_back(pair);
+            whole.add(extent_of(first));
+            whole.add(extent_of(second));
+        }
+        if (!meetings_.empty()) choose_floats(whole);
+    }
+
+    /// Floats lie in −1 … 1 and use much of that. What is opened stays valid as long as the old choice will do.
+    void choose_floats(const Extent& whole) {
+        const auto reach = [&whole](const std::array<double, 3>& origin) {
+            double most = 0.0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                most = std::max({most, whole.high[k] - origin[k], origin[k] - whole.low[k]});
+            }
+            return most;
+        };
+        const double now = reach(floats_.origin) * floats_.scale;
+        if (now <= 1.0 && now >= 0.125) return;
+        for (std::size_t k = 0; k < 3; ++k) floats_.origin[k] = 0.5 * whole.low[k] + 0.5 * whole.high[k];
+        const double half = reach(floats_.origin);
+        // One octave of room; powers of two that exist.
+        floats_.scale = half > 0.0 ? std::ldexp(1.0, std::clamp(-std::ilogb(half) - 2, -1070, 1020)) : 1.0;
+        forget_opened();
+    }
+
+    void forget_opened() {
+        for (MovingBody& moving : bodies_) std::fill(moving.open.begin(), moving.open.end(), -1);
+        for (Region& region : regions_) region.open = -1;
+        open_regions_.clear();
+        open_groups_.clear();
+        points_.clear();
+        triangle_boxes_.clear();
+    }
+
+    float to_float(double x, std::size_t axis) const {
+        return static_cast<float>((x - floats_.origin[axis]) * floats_.scale);
+    }
+    [[nodiscard]] FloatBox to_float(const Extent& box) const {
+        FloatBox result{};
+        for (std::size_t k = 0; k < 3; ++k) {
+            result.low[k] = to_float(box.low[k], k);
+            result.high[k] = to_float(box.high[k], k);
+        }
+        return result;
+    }
+
+    /// Boxes of the region's groups, as unions of blocks.
+    bool open_region(Region& region) {
+        const BlockBoxes& boxes = boxes_of(region);
+        if (region.open < 0) {
+            region.open = static_cast<std::int32_t>(open_regions_.size());
+            open_regions_.emplace_back();
+        }
+        OpenRegion& opened = open_regions_[static_cast<std::size_t>(region.open)];
+        if (opened.opened_at >= boxes.region_moved_at(region.number)) return true;
+        const ClusteredBody& clusters = owner_of(region).clusters;
+        const Index first = region.number * fan;
+        const Index end = std::min(first + fan, clusters.group_count);
+        if (!spend(work_.box_tests, clusters.blocks_of_group.first[static_cast<std::size_t>(end)] -
+                                        clusters.blocks_of_group.first[static_cast<std::size_t>(first)])) {
+            return false;
+        }
+        empty(opened.groups);
+        for (Index g = first; g < end; ++g) {
+            Extent box;
+            for (const Index* b = clusters.blocks_of_group.begin(g); b != clusters.blocks_of_group.end(g); ++b) {
+                box.add(boxes.block(*b));
+            }
+            const FloatBox in_float = to_float(box);
+            for (std::size_t k = 0; k < 3; ++k) {
+                opened.groups.low[k][static_cast<std::size_t>(g - first)] = in_float.low[k];
+                opened.groups.high[k][static_cast<std::size_t>(g - first)] = in_float.high[k];
+            }
+        }
+        opened.opened_at = now_;
+        return true;
+    }
+
+    /// Boxes that overlap nothing.
+    static void empty(SixteenBoxes& boxes) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            boxes.low[k].fill(std::numeric_limits<float>::max());
+            boxes.high[k].fill(-std::numeric_limits<float>::max());
+        }
+    }
+
+    void pair_regions(const Frame& frame, const RegionPair& pair) {
+        Region& first = regions_[static_cast<std::size_t>(pair.first)];
+        Region& second = regions_[static_cast<std::size_t>(pair.second)];
+        if (!open_region(first) || !open_region(second)) return;
+        // (Places, not references: opening groups must not matter to what is held here.)
+        const SixteenBoxes& first_groups = open_regions_[static_cast<std::size_t>(first.open)].groups;
+        const SixteenBoxes& second_groups = open_regions_[static_cast<std::size_t>(second.open)].groups;
+        if (!spend(work_.box_tests, fan)) return;
+        std::uint32_t near = kernels_.overlaps(first_groups, to_float(extent_of(second)));
+        if (!spend(work_.box_tests, fan * std::popcount(near))) return;
+        for (; near != 0; near &= near - 1) {
+            const auto i = static_cast<std::size_t>(std::countr_zero(near));
+            std::uint32_t row = kernels_.overlaps(second_groups, FloatBox::of(first_groups, i));
+            if (row == 0) continue;
+            const Index group = first.number * fan + static_cast<Index>(i);
+            const bool first_moved = moved(boxes_of(first).group_moved_at(group));
+            for (; row != 0; row &= row - 1) {
+                const Index other = second.number * fan + std::countr_zero(row);
+                if (!first_moved && !moved(boxes_of(second).group_moved_at(other))) continue;
+                if (!pair_groups(frame, owner_of(first), group, owner_of(second), other)) return;
             }
         }
     }
 
-    /// Candidates of two clusters whose boxes overlap; p belongs to the body with the lower number.
-    bool pair_triangles(const Opened& p, const Opened& q) {
-        std::array<float, 3> low{};
-        std::array<float, 3> high{};
-        for (std::size_t k = 0; k < 3; ++k) {
-            low[k] = beyond_floats_ ? -std::numeric_limits<float>::max() : round_down(q.extent.low[k] - origin_[k]);
-            high[k] = beyond_floats_ ? std::numeric_limits<float>::max() : round_up(q.extent.high[k] - origin_[k]);
+    // ---- groups ----
+
+    /// Place of the group in open_groups_, with its vertices in float and its clusters' boxes up to date; -1 when the
+    /// work would be too much.
+    std::int32_t open_group(const Frame& frame, MovingBody& moving, Index group) {
+        const ClusteredBody& clusters = moving.clusters;
+        std::int32_t& place = moving.open[static_cast<std::size_t>(group)];
+        const Index count = clusters.vertices_of_group.count(group);
+        if (place < 0) {
+            place = static_cast<std::int32_t>(open_groups_.size());
+            OpenGroup& fresh = open_groups_.emplace_back();
+            fresh.points = points_.size();
+            fresh.triangles.fill(-1);
+            points_.resize(points_.size() + static_cast<std::size_t>(count));
         }
-        if (!spend(work_.box_tests, cluster_size)) return false;
-        const std::uint32_t near = kernels_.mask(p.boxes, low, high);
-        if (near == 0) return true;
-        if (!spend(work_.box_tests, static_cast<std::int64_t>(std::popcount(near)) * cluster_size)) return false;
-        std::array<std::uint16_t, 16> overlap{};
-        kernels_.overlaps(p.boxes, near, q.boxes, overlap);
-        const Index* const first = bodies_[static_cast<std::size_t>(p.owner)].clusters.triangle.data() +
-                                   static_cast<std::size_t>(p.cluster) * cluster_size;
-        const Index* const second = bodies_[static_cast<std::size_t>(q.owner)].clusters.triangle.data() +
-                                    static_cast<std::size_t>(q.cluster) * cluster_size;
-        for (std::uint32_t rest = near; rest != 0; rest &= rest - 1) {
-            const auto i = static_cast<std::size_t>(std::countr_zero(rest));
-            for (std::uint32_t bits = overlap[i]; bits != 0; bits &= bits - 1) {
-                const auto j = static_cast<std::size_t>(std::countr_zero(bits));
-                if (first[i] >= 0 && second[j] >= 0) candidates_.push_back({first[i], second[j]});
+        OpenGroup& opened = open_groups_[static_cast<std::size_t>(place)];
+        if (opened.opened_at >= moving.boxes->group_moved_at(group)) return place;
+        if (!spend(work_.vertices_read, count)) return -1;
+        FloatPoint* const points = points_.data() + opened.points;
+        kernels_.to_floats(frame.position.data(), clusters.vertices_of_group.begin(group), count, floats_, points);
+        const Index first = group * fan;
+        const Index end = std::min(first + fan, clusters.cluster_count);
+        if (end - first < fan) empty(opened.clusters);
+        for (Index c = first; c < end; ++c) {
+            kernels_.box_of_places(points, clusters.vertices_of_cluster.begin(c), clusters.vertices_of_cluster.count(c),
+                                   static_cast<std::size_t>(c - first), opened.clusters);
+        }
+        for (std::size_t k = 0; k < 3; ++k) {
+            opened.box.low[k] = *std::min_element(opened.clusters.low[k].begin(), opened.clusters.low[k].end());
+            opened.box.high[k] = *std::max_element(opened.clusters.high[k].begin(), opened.clusters.high[k].end());
+        }
+        opened.with_triangles = 0;
+        opened.opened_at = now_;
+        return place;
+    }
+
+    bool pair_groups(const Frame& frame, MovingBody& first, Index group, MovingBody& second, Index other) {
+        const std::int32_t first_place = open_group(frame, first, group);
+        if (first_place < 0) return false;
+        const std::int32_t second_place = open_group(frame, second, other);
+        if (second_place < 0) return false;
+        OpenGroup& p = open_groups_[static_cast<std::size_t>(first_place)];
+        OpenGroup& q = open_groups_[static_cast<std::size_t>(second_place)];
+        if (!spend(work_.box_tests, fan)) return false;
+        std::uint32_t near = kernels_.overlaps(p.clusters, q.box);
+        if (!spend(work_.box_tests, fan * std::popcount(near))) return false;
+        for (; near != 0; near &= near - 1) {
+            const auto i = static_cast<std::size_t>(std::countr_zero(near));
+            for (std::uint32_t row = kernels_.overlaps(q.clusters, FloatBox::of(p.clusters, i)); row != 0;
+                 row &= row - 1) {
+                const auto j = static_cast<std::size_t>(std::countr_zero(row));
+                if (!pair_clusters(first.clusters, group, p, i, second.clusters, other, q, j)) return false;
             }
         }
         return true;
     }
 
+    // ---- clusters ----
+
+    /// Place of the cluster's triangle boxes in triangle_boxes_.
+    std::size_t open_cluster(const ClusteredBody& clusters, Index group, OpenGroup& opened, std::size_t i) {
+        std::int32_t& place = opened.triangles[i];
+        if (((opened.with_triangles >> i) & 1U) == 0) {
+            if (place < 0) {
+                place = static_cast<std::int32_t>(triangle_boxes_.size());
+                triangle_boxes_.emplace_back();
+            }
+            const auto cluster = static_cast<std::size_t>(group) * fan + i;
+            kernels_.boxes_of_triangles(points_.data() + opened.points, clusters.corners[cluster],
+                                        triangle_boxes_[static_cast<std::size_t>(place)]);
+            opened.with_triangles |= 1U << i;
+        }
+        return static_cast<std::size_t>(place);
+    }
+
+    /// Candidates of two clusters whose boxes overlap; the first belongs to the body with the lower number.
+    bool pair_clusters(const ClusteredBody& first, Index group, OpenGroup& p, std::size_t i,
+                       const ClusteredBody& second, Index other, OpenGroup& q, std::size_t j) {
+        const std::size_t first_place = open_cluster(first, group, p, i);
+        const std::size_t second_place = open_cluster(second, other, q, j);
+        const SixteenBoxes& first_boxes = triangle_boxes_[first_place];
+        const SixteenBoxes& second_boxes = triangle_boxes_[second_place];
+        if (!spend(work_.box_tests, fan)) return false;
+        const std::size_t first_cluster = static_cast<std::size_t>(group) * fan + i;
+        const std::size_t second_cluster = static_cast<std::size_t>(other) * fan + j;
+        std::uint32_t near = kernels_.overlaps(first_boxes, FloatBox::of(q.clusters, j));
+        if (!spend(work_.box_tests, fan * std::popcount(near))) return false;
+        const Index* const first_triangle = first.triangle.data() + first_cluster * fan;
+        const Index* const second_triangle = second.triangle.data() + second_cluster * fan;
+        for (; near != 0; near &= near - 1) {
+            const auto s = static_cast<std::size_t>(std::countr_zero(near));
+            for (std::uint32_t row = kernels_.overlaps(second_boxes, FloatBox::of(first_boxes, s)); row != 0;
+                 row &= row - 1) {
+                const auto t = static_cast<std::size_t>(std::countr_zero(row));
+                if (first_triangle[s] >= 0 && second_triangle[t] >= 0) {
+                    candidates_.push_back({first_triangle[s], second_triangle[t]});
+                }
+            }
+        }
+        return true;
+    }
+
+    // ---- pairs ----
+
     void test_candidates(const Frame& frame, ContactSet& contacts) {
         if (!settings_.limited()) {
             work_.triangle_tests += static_cast<std::int64_t>(candidates_.size());
-            test_pairs(settings_.test, *topology_, frame, candidates_, contacts.pairs);
+            test_pairs(settings_.test, *topology_, frame, candidates_, contacts.pairs, filter_);
             return;
         }
         for (const TrianglePair& pair : candidates_) {
@@ -650,39 +610,61 @@ private:
             return false;
         }
         if (!spend(work_.triangle_tests, 1)) return false;
-        test_pairs(settings_.test, *topology_, frame, {&pair, 1}, contacts.pairs);
+        test_pairs(settings_.test, *topology_, frame, {&pair, 1}, contacts.pairs, filter_);
         return true;
     }
 
+    [[nodiscard]] bool in_moved_group(Index triangle) const {
+        const Index body = topology_->body_of_triangle[static_cast<std::size_t>(triangle)];
+        const MovingBody& moving = bodies_[static_cast<std::size_t>(owner_of_body_[static_cast<std::size_t>(body)])];
+        return moved(
+            moving.boxes->group_moved_at(place_of_triangle_[static_cast<std::size_t>(triangle)] / (fan * fan)));
+    }
+    /// Pairs of the last answer whose groups both stayed where they were.
+    void keep_unmoved_pairs(ContactSet& contacts) const {
+        if (answered_at_ == never) return;
+        for (const TrianglePair& pair : last_pairs_) {
+            if (!in_moved_group(pair.a) && !in_moved_group(pair.b)) contacts.pairs.push_back(pair);
+        }
+    }
+
     Settings settings_;
-    const BoxKernels& kernels_ = box_kernels();
+    const ClusterKernels& kernels_;
+    TriangleFilter filter_;
     const Topology* topology_ = nullptr;
     std::vector<bool> tested_;
-    std::vector<MovingBody> bodies_;  ///< that take part, small to large
-    std::int64_t vertices_in_use_ = 0;
-    Lattice fine_;
-    Lattice coarse_;
-    Occupancy occupancy_;
+    std::vector<MovingBody> bodies_;        ///< that take part
+    std::vector<Index> owner_of_body_;      ///< number in bodies_, -1 if none
+    std::vector<Index> place_of_triangle_;  ///< in its body's clusters
+    std::vector<Range> unused_vertices_;    ///< of bodies that take no part
+    std::vector<Region> regions_;
+    Lattice lattice_;
     CellMap map_;
-    bool ready_ = false;       ///< clusters are built
-    bool known_ = false;       ///< chunk boxes are those of the last frame
-    bool answerable_ = false;  ///< the last update's frame was
+    bool ready_ = false;  ///< clusters are built
+    bool cells_are_set_ = false;
+    bool known_ = false;               ///< block boxes are those of the last frame
+    bool region_pairs_known_ = false;  ///< no region left its cells since the list was made
+    bool answerable_ = false;          ///< the last update's frame was
     bool truncated_ = false;
     bool truncated_in_update_ = false;
+    std::int64_t now_ = 0;              ///< counts reads
+    std::int64_t answered_at_ = never;  ///< the read that last_pairs_ answers completely
     WorkCounters work_;
     WorkCounters work_of_update_;
 
-    // Buffers of one tick.
-    std::vector<Item> items_;
-    std::vector<Item> kept_;
-    std::vector<Item> groups_;
-    std::vector<Opened> opened_;
-    std::vector<Index> large_;        ///< opened clusters that cover too many cells
-    std::array<double, 3> origin_{};  ///< m; float boxes are relative to it
-    bool cells_tell_ = true;          ///< the last level of occupancy was in reach of the lattice
-    bool beyond_floats_ = false;      ///< so large that floats cannot hold it: every box overlaps every box
+    std::vector<RegionPair> region_pairs_;
+    std::vector<RegionPair> meetings_;
+    std::vector<Index> large_;  ///< regions that cover too many cells
+
+    // What is opened, kept from tick to tick where it did not move.
+    FloatFrame floats_;
+    std::vector<OpenRegion> open_regions_;
+    std::vector<OpenGroup> open_groups_;
+    std::vector<FloatPoint> points_;
+    std::vector<SixteenBoxes> triangle_boxes_;
+
     std::vector<TrianglePair> candidates_;
-    std::vector<TrianglePair> last_pairs_;  ///< under limits: sorted, what the tick before reported
+    std::vector<TrianglePair> last_pairs_;  ///< sorted: what the tick before reported
 };
 
 }  // namespace
@@ -691,9 +673,10 @@ DetectorEntry ohc_clustered_detector() {
     using Type = Parameter::Type;
     return {
         .name = "ohc_clustered",
-        .configuration = std::string("double precision boxes of chunks, float boxes of triangles rounded outward; "
-                                     "exact triangle test; one thread; vectors: ") +
-                         box_kernels().target,
+        .configuration =
+            std::string("double precision boxes of vertex blocks, float boxes of triangles compared with a "
+                        "slack; exact triangle test; one thread; vectors: ") +
+            cluster_kernels().front().target,
         .own = true,
         .claims_exact = true,
         .parameters =
@@ -702,6 +685,11 @@ DetectorEntry ohc_clustered_detector() {
               .default_value = "auto",
               .choices = {"auto", "given", "local"},
               .meaning = "vertices and triangles in the caller's order, in one made for locality, or the better one"},
+             {.name = "simd",
+              .type = Type::choice,
+              .default_value = "auto",
+              .choices = {"auto", "scalar"},
+              .meaning = "the widest vectors the CPU has, or none; the answer is the same"},
              test_parameter(),
              max_pairs_parameter(),
              work_budget_parameter()},
@@ -709,6 +697,7 @@ DetectorEntry ohc_clustered_detector() {
             Settings settings;
             if (values.is("order", "given")) settings.order = ClusterOrder::given;
             if (values.is("order", "local")) settings.order = ClusterOrder::local;
+            settings.scalar = values.is("simd", "scalar");
             settings.test = triangle_test_from(values.text("test"));
             if (!values.is("max_pairs", "none")) settings.max_pairs = values.integer("max_pairs");
             if (!values.is("work_budget", "none")) settings.work_budget = values.integer("work_budget");

@@ -461,11 +461,15 @@ std::string same_answer_twice(const DetectorEntry& entry) {
         const ContactSet first = answer_of(entry, world);
         std::string failures = difference("a second instance on " + world.name, answer_of(entry, world), first.pairs);
         const auto detector = make(entry);
+        const auto twin = make(entry);
         detector->prepare(world.topology, world.frame);
+        twin->prepare(world.topology, world.frame);
         for (int k = 0; k < 3; ++k) {
             const ContactSet again = answer(*detector, world);
             failures += difference("again on " + world.name, again, first.pairs);
-            if (again.work.work() != answer_of(entry, world).work.work()) {
+            // A method may do less where nothing moved, but always the same after the same frames.
+            const std::int64_t work = again.work.work();
+            if (work != answer(*twin, world).work.work() || work > first.work.work()) {
                 failures += world.name + ": other work counters for the same frame\n";
             }
             if (again.native.size() != first.native.size()) failures += world.name + ": other native contacts\n";

@@ -3,10 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <random>
 
-#include "detect/box_kernel.hpp"
+#include "detect/cluster_kernels.hpp"
 #include "detect/clusters.hpp"
 #include "method/registry.hpp"
 #include "support/shapes.hpp"
@@ -30,67 +31,139 @@ ContactSet answer(const World& world, const Settings& settings = {}, const std::
     return contacts;
 }
 
-TEST(BoxKernels, EveryInstructionSetAgreesWithThePlainComparison) {
+TEST(ClusterKernels, EveryInstructionSetAgreesWithThePlainComparison) {
     std::mt19937 random(9);
     // Few values, so that boxes often touch exactly.
     std::uniform_int_distribution<int> number(-6, 6);
-    for (const BoxKernels& kernels : all_box_kernels()) {
+    for (const ClusterKernels& kernels : cluster_kernels()) {
         SCOPED_TRACE(kernels.target);
         for (int round = 0; round < 300; ++round) {
-            ClusterBoxes first;
-            ClusterBoxes second;
-            for (ClusterBoxes* boxes : {&first, &second}) {
-                for (std::size_t axis = 0; axis < 3; ++axis) {
-                    for (std::size_t i = 0; i < 16; ++i) {
-                        const int a = number(random);
-                        const int b = number(random);
-                        boxes->low[axis][i] = 0.5F * static_cast<float>(std::min(a, b));
-                        boxes->high[axis][i] = 0.5F * static_cast<float>(std::max(a, b));
-                    }
+            SixteenBoxes boxes;
+            FloatBox box{};
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                for (std::size_t i = 0; i <= fan; ++i) {
+                    const int a = number(random);
+                    const int b = number(random);
+                    (i < fan ? boxes.low[axis][i] : box.low[axis]) = 0.125F * static_cast<float>(std::min(a, b));
+                    (i < fan ? boxes.high[axis][i] : box.high[axis]) = 0.125F * static_cast<float>(std::max(a, b));
                 }
             }
-            const auto overlap = [&](std::size_t i, std::size_t j) {
-                bool all = true;
+            const std::uint32_t mask = kernels.overlaps(boxes, box);
+            EXPECT_EQ(mask >> fan, 0U);
+            for (std::size_t j = 0; j < fan; ++j) {
+                bool overlap = true;
                 for (std::size_t axis = 0; axis < 3; ++axis) {
-                    all =
-                        all && first.low[axis][i] <= second.high[axis][j] && second.low[axis][j] <= first.high[axis][i];
+                    overlap = overlap && boxes.low[axis][j] <= box.high[axis] && box.low[axis] <= boxes.high[axis][j];
                 }
-                return all;
-            };
-            const auto wanted = static_cast<std::uint32_t>(random()) & 0xffffU;
-            std::array<std::uint16_t, 16> result{};
-            kernels.overlaps(first, wanted, second, result);
-            for (std::size_t i = 0; i < 16; ++i) {
-                const std::uint32_t mask = kernels.mask(second, {first.low[0][i], first.low[1][i], first.low[2][i]},
-                                                        {first.high[0][i], first.high[1][i], first.high[2][i]});
-                for (std::size_t j = 0; j < 16; ++j) {
-                    ASSERT_EQ((mask >> j) & 1U, overlap(i, j) ? 1U : 0U);
-                    const bool asked = ((wanted >> i) & 1U) != 0;
-                    ASSERT_EQ((static_cast<unsigned>(result[i]) >> j) & 1U, asked && overlap(i, j) ? 1U : 0U);
-                }
+                ASSERT_EQ((mask >> j) & 1U, overlap ? 1U : 0U);
             }
         }
     }
 }
 
-TEST(Clusters, HoldEveryTriangleOnceAndTheChunksOfItsCorners) {
+TEST(ClusterKernels, BoxesOfVerticesAreExactAndNonFiniteNumbersAreSeen) {
+    std::mt19937 random(10);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    for (const ClusterKernels& kernels : cluster_kernels()) {
+        SCOPED_TRACE(kernels.target);
+        for (Index count = 1; count <= 70; ++count) {
+            Matrix3X points(3, count);
+            for (double& x : points.reshaped()) x = uniform(random);
+            std::vector<Index> number(static_cast<std::size_t>(count));
+            for (std::size_t k = 0; k < number.size(); ++k) number[k] = count - 1 - static_cast<Index>(k);
+            for (int bad = -1; bad < 3 * count; bad += 1 + count / 4) {
+                Matrix3X changed = points;
+                if (bad >= 0) {
+                    changed.data()[bad] = bad % 2 == 0 ? std::numeric_limits<double>::quiet_NaN()
+                                                       : -std::numeric_limits<double>::infinity();
+                }
+                for (const bool run : {true, false}) {
+                    Extent box;
+                    const bool finite = run ? kernels.box_of_run(changed.data(), count, box)
+                                            : kernels.box_of_some(changed.data(), number.data(), count, box);
+                    ASSERT_EQ(finite, bad < 0) << count << " points, number " << bad;
+                    if (!finite) continue;
+                    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+                        EXPECT_EQ(box.low[static_cast<std::size_t>(axis)], points.row(axis).minCoeff());
+                        EXPECT_EQ(box.high[static_cast<std::size_t>(axis)], points.row(axis).maxCoeff());
+                    }
+                }
+            }
+            points.setConstant(1.7e308);  // finite, though sums are not
+            Extent box;
+            EXPECT_TRUE(kernels.box_of_some(points.data(), number.data(), count, box));
+            EXPECT_TRUE(kernels.box_of_run(points.data(), count, box));
+        }
+    }
+}
+
+TEST(ClusterKernels, FloatBoxesThatTouchInDoubleNeverLookApart) {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
+    const FloatFrame frame{.origin = {1e3, -1e3, 0.5}, .scale = 0.25};
+    for (const ClusterKernels& kernels : cluster_kernels()) {
+        SCOPED_TRACE(kernels.target);
+        for (int round = 0; round < 2000; ++round) {
+            // Triangles 0 and 1 share exactly one coordinate plane: 0 ends where 1 begins.
+            Matrix3X points(3, 6);
+            for (double& x : points.reshaped()) x = uniform(random);
+            const Eigen::Index axis = round % 3;
+            const double common = 2.0 * uniform(random);
+            for (Eigen::Index k = 0; k < 3; ++k) points(axis, k) = common - uniform(random);
+            for (Eigen::Index k = 3; k < 6; ++k) points(axis, k) = common + uniform(random);
+            points(axis, 1) = common;
+            points(axis, 4) = common;
+            for (Eigen::Index other = 0; other < 3; ++other) {
+                if (other != axis) points.row(other).tail<3>() = points.row(other).head<3>();
+            }
+            points.colwise() += Vector3(frame.origin[0], frame.origin[1], frame.origin[2]);
+            points.row(axis).segment<1>(4) = points.row(axis).segment<1>(1);
+            const std::array<Index, 6> number{0, 1, 2, 3, 4, 5};
+            std::array<FloatPoint, 6> floats{};
+            kernels.to_floats(points.data(), number.data(), 6, frame, floats.data());
+            ClusterCorners corners{};
+            for (std::size_t t = 0; t < fan; ++t) {
+                for (std::size_t k = 0; k < 3; ++k) corners[t][k] = static_cast<std::uint16_t>(t < 8 ? k : 3 + k);
+            }
+            SixteenBoxes boxes;
+            kernels.boxes_of_triangles(floats.data(), corners, boxes);
+            EXPECT_EQ(kernels.overlaps(boxes, FloatBox::of(boxes, 0)), 0xFFFFU);
+            EXPECT_EQ(kernels.overlaps(boxes, FloatBox::of(boxes, 8)), 0xFFFFU);
+            SixteenBoxes of_places = boxes;
+            const std::array<std::uint16_t, 3> places{0, 1, 2};
+            kernels.box_of_places(floats.data(), places.data(), 3, 5, of_places);
+            for (std::size_t k = 0; k < 3; ++k) {
+                EXPECT_EQ(of_places.low[k][5], boxes.low[k][0]);
+                EXPECT_EQ(of_places.high[k][5], boxes.high[k][0]);
+            }
+        }
+    }
+}
+
+TEST(Clusters, HoldEveryTriangleOnceAndTheBlocksOfItsCorners) {
     const World world = dipping(0);
     for (const ClusterOrder order : {ClusterOrder::automatic, ClusterOrder::given, ClusterOrder::local}) {
         for (const BodyRange& range : world.topology.bodies) {
             const ClusteredBody body = cluster_body(world.topology, world.frame, range, order);
             std::vector<Index> seen;
-            for (std::size_t k = 0; k < body.triangle.size(); ++k) {
-                if (body.triangle[k] < 0) continue;
-                seen.push_back(body.triangle[k]);
-                const auto cluster = static_cast<Index>(k) / cluster_size;
-                const Lists& lists = body.chunks_of_cluster;
-                for (const Index v : body.corner[k]) {
-                    const Index chunk = body.chunk_of[static_cast<std::size_t>(v - range.vertices.first)];
-                    EXPECT_TRUE(std::find(lists.begin(cluster), lists.end(cluster), chunk) != lists.end(cluster));
-                    const Lists& groups = body.chunk_groups_of_group;
-                    const Index group = cluster / cluster_size;
-                    EXPECT_TRUE(std::find(groups.begin(group), groups.end(group), chunk / chunk_group_size) !=
-                                groups.end(group));
+            for (std::size_t place = 0; place < body.triangle.size(); ++place) {
+                const Index t = body.triangle[place];
+                if (t < 0) continue;
+                seen.push_back(t);
+                const auto cluster = static_cast<Index>(place) / fan;
+                const Index group = cluster / fan;
+                const Index region = group / fan;
+                const auto holds = [](const auto& lists, Index list, auto member) {
+                    return std::find(lists.begin(list), lists.end(list), member) != lists.end(list);
+                };
+                for (std::size_t k = 0; k < 3; ++k) {
+                    const Index v = world.topology.triangles(static_cast<Eigen::Index>(k), t);
+                    const Index block = body.block_of[static_cast<std::size_t>(v - range.vertices.first)];
+                    const std::uint16_t corner = body.corners[static_cast<std::size_t>(cluster)][place % fan][k];
+                    EXPECT_EQ(body.vertices_of_group.begin(group)[corner], v);
+                    EXPECT_TRUE(holds(body.vertices_of_cluster, cluster, corner));
+                    EXPECT_TRUE(holds(body.blocks_of_group, group, block));
+                    EXPECT_TRUE(holds(body.blocks_of_region, region, block));
                 }
             }
             std::sort(seen.begin(), seen.end());
@@ -111,23 +184,136 @@ TEST(OhcClustered, VertexOrderMakesNoDifference) {
     }
 }
 
-TEST(OhcClustered, ReadsOnlyWhatMovedAndWhatIsNear) {
-    World world = dipping(0);
-    const auto detector = make_detector("ohc_clustered", {{"order", "given"}});
-    detector->prepare(world.topology, world.frame);
+TEST(OhcClustered, VectorsMakeNoDifference) {
+    const World world = dipping(0);
+    const ContactSet best = answer(world);
+    const ContactSet scalar = answer(world, {{"simd", "scalar"}});
+    EXPECT_EQ(scalar.pairs, best.pairs);
+    EXPECT_EQ(scalar.work.work(), best.work.work());
+}
+
+/// A tick of a detector that stays.
+ContactSet tick(Detector& detector, const Frame& frame) {
     ContactSet contacts;
-    detector->update(world.frame);
-    detector->detect(world.frame, contacts);
-    const std::int64_t everything = contacts.work.vertices_read;
-    world.frame.moved = std::vector<Range>{};
-    detector->update(world.frame);
-    detector->detect(world.frame, contacts);
-    EXPECT_EQ(contacts.work.vertices_read, everything - world.topology.vertex_count);
-    EXPECT_EQ(contacts.pairs, answer(world, {}, "brute_force").pairs);
-    world.frame.moved = std::vector<Range>{{world.topology.bodies[1].vertices.first, 20}};
-    detector->update(world.frame);
-    detector->detect(world.frame, contacts);
-    EXPECT_EQ(contacts.work.vertices_read, everything - world.topology.vertex_count + 20);
+    detector.update(frame);
+    detector.detect(frame, contacts);
+    return contacts;
+}
+
+TEST(OhcClustered, WhatRestsCostsALookAndNoMore) {
+    for (const char* order : {"given", "local"}) {
+        World world = dipping(0);
+        const auto expected = answer(world, {}, "brute_force").pairs;
+        ASSERT_GT(expected.size(), 20U);
+        const auto detector = make_detector("ohc_clustered", {{"order", order}});
+        detector->prepare(world.topology, world.frame);
+        EXPECT_GT(tick(*detector, world.frame).work.triangle_tests, 0);
+        // Not told what moved: all vertices are looked at, and that is all.
+        const ContactSet compared = tick(*detector, world.frame);
+        EXPECT_EQ(compared.pairs, expected);
+        EXPECT_EQ(compared.work.vertices_read, world.topology.vertex_count);
+        EXPECT_EQ(compared.work.work(), world.topology.vertex_count);
+        // Told that nothing moved: nothing at all.
+        world.frame.moved = std::vector<Range>{};
+        const ContactSet rested = tick(*detector, world.frame);
+        EXPECT_EQ(rested.pairs, expected);
+        EXPECT_EQ(rested.work.work(), 0);
+        // Told of a range that stayed after all.
+        world.frame.moved = std::vector<Range>{{world.topology.bodies[1].vertices.first, 20}};
+        const ContactSet looked = tick(*detector, world.frame);
+        EXPECT_EQ(looked.pairs, expected);
+        EXPECT_EQ(looked.work.work(), 20);
+    }
+}
+
+TEST(OhcClustered, BodiesThatRestOrAreFarAwayAddNothingButTheLook) {
+    const auto instrument = shaft(0.004, 0.1, 12, 30).move({0.0, 0.0003, -0.004});
+    const auto tissue = slab(0.1, 0.01, 30).shake(0.0003, 3);
+    const auto stone = shaft(0.02, 0.02, 12, 8);
+    World alone = make_world("alone", {{BodyKind::instrument, instrument}, {BodyKind::tissue, tissue}});
+    World more = make_world("more", {{BodyKind::instrument, instrument},
+                                     {BodyKind::tissue, tissue},
+                                     {BodyKind::rigid, Shape(stone).move({3.0, 0.0, 0.0})},
+                                     {BodyKind::tissue, Shape(tissue).move({0.0, 0.0, 5.0})}});
+    const auto first = make_detector("ohc_clustered", {});
+    const auto second = make_detector("ohc_clustered", {});
+    first->prepare(alone.topology, alone.frame);
+    second->prepare(more.topology, more.frame);
+    for (int step = 0; step < 6; ++step) {
+        for (World* world : {&alone, &more}) {
+            for (const std::size_t body : {std::size_t{0}, std::size_t{1}}) {
+                const Range range = world->topology.bodies[body].vertices;
+                world->frame.position.middleCols(range.first, range.count).array() += 1e-6 * (step + 1);
+            }
+        }
+        const ContactSet less = tick(*first, alone.frame);
+        const ContactSet all = tick(*second, more.frame);
+        ASSERT_GT(less.pairs.size(), 20U);
+        EXPECT_EQ(all.pairs.size(), less.pairs.size());
+        if (step < 2) continue;  // the first ticks enter everything into the cells
+        EXPECT_EQ(all.work.work() - less.work.work(), more.topology.vertex_count - alone.topology.vertex_count);
+    }
+}
+
+TEST(OhcClustered, AnyMotionOfAnyPartIsAnswered) {
+    for (const std::uint32_t seed : {1U, 2U, 3U, 4U}) {
+        std::mt19937 random(seed);
+        World world = make_world("parts", {{BodyKind::instrument, shaft(0.004, 0.1, 12, 30).move({0.0, 0.0, -0.004})},
+                                           {BodyKind::rigid, slab(0.05, 0.004, 12).move({0.02, 0.01, 0.003})},
+                                           {BodyKind::tissue, slab(0.1, 0.01, 30).shake(0.0003, seed)}});
+        const auto detector = make_detector("ohc_clustered", {{"order", seed % 2 == 0 ? "given" : "local"}});
+        const auto truth = make_detector("brute_force", {});
+        detector->prepare(world.topology, world.frame);
+        truth->prepare(world.topology, world.frame);
+        std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+        std::size_t seen = 0;
+        for (int step = 0; step < 60; ++step) {
+            world.frame.moved.reset();
+            const bool tell = step % 3 != 0;
+            std::vector<Range> moved;
+            const int ranges = static_cast<int>(random() % 4);
+            for (int k = 0; k < ranges; ++k) {
+                // Small and large runs, sometimes a whole body.
+                const BodyRange& body = world.topology.bodies[random() % 3];
+                Range range{
+                    body.vertices.first + static_cast<Index>(random() % static_cast<unsigned>(body.vertices.count)),
+                    1 + static_cast<Index>(random() % 100)};
+                range.count = std::min(range.count, body.vertices.end() - range.first);
+                if (random() % 4 == 0) range = body.vertices;
+                const Vector3 by = 0.001 * Vector3(uniform(random), uniform(random), uniform(random));
+                world.frame.position.middleCols(range.first, range.count).colwise() += by;
+                moved.push_back(range);
+            }
+            if (step % 17 == 5) {
+                // A frame that cannot be answered, then all goes on.
+                Frame broken = world.frame;
+                broken.position(1, static_cast<Index>(random() % static_cast<unsigned>(world.topology.vertex_count))) =
+                    std::numeric_limits<double>::quiet_NaN();
+                EXPECT_EQ(tick(*detector, broken).outcome.kind, OutcomeKind::not_finite);
+            }
+            if (tell) world.frame.moved = moved;
+            if (step % 7 == 3) detector->update(world.frame);  // a second look at the same frame changes nothing
+            const ContactSet contacts = tick(*detector, world.frame);
+            const ContactSet expected = tick(*truth, world.frame);
+            ASSERT_EQ(contacts.pairs, expected.pairs) << "seed " << seed << ", step " << step;
+            seen += expected.pairs.size();
+        }
+        EXPECT_GT(seen, 1000U);
+    }
+}
+
+TEST(OhcClustered, FarAwayTinyAndHugeScenesAreAnswered) {
+    for (const double scale : {1e-300, 1e-160, 1e-12, 1.0, 1e12, 1e150, 1e300}) {
+        for (const double offset : {0.0, 1e3, 1e6}) {
+            if (scale * (1.0 + offset) > 1e306) continue;
+            World world = dipping(2);
+            world.frame.position = (world.frame.position.array() * scale + offset * scale).matrix();
+            const auto expected = answer(world, {}, "brute_force").pairs;
+            EXPECT_GT(expected.size(), 20U);
+            EXPECT_EQ(answer(world).pairs, expected) << scale << " " << offset;
+            EXPECT_EQ(answer(world, {{"simd", "scalar"}}).pairs, expected) << scale << " " << offset;
+        }
+    }
 }
 
 TEST(OhcClusteredLimits, WorkStaysWithinTheBudgetAndTheCutIsTold) {

@@ -1,0 +1,139 @@
+#include "detect/block_boxes.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace trocar {
+namespace {
+
+/// Bit for bit, so that a NaN equals itself and nothing is missed.
+bool same(const void* a, const void* b, std::size_t bytes) { return std::memcmp(a, b, bytes) == 0; }
+
+}  // namespace
+
+BlockBoxes::BlockBoxes(const ClusteredBody& clusters, const ClusterKernels& kernels)
+    : clusters_(clusters), kernels_(kernels) {
+    const auto blocks = static_cast<std::size_t>(clusters.block_count);
+    const auto regions = static_cast<std::size_t>(clusters.region_count);
+    block_.resize(blocks);
+    block_moved_at_.assign(blocks, 0);
+    state_.assign(blocks, State::unread);
+    first_.resize(blocks);
+    // Not touched before it is needed: the pages of blocks that always move are never there.
+    copy_ = std::make_unique_for_overwrite<double[]>(3 * static_cast<std::size_t>(clusters.vertices.count));
+    region_.resize(regions);
+    region_moved_at_.assign(regions, 0);
+    moved_regions_.reserve(regions);
+    asked_.reserve(blocks);
+    asked_at_.assign(blocks, -1);
+}
+
+bool BlockBoxes::read_all(const Frame& frame, std::int64_t now) {
+    // Two places at a time: memory gives a core more when more than one stream is open.
+    constexpr Index streams = 2;
+    const Index quarter = clusters_.block_count / streams;
+    bool finite = true;
+    for (Index k = 0; k < quarter; ++k) {
+        for (Index stream = 0; stream < streams; ++stream) finite &= read_block(frame, stream * quarter + k, now);
+    }
+    for (Index block = streams * quarter; block < clusters_.block_count; ++block) {
+        finite &= read_block(frame, block, now);
+    }
+    return finish(finite, now);
+}
+
+bool BlockBoxes::read_moved(const Frame& frame, std::span<const Range> ranges, std::int64_t now) {
+    asked_.clear();
+    const auto ask = [this, now](Index block) {
+        if (asked_at_[static_cast<std::size_t>(block)] == now) return;
+        asked_at_[static_cast<std::size_t>(block)] = now;
+        asked_.push_back(block);
+    };
+    const Range& own = clusters_.vertices;
+    for (const Range& range : ranges) {
+        const Index first = std::max(range.first, own.first) - own.first;
+        const Index end = std::min(range.end(), own.end()) - own.first;
+        if (first >= end) continue;
+        if (clusters_.vertex_order.empty()) {
+            for (Index block = first / block_size; block <= (end - 1) / block_size; ++block) ask(block);
+        } else {
+            for (Index v = first; v < end; ++v) ask(clusters_.block_of[static_cast<std::size_t>(v)]);
+        }
+    }
+    bool finite = true;
+    for (const Index block : asked_) finite &= read_block(frame, block, now);
+    return finish(finite, now);
+}
+
+/// A block whose first vertex moved has moved, which is all that a deforming body pays for this. Otherwise it is held
+/// against a copy of what was read last.
+bool BlockBoxes::read_block(const Frame& frame, Index block, std::int64_t now) {
+    const auto b = static_cast<std::size_t>(block);
+    const Index begin = block * block_size;
+    const Index count = std::min(block_size, clusters_.vertices.count - begin);
+    const double* const position = frame.position.data();
+    const bool run = clusters_.vertex_order.empty();
+    const Index* const order = run ? nullptr : clusters_.vertex_order.data() + begin;
+    const auto point = [&](Index k) {
+        return position + 3 * static_cast<std::size_t>(run ? clusters_.vertices.first + begin + k : order[k]);
+    };
+    double* const copy = copy_.get() + 3 * static_cast<std::size_t>(begin);
+    constexpr std::size_t point_bytes = 3 * sizeof(double);
+    const auto run_bytes = static_cast<std::size_t>(count) * point_bytes;
+
+    if (state_[b] == State::unread || !same(first_[b].data(), point(0), point_bytes)) {
+        std::memcpy(first_[b].data(), point(0), point_bytes);
+        state_[b] = State::first_known;
+    } else {
+        if (state_[b] == State::copied) {
+            bool rests = true;
+            if (run) {
+                rests = same(copy, point(0), run_bytes);
+            } else {
+                for (Index k = 0; k < count && rests; ++k) rests = same(copy + 3 * k, point(k), point_bytes);
+            }
+            if (rests) return true;
+        }
+        if (run) {
+            std::memcpy(copy, point(0), run_bytes);
+        } else {
+            for (Index k = 0; k < count; ++k) std::memcpy(copy + 3 * k, point(k), point_bytes);
+        }
+        state_[b] = State::copied;
+    }
+    block_moved_at_[b] = now;
+    return run ? kernels_.box_of_run(point(0), count, block_[b])
+               : kernels_.box_of_some(position, order, count, block_[b]);
+}
+
+bool BlockBoxes::finish(bool finite, std::int64_t now) {
+    moved_regions_.clear();
+    if (!finite) {
+        std::fill(state_.begin(), state_.end(), State::unread);
+        return false;
+    }
+    for (Index region = 0; region < clusters_.region_count; ++region) {
+        const auto r = static_cast<std::size_t>(region);
+        const Index* const end = clusters_.blocks_of_region.end(region);
+        const bool moved = std::any_of(clusters_.blocks_of_region.begin(region), end, [this, now](Index block) {
+            return block_moved_at_[static_cast<std::size_t>(block)] == now;
+        });
+        if (!moved) continue;
+        Extent box;
+        for (const Index* b = clusters_.blocks_of_region.begin(region); b != end; ++b) box.add(block(*b));
+        region_[r] = box;
+        region_moved_at_[r] = now;
+        moved_regions_.push_back(region);
+    }
+    return true;
+}
+
+std::int64_t BlockBoxes::group_moved_at(Index group) const {
+    std::int64_t latest = 0;
+    for (const Index* b = clusters_.blocks_of_group.begin(group); b != clusters_.blocks_of_group.end(group); ++b) {
+        latest = std::max(latest, block_moved_at_[static_cast<std::size_t>(*b)]);
+    }
+    return latest;
+}
+
+}  // namespace trocar

@@ -1,0 +1,56 @@
+// What moved, and where it is now: the first half of ohc_clustered. Boxes of a body's vertex blocks and regions follow
+// the frame; blocks that did not move since they were last read cost a look and no more.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "detect/cluster_kernels.hpp"
+#include "detect/clusters.hpp"
+
+namespace trocar {
+
+/// Boxes of one body. Times are counted in calls of read_all and read_moved, as the caller numbers them.
+class BlockBoxes {
+public:
+    BlockBoxes(const ClusteredBody& clusters, const ClusterKernels& kernels);
+
+    /// Looks at all vertices. Returns false when a number is not finite; then nothing counts as read.
+    bool read_all(const Frame& frame, std::int64_t now);
+    /// Looks at the vertices in `ranges` (of the frame), all others are as they were.
+    bool read_moved(const Frame& frame, std::span<const Range> ranges, std::int64_t now);
+
+    [[nodiscard]] const Extent& block(Index block) const { return block_[static_cast<std::size_t>(block)]; }
+    /// Box around the blocks of a region.
+    [[nodiscard]] const Extent& region(Index region) const { return region_[static_cast<std::size_t>(region)]; }
+    /// When a vertex of the region last moved, counting one of its blocks as a whole.
+    [[nodiscard]] std::int64_t region_moved_at(Index region) const {
+        return region_moved_at_[static_cast<std::size_t>(region)];
+    }
+    [[nodiscard]] std::int64_t group_moved_at(Index group) const;
+    /// Regions whose boxes the last read changed.
+    [[nodiscard]] std::span<const Index> moved_regions() const { return moved_regions_; }
+
+private:
+    enum class State : std::uint8_t { unread, first_known, copied };
+
+    bool read_block(const Frame& frame, Index block, std::int64_t now);
+    bool finish(bool finite, std::int64_t now);
+
+    const ClusteredBody& clusters_;
+    const ClusterKernels& kernels_;
+    std::vector<Extent> block_;
+    std::vector<std::int64_t> block_moved_at_;
+    std::vector<State> state_;
+    std::vector<std::array<double, 3>> first_;  ///< each block's first vertex as last read
+    std::unique_ptr<double[]> copy_;            ///< its vertices as last read, filled where state is `copied`
+    std::vector<Extent> region_;
+    std::vector<std::int64_t> region_moved_at_;
+    std::vector<Index> moved_regions_;
+    std::vector<Index> asked_;  ///< blocks of moved ranges
+    std::vector<std::int64_t> asked_at_;
+};
+
+}  // namespace trocar

@@ -1,0 +1,285 @@
+// Compiled once per instruction set by Highway, which includes this file again for each of them.
+#include "detect/cluster_kernels.hpp"
+
+#include <algorithm>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "detect/cluster_kernels.cpp"
+#include <hwy/foreach_target.h>
+// foreach_target.h must come first
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace trocar::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// ---- boxes of vertices -----------------------------------------------------------------------------------------
+
+using Doubles = hn::CappedTag<double, 8>;
+
+/// Points are read as they lie, x y z x y z …: with L lanes, three vectors hold L points, and number i of the 3L always
+/// belongs to axis i mod 3. So minima are taken vector by vector, and the axes come apart only at the end.
+bool box_of_run(const double* points, Index count, Extent& result) {
+    const Doubles d;
+    const std::size_t lanes = hn::Lanes(d);
+    const std::size_t total = 3 * static_cast<std::size_t>(count);
+    Extent box;
+    double not_finite = 0.0;  // a finite number times zero is zero; infinities and NaN give NaN
+    std::size_t i = 0;
+    if (total >= 3 * lanes) {
+        auto low_0 = hn::LoadU(d, points);
+        auto low_1 = hn::LoadU(d, points + lanes);
+        auto low_2 = hn::LoadU(d, points + 2 * lanes);
+        auto high_0 = low_0;
+        auto high_1 = low_1;
+        auto high_2 = low_2;
+        const auto zero = hn::Zero(d);
+        auto check_0 = hn::Mul(low_0, zero);
+        auto check_1 = hn::Mul(low_1, zero);
+        auto check_2 = hn::Mul(low_2, zero);
+        for (i = 3 * lanes; i + 3 * lanes <= total; i += 3 * lanes) {
+            const auto a = hn::LoadU(d, points + i);
+            const auto b = hn::LoadU(d, points + i + lanes);
+            const auto c = hn::LoadU(d, points + i + 2 * lanes);
+            low_0 = hn::Min(low_0, a);
+            low_1 = hn::Min(low_1, b);
+            low_2 = hn::Min(low_2, c);
+            high_0 = hn::Max(high_0, a);
+            high_1 = hn::Max(high_1, b);
+            high_2 = hn::Max(high_2, c);
+            check_0 = hn::MulAdd(a, zero, check_0);
+            check_1 = hn::MulAdd(b, zero, check_1);
+            check_2 = hn::MulAdd(c, zero, check_2);
+        }
+        alignas(64) double low[24];
+        alignas(64) double high[24];
+        hn::Store(low_0, d, low);
+        hn::Store(low_1, d, low + lanes);
+        hn::Store(low_2, d, low + 2 * lanes);
+        hn::Store(high_0, d, high);
+        hn::Store(high_1, d, high + lanes);
+        hn::Store(high_2, d, high + 2 * lanes);
+        for (std::size_t k = 0; k < lanes; ++k) {
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                box.low[axis] = std::min(box.low[axis], low[3 * k + axis]);
+                box.high[axis] = std::max(box.high[axis], high[3 * k + axis]);
+            }
+        }
+        not_finite = hn::GetLane(hn::SumOfLanes(d, hn::Add(hn::Add(check_0, check_1), check_2)));
+    }
+    for (; i < total; ++i) {
+        box.low[i % 3] = std::min(box.low[i % 3], points[i]);
+        box.high[i % 3] = std::max(box.high[i % 3], points[i]);
+        not_finite += points[i] * 0.0;
+    }
+    result = box;
+    return not_finite == 0.0;
+}
+
+#if HWY_TARGET == HWY_SCALAR
+
+bool box_of_some(const double* position, const Index* number, Index count, Extent& result) {
+    Extent box;
+    double not_finite = 0.0;
+    for (Index k = 0; k < count; ++k) {
+        const double* const point = position + 3 * static_cast<std::size_t>(number[k]);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            box.low[axis] = std::min(box.low[axis], point[axis]);
+            box.high[axis] = std::max(box.high[axis], point[axis]);
+            not_finite += point[axis] * 0.0;
+        }
+    }
+    result = box;
+    return not_finite == 0.0;
+}
+
+#else
+
+using Two = hn::Full128<double>;
+
+/// A point is read as (x, y) and (y, z), so that nothing behind the last one is touched.
+bool box_of_some(const double* position, const Index* number, Index count, Extent& result) {
+    const Two d;
+    auto low_xy = hn::Set(d, Extent::infinity);
+    auto low_yz = low_xy;
+    auto high_xy = hn::Neg(low_xy);
+    auto high_yz = high_xy;
+    const auto zero = hn::Zero(d);
+    auto check = zero;
+    for (Index k = 0; k < count; ++k) {
+        const double* const point = position + 3 * static_cast<std::size_t>(number[k]);
+        const auto xy = hn::LoadU(d, point);
+        const auto yz = hn::LoadU(d, point + 1);
+        low_xy = hn::Min(low_xy, xy);
+        low_yz = hn::Min(low_yz, yz);
+        high_xy = hn::Max(high_xy, xy);
+        high_yz = hn::Max(high_yz, yz);
+        check = hn::Add(check, hn::Mul(hn::Add(xy, yz), zero));
+    }
+    alignas(16) double low_end[2];
+    alignas(16) double high_end[2];
+    hn::Store(low_xy, d, result.low.data());
+    hn::Store(high_xy, d, result.high.data());
+    hn::Store(low_yz, d, low_end);
+    hn::Store(high_yz, d, high_end);
+    result.low[2] = low_end[1];
+    result.high[2] = high_end[1];
+    // x + y may overflow where both are huge and finite: then the check is a false alarm, and asked again one by one.
+    if (hn::GetLane(hn::SumOfLanes(d, check)) == 0.0) return true;
+    double not_finite = 0.0;
+    for (Index k = 0; k < count; ++k) {
+        const double* const point = position + 3 * static_cast<std::size_t>(number[k]);
+        not_finite += point[0] * 0.0 + point[1] * 0.0 + point[2] * 0.0;
+    }
+    return not_finite == 0.0;
+}
+
+#endif
+
+void to_floats(const double* position, const Index* number, Index count, const FloatFrame& frame, FloatPoint* result) {
+    for (Index k = 0; k < count; ++k) {
+        const double* const point = position + 3 * static_cast<std::size_t>(number[k]);
+        result[k].x = {static_cast<float>((point[0] - frame.origin[0]) * frame.scale),
+                       static_cast<float>((point[1] - frame.origin[1]) * frame.scale),
+                       static_cast<float>((point[2] - frame.origin[2]) * frame.scale), 0.0F};
+    }
+}
+
+// ---- boxes in float --------------------------------------------------------------------------------------------
+
+#if HWY_TARGET == HWY_SCALAR
+
+void box_of_places(const FloatPoint* points, const std::uint16_t* place, Index count, std::size_t i,
+                   SixteenBoxes& result) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        float low = points[place[0]].x[axis];
+        float high = low;
+        for (Index k = 1; k < count; ++k) {
+            low = std::min(low, points[place[k]].x[axis]);
+            high = std::max(high, points[place[k]].x[axis]);
+        }
+        result.low[axis][i] = low;
+        result.high[axis][i] = high;
+    }
+}
+
+void boxes_of_triangles(const FloatPoint* points, const ClusterCorners& corners, SixteenBoxes& result) {
+    for (std::size_t t = 0; t < fan; ++t) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const float a = points[corners[t][0]].x[axis];
+            const float b = points[corners[t][1]].x[axis];
+            const float c = points[corners[t][2]].x[axis];
+            result.low[axis][t] = std::min(std::min(a, b), c);
+            result.high[axis][t] = std::max(std::max(a, b), c);
+        }
+    }
+}
+
+#else
+
+using Four = hn::Full128<float>;
+
+void box_of_places(const FloatPoint* points, const std::uint16_t* place, Index count, std::size_t i,
+                   SixteenBoxes& result) {
+    const Four d;
+    auto low = hn::Load(d, points[place[0]].x.data());
+    auto high = low;
+    for (Index k = 1; k < count; ++k) {
+        const auto point = hn::Load(d, points[place[k]].x.data());
+        low = hn::Min(low, point);
+        high = hn::Max(high, point);
+    }
+    alignas(16) float numbers[8];
+    hn::Store(low, d, numbers);
+    hn::Store(high, d, numbers + 4);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        result.low[axis][i] = numbers[axis];
+        result.high[axis][i] = numbers[4 + axis];
+    }
+}
+
+/// Four points become four x, four y and four z.
+template <typename Vector>
+HWY_INLINE void store_by_axis(const Vector& a, const Vector& b, const Vector& c, const Vector& e,
+                              std::array<std::array<float, fan>, 3>& result, std::size_t first) {
+    const Four d;
+    const auto xy_even = hn::InterleaveLower(d, a, c);
+    const auto xy_odd = hn::InterleaveLower(d, b, e);
+    const auto z_even = hn::InterleaveUpper(d, a, c);
+    const auto z_odd = hn::InterleaveUpper(d, b, e);
+    hn::Store(hn::InterleaveLower(d, xy_even, xy_odd), d, &result[0][first]);
+    hn::Store(hn::InterleaveUpper(d, xy_even, xy_odd), d, &result[1][first]);
+    hn::Store(hn::InterleaveLower(d, z_even, z_odd), d, &result[2][first]);
+}
+
+void boxes_of_triangles(const FloatPoint* points, const ClusterCorners& corners, SixteenBoxes& result) {
+    const Four d;
+    const auto corner = [&](std::size_t t, std::size_t k) { return hn::Load(d, points[corners[t][k]].x.data()); };
+    const auto low = [&](std::size_t t) { return hn::Min(hn::Min(corner(t, 0), corner(t, 1)), corner(t, 2)); };
+    const auto high = [&](std::size_t t) { return hn::Max(hn::Max(corner(t, 0), corner(t, 1)), corner(t, 2)); };
+    for (std::size_t t = 0; t < fan; t += 4) {
+        store_by_axis(low(t), low(t + 1), low(t + 2), low(t + 3), result.low, t);
+        store_by_axis(high(t), high(t + 1), high(t + 2), high(t + 3), result.high, t);
+    }
+}
+
+#endif
+
+using Floats = hn::CappedTag<float, fan>;
+
+std::uint32_t overlaps(const SixteenBoxes& boxes, const FloatBox& box) {
+    const Floats d;
+    const std::size_t lanes = hn::Lanes(d);
+    std::uint32_t result = 0;
+    for (std::size_t j = 0; j < fan; j += lanes) {
+        auto overlap = hn::And(hn::Le(hn::Load(d, &boxes.low[0][j]), hn::Set(d, box.high[0] + float_slack)),
+                               hn::Ge(hn::Load(d, &boxes.high[0][j]), hn::Set(d, box.low[0] - float_slack)));
+        for (std::size_t axis = 1; axis < 3; ++axis) {
+            overlap = hn::And(
+                overlap, hn::And(hn::Le(hn::Load(d, &boxes.low[axis][j]), hn::Set(d, box.high[axis] + float_slack)),
+                                 hn::Ge(hn::Load(d, &boxes.high[axis][j]), hn::Set(d, box.low[axis] - float_slack))));
+        }
+        std::uint8_t bits[8] = {};
+        hn::StoreMaskBits(d, overlap, bits);
+        result |= static_cast<std::uint32_t>(bits[0] | (bits[1] << 8)) << j;
+    }
+    return result;
+}
+
+}  // namespace trocar::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace trocar {
+
+HWY_EXPORT(box_of_run);
+HWY_EXPORT(box_of_some);
+HWY_EXPORT(to_floats);
+HWY_EXPORT(box_of_places);
+HWY_EXPORT(boxes_of_triangles);
+HWY_EXPORT(overlaps);
+
+const std::vector<ClusterKernels>& cluster_kernels() {
+    static const std::vector<ClusterKernels> kernels = [] {
+        std::vector<ClusterKernels> list;
+        // Lower bits are better targets.
+        for (std::int64_t rest = hwy::SupportedTargets() & HWY_TARGETS; rest != 0; rest &= rest - 1) {
+            const std::int64_t target = rest & -rest;
+            hwy::GetChosenTarget().Update(target);
+            list.push_back({.box_of_run = &HWY_DYNAMIC_DISPATCH(box_of_run),
+                            .box_of_some = &HWY_DYNAMIC_DISPATCH(box_of_some),
+                            .to_floats = &HWY_DYNAMIC_DISPATCH(to_floats),
+                            .box_of_places = &HWY_DYNAMIC_DISPATCH(box_of_places),
+                            .boxes_of_triangles = &HWY_DYNAMIC_DISPATCH(boxes_of_triangles),
+                            .overlaps = &HWY_DYNAMIC_DISPATCH(overlaps),
+                            .target = hwy::TargetName(target)});
+        }
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+        return list;
+    }();
+    return kernels;
+}
+
+}  // namespace trocar
+#endif

@@ -1,0 +1,81 @@
+// The inner loops of ohc_clustered in the widest vectors the CPU has: boxes of vertex blocks, of clusters and of
+// triangles, and sixteen boxes against one.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "detect/clusters.hpp"
+
+namespace trocar {
+
+/// A box of three lows and three highs, m; empty until something is put in. The fourth numbers are never looked at.
+struct alignas(64) Extent {
+    static constexpr double infinity = std::numeric_limits<double>::infinity();
+    std::array<double, 4> low{infinity, infinity, infinity, infinity};
+    std::array<double, 4> high{-infinity, -infinity, -infinity, -infinity};
+    void add(const Extent& other) {
+        for (std::size_t k = 0; k < 4; ++k) low[k] = other.low[k] < low[k] ? other.low[k] : low[k];
+        for (std::size_t k = 0; k < 4; ++k) high[k] = other.high[k] > high[k] ? other.high[k] : high[k];
+    }
+    [[nodiscard]] bool overlaps(const Extent& other) const {
+        unsigned overlap = 1;
+        for (std::size_t k = 0; k < 3; ++k) {
+            overlap &= static_cast<unsigned>(low[k] <= other.high[k]) & static_cast<unsigned>(other.low[k] <= high[k]);
+        }
+        return overlap != 0;
+    }
+};
+
+/// How points become floats: (x − origin) · scale. The scale brings everything that is looked at into −1 … 1, so that
+/// each float is within 2^-24 (and a little) of the exact number.
+struct FloatFrame {
+    std::array<double, 3> origin{0.0, 0.0, 0.0};  ///< m
+    double scale = 1.0;                           ///< a power of two, 1/m
+};
+/// Boxes of such floats are held against each other with this slack, which covers the rounding of both and of the
+/// addition: overlapping boxes never look apart.
+inline constexpr float float_slack = 0x1p-22F;
+
+/// A point in a FloatFrame; the fourth number is 0.
+struct alignas(16) FloatPoint {
+    std::array<float, 4> x;
+};
+
+/// Sixteen boxes in a FloatFrame, axis by axis.
+struct alignas(64) SixteenBoxes {
+    std::array<std::array<float, fan>, 3> low;
+    std::array<std::array<float, fan>, 3> high;
+};
+struct FloatBox {
+    std::array<float, 3> low;
+    std::array<float, 3> high;
+    [[nodiscard]] static FloatBox of(const SixteenBoxes& boxes, std::size_t i) {
+        return {{boxes.low[0][i], boxes.low[1][i], boxes.low[2][i]},
+                {boxes.high[0][i], boxes.high[1][i], boxes.high[2][i]}};
+    }
+};
+
+struct ClusterKernels {
+    /// Box of `count` >= 1 consecutive points (x y z …). Returns false when a number is not finite.
+    bool (*box_of_run)(const double* points, Index count, Extent& result);
+    /// Box of the points with these numbers.
+    bool (*box_of_some)(const double* position, const Index* number, Index count, Extent& result);
+    /// The points with these numbers in a FloatFrame.
+    void (*to_floats)(const double* position, const Index* number, Index count, const FloatFrame& frame,
+                      FloatPoint* result);
+    /// Box of the points at these places, which becomes box i of `result`.
+    void (*box_of_places)(const FloatPoint* points, const std::uint16_t* place, Index count, std::size_t i,
+                          SixteenBoxes& result);
+    void (*boxes_of_triangles)(const FloatPoint* points, const ClusterCorners& corners, SixteenBoxes& result);
+    /// Bit j is set when box j of `boxes` overlaps `box`, or comes within float_slack of it.
+    std::uint32_t (*overlaps)(const SixteenBoxes& boxes, const FloatBox& box);
+    const char* target;  ///< instruction set, as Highway names it
+};
+
+/// One for each instruction set that was built and that this CPU has, the best first, the plainest last.
+const std::vector<ClusterKernels>& cluster_kernels();
+
+}  // namespace trocar

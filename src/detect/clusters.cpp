@@ -1,0 +1,183 @@
+#include "detect/clusters.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace trocar {
+namespace {
+
+/// Orders items [begin, end) so that every aligned run of 16 is compact, every run of 256 too and so on: halves along
+/// the longest side of their box, again and again, cut where a full run ends.
+void halve(std::vector<Index>& order, const std::vector<Vector3>& point, std::size_t begin, std::size_t end,
+           Index shift) {
+    constexpr auto run = static_cast<std::size_t>(fan);
+    while (end - begin > run) {
+        Box box;
+        for (std::size_t k = begin; k < end; ++k) box.add(point[static_cast<std::size_t>(order[k] - shift)]);
+        Eigen::Index axis = 0;
+        (box.max - box.min).maxCoeff(&axis);
+        std::size_t unit = run;
+        while (unit * run < end - begin) unit *= run;
+        std::size_t middle = begin + ((end - begin) / 2 + unit / 2) / unit * unit;
+        if (middle <= begin) middle = begin + unit;
+        if (middle >= end) middle = end - 1 - (end - 1 - begin) % unit;
+        std::nth_element(order.begin() + static_cast<std::ptrdiff_t>(begin),
+                         order.begin() + static_cast<std::ptrdiff_t>(middle),
+                         order.begin() + static_cast<std::ptrdiff_t>(end), [&](Index a, Index b) {
+                             const double x = point[static_cast<std::size_t>(a - shift)][axis];
+                             const double y = point[static_cast<std::size_t>(b - shift)][axis];
+                             return x < y || (x == y && a < b);
+                         });
+        halve(order, point, begin, middle, shift);
+        begin = middle;
+    }
+}
+
+/// Items `first` … in an order made by halve.
+template <typename PointOf>
+std::vector<Index> compact_order(Index first, Index count, const PointOf& point_of) {
+    std::vector<Index> order(static_cast<std::size_t>(count));
+    std::iota(order.begin(), order.end(), first);
+    std::vector<Vector3> point;
+    point.reserve(order.size());
+    for (const Index item : order) point.push_back(point_of(item));
+    halve(order, point, 0, order.size(), first);
+    return order;
+}
+
+std::vector<Index> given_order(Range range) {
+    std::vector<Index> order(static_cast<std::size_t>(range.count));
+    std::iota(order.begin(), order.end(), range.first);
+    return order;
+}
+
+void sort_unique(std::vector<Index>& numbers) {
+    std::sort(numbers.begin(), numbers.end());
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
+
+void append(const std::vector<Index>& numbers, Lists<Index>& lists) {
+    lists.member.insert(lists.member.end(), numbers.begin(), numbers.end());
+    lists.close();
+}
+
+Index runs_of(Index count, Index length) { return (count + length - 1) / length; }
+
+/// Blocks of vertices in the order given (empty: the frame's own).
+ClusteredBody make_blocks(const BodyRange& range, std::vector<Index> vertex_order) {
+    ClusteredBody body;
+    body.vertices = range.vertices;
+    body.block_count = runs_of(range.vertices.count, block_size);
+    body.block_of.resize(static_cast<std::size_t>(range.vertices.count));
+    for (Index k = 0; k < range.vertices.count; ++k) {
+        const Index v = vertex_order.empty() ? k : vertex_order[static_cast<std::size_t>(k)] - range.vertices.first;
+        body.block_of[static_cast<std::size_t>(v)] = k / block_size;
+    }
+    body.vertex_order = std::move(vertex_order);
+    return body;
+}
+
+/// Vertices and blocks of the clusters of one group, and the group's own.
+void list_group(const Topology& topology, Index group, ClusteredBody& body) {
+    const auto corner_of = [&](Index place, Eigen::Index k) {
+        while (body.triangle[static_cast<std::size_t>(place)] < 0) --place;
+        return topology.triangles(k, body.triangle[static_cast<std::size_t>(place)]);
+    };
+    const Index first_cluster = group * fan;
+    const Index end_cluster = std::min(first_cluster + fan, body.cluster_count);
+    std::vector<Index> vertices;
+    for (Index place = first_cluster * fan; place < end_cluster * fan; ++place) {
+        for (Eigen::Index k = 0; k < 3; ++k) vertices.push_back(corner_of(place, k));
+    }
+    sort_unique(vertices);
+    append(vertices, body.vertices_of_group);
+    std::vector<Index> blocks;
+    blocks.reserve(vertices.size());
+    for (const Index v : vertices) {
+        blocks.push_back(body.block_of[static_cast<std::size_t>(v - body.vertices.first)]);
+    }
+    sort_unique(blocks);
+    append(blocks, body.blocks_of_group);
+    for (Index cluster = first_cluster; cluster < end_cluster; ++cluster) {
+        std::vector<Index> places;
+        ClusterCorners corners{};
+        for (std::size_t t = 0; t < fan; ++t) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                const Index v = corner_of(cluster * fan + static_cast<Index>(t), static_cast<Eigen::Index>(k));
+                const auto place = std::lower_bound(vertices.begin(), vertices.end(), v) - vertices.begin();
+                corners[t][k] = static_cast<std::uint16_t>(place);
+                places.push_back(static_cast<Index>(place));
+            }
+        }
+        sort_unique(places);
+        for (const Index place : places) body.vertices_of_cluster.member.push_back(static_cast<std::uint16_t>(place));
+        body.vertices_of_cluster.close();
+        body.corners.push_back(corners);
+    }
+}
+
+void list_regions(ClusteredBody& body) {
+    for (Index region = 0; region < body.region_count; ++region) {
+        const Index end = std::min((region + 1) * fan, body.group_count);
+        std::vector<Index> blocks(body.blocks_of_group.begin(region * fan), body.blocks_of_group.end(end - 1));
+        sort_unique(blocks);
+        append(blocks, body.blocks_of_region);
+    }
+}
+
+/// Clusters, groups and regions of triangles in this order, over the blocks that `body` has.
+void make_clusters(const Topology& topology, const std::vector<Index>& triangle_order, ClusteredBody& body) {
+    body.triangle = triangle_order;
+    while (body.triangle.size() % fan != 0) body.triangle.push_back(-1);
+    body.cluster_count = static_cast<Index>(body.triangle.size()) / fan;
+    body.group_count = runs_of(body.cluster_count, fan);
+    body.region_count = runs_of(body.group_count, fan);
+    for (Index group = 0; group < body.group_count; ++group) list_group(topology, group, body);
+    list_regions(body);
+}
+
+/// Sum over the groups of the longest edge of the box around their blocks, m: what an order costs.
+double looseness(const Frame& frame, const ClusteredBody& body) {
+    std::vector<Box> block(static_cast<std::size_t>(body.block_count));
+    for (Index v = 0; v < body.vertices.count; ++v) {
+        block[static_cast<std::size_t>(body.block_of[static_cast<std::size_t>(v)])].add(
+            frame.position.col(body.vertices.first + v));
+    }
+    double sum = 0.0;
+    for (Index group = 0; group < body.group_count; ++group) {
+        Box box;
+        for (const Index* b = body.blocks_of_group.begin(group); b != body.blocks_of_group.end(group); ++b) {
+            box.add(block[static_cast<std::size_t>(*b)].min);
+            box.add(block[static_cast<std::size_t>(*b)].max);
+        }
+        sum += (box.max - box.min).maxCoeff();
+    }
+    return sum;
+}
+
+}  // namespace
+
+ClusteredBody cluster_body(const Topology& topology, const Frame& frame, const BodyRange& range, ClusterOrder order) {
+    ClusteredBody given = make_blocks(range, {});
+    if (order == ClusterOrder::given) {
+        make_clusters(topology, given_order(range.triangles), given);
+        return given;
+    }
+    const auto point = [&frame](Index v) -> Vector3 { return frame.position.col(v); };
+    const auto centre = [&](Index t) -> Vector3 {
+        return (point(topology.triangles(0, t)) + point(topology.triangles(1, t)) + point(topology.triangles(2, t))) /
+               3.0;
+    };
+    const std::vector<Index> triangle_order = compact_order(range.triangles.first, range.triangles.count, centre);
+    ClusteredBody local = make_blocks(range, compact_order(range.vertices.first, range.vertices.count, point));
+    make_clusters(topology, triangle_order, local);
+    if (order == ClusterOrder::local) return local;
+    // The frame's own vertex order is read in a stream, the other vertex by vertex: taken where it is nearly as
+    // compact.
+    make_clusters(topology, triangle_order, given);
+    constexpr double worth_a_stream = 3.0;
+    return looseness(frame, given) <= worth_a_stream * looseness(frame, local) ? std::move(given) : std::move(local);
+}
+
+}  // namespace trocar
