@@ -93,7 +93,6 @@ struct OpenGroup {
     std::size_t points = 0;  ///< where its vertices start in points_
     std::int64_t opened_at = -1;
     std::uint32_t with_triangles = 0;  ///< bit per cluster: its triangle boxes are up to date
-};                                     ///< places in triangle_boxes_, -1 if none
 };
 
 class OhcClustered final : public Detector {
