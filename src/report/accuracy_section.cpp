@@ -52,9 +52,12 @@ std::string case_text(const SceneResult& result, const PairSums& sums) {
         if (!run.ok()) return outcome_text(run.record->outcome);
     }
     if (!sums.known) return "not judged";
-    if (sums.missing == 0.0 && sums.extra == 0.0) return "ok";
+    const double cut = result.first(&RunFigures::truncated_ticks);
+    if (sums.missing == 0.0 && sums.extra == 0.0 && !(cut > 0.0)) return "ok";
     std::string text;
-    if (sums.missing > 0.0) text += fmt::format("misses {:.0f} of {:.0f}", sums.missing, sums.truth);
+    if (cut > 0.0) text = fmt::format("cut in {:.0f} ticks", cut);
+    if (sums.missing > 0.0)
+        text += (text.empty() ? "" : ", ") + fmt::format("misses {:.0f} of {:.0f}", sums.missing, sums.truth);
     if (sums.extra > 0.0) text += (text.empty() ? "" : ", ") + fmt::format("adds {:.0f}", sums.extra);
     return text;
 }

@@ -78,6 +78,7 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
         add(row.true_pairs, result->first(&RunFigures::true_pairs));
         add(row.missing, result->first(&RunFigures::missing));
         add(row.extra, result->first(&RunFigures::extra));
+        add(row.truncated_ticks, result->first(&RunFigures::truncated_ticks));
         if (!result->ok()) continue;
         ++row.scenes_ok;
         take_larger(row.depth_error_max, result->first(&RunFigures::depth_error_max));
@@ -139,9 +140,14 @@ std::string kind_text(const VerdictRow& row) {
     return row.own ? "own" : "foreign";
 }
 
+/// An answer that a limit cut is unknown, never free of contact: told wherever missed pairs are.
+std::string cut_text(const VerdictRow& row) {
+    return row.truncated_ticks > 0.0 ? fmt::format(", cut in {:.0f} ticks", row.truncated_ticks) : std::string();
+}
+
 std::string pairs_text(const VerdictRow& row) {
     if (std::isnan(row.true_pairs)) return "n/a";
-    return fmt::format("{:.0f} / {:.0f} of {:.0f}", row.missing, row.extra, row.true_pairs);
+    return fmt::format("{:.0f} / {:.0f} of {:.0f}{}", row.missing, row.extra, row.true_pairs, cut_text(row));
 }
 
 std::string two_numbers(double first, double second, double scale) {
@@ -379,14 +385,15 @@ std::string verdict_sentence(const Verdict& verdict, const std::string& where, c
                                                            : format_number(row.p99.value * us) + " µs p99 per tick";
         if (depth) {
             // A detector that misses pairs can leave less behind by luck: the reader gets both in one breath.
-            const std::string missed = std::isnan(row.missing) ? std::string()
-                                                               : fmt::format(" with {:.0f} of {:.0f} true pairs missed",
-                                                                             row.missing, row.true_pairs);
+            const std::string missed = std::isnan(row.missing)
+                                           ? std::string()
+                                           : fmt::format(" with {:.0f} of {:.0f} true pairs missed{}", row.missing,
+                                                         row.true_pairs, cut_text(row));
             return fmt::format("leaves {} mm in the median and {} mm at worst{}, at {}",
                                format_number(row.left_p50 * mm), format_number(row.left_max * mm), missed, time);
         }
-        return fmt::format("misses {:.0f} and adds {:.0f} of {:.0f} true pairs, at {}", row.missing, row.extra,
-                           row.true_pairs, time);
+        return fmt::format("misses {:.0f} and adds {:.0f} of {:.0f} true pairs{}, at {}", row.missing, row.extra,
+                           row.true_pairs, cut_text(row), time);
     };
     const auto total = [](const VerdictRow& row) {
         return row.failed_runs == 0 ? std::string() : fmt::format(" ({} of {} runs failed)", row.failed_runs, row.runs);

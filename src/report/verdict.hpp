@@ -22,6 +22,7 @@ struct VerdictRow {
     bool not_applicable = false;    ///< absent or unsupported on at least one scene
     double true_pairs = not_known;  ///< sum over scenes
     double missing = not_known;
+    double truncated_ticks = 0.0;  ///< in which a limit cut the list of pairs
     double extra = not_known;
     double depth_error_p50 = not_known;  ///< m, median over scenes of the median
     double depth_error_max = not_known;  ///< m, worst over scenes

@@ -52,6 +52,9 @@ bool is_judged(const RunSpec& spec, std::int64_t tick, std::int64_t ticks) {
     return spec.truth_stride > 0 && (tick % spec.truth_stride == 0 || tick + 1 == ticks);
 }
 
+/// A tick whose list of pairs was cut is always judged, whatever the stride: what a limit took away counts as missed.
+bool is_cut(const RunSpec& spec, const StepRow& row) { return spec.truth_stride > 0 && row.truncated; }
+
 /// False when the user has had enough.
 bool go_on(const RunLimits& limits, std::int64_t done) { return !limits.progress || limits.progress(done); }
 
@@ -131,7 +134,7 @@ Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limi
     for (std::int64_t tick = 0; source->next(frame) && go_on(limits, tick); ++tick) {
         hash.add(frame.hash());
         StepRow row = simulation.replay(frame);
-        if (simulation.outcome().ok() && is_judged(spec, tick, ticks)) {
+        if (simulation.outcome().ok() && (is_judged(spec, tick, ticks) || is_cut(spec, row))) {
             judge.judge_detection(simulation.seen(), simulation.contacts(), row);
             native.judge(frame, judge, row);
         }
@@ -165,9 +168,10 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     for (std::int64_t tick = 0; record.outcome.ok() && tick < ticks && go_on(limits, tick); ++tick) {
         StepRow row = simulation.step();
         record.outcome = simulation.outcome();
-        if (record.outcome.ok() && is_judged(spec, tick, ticks)) {
+        const bool judged = is_judged(spec, tick, ticks);
+        if (record.outcome.ok() && (judged || is_cut(spec, row))) {
             judge.judge_detection(simulation.seen(), simulation.contacts(), row);
-            judge.judge_outcome(simulation.frame(), row);
+            if (judged) judge.judge_outcome(simulation.frame(), row);
         }
         if (record.outcome.ok()) comparison.observe(row.time, row.tool_force, simulation.frame().position);
         if (limits.observe) limits.observe(simulation, row);

@@ -200,6 +200,18 @@ TEST(Report, RecallIsGivenWithAndWithoutTouches) {
     EXPECT_NE(markdown.find("misses 2220 of 4440, adds 1110"), std::string::npos);
 }
 
+TEST(Report, AnAnswerCutByALimitIsNeverOk) {
+    for (const std::string mode : {"replay", "closed_loop"}) {
+        Record record = synthetic({.mode = mode});
+        for (std::size_t i = 0; i < 7; ++i) record.rows[i].truncated = true;
+        record.summary = summarize(record.rows);
+        const std::string markdown = make_report({record}).files.at("report.md");
+        const std::string expected = mode == "replay" ? "| poke | cut in 7 ticks |" : "0 / 0 of 4440, cut in 7 ticks";
+        EXPECT_NE(markdown.find(expected), std::string::npos) << mode << "\n" << markdown;
+        EXPECT_NE(markdown.find("7 ticks truncated"), std::string::npos) << mode;
+    }
+}
+
 TEST(Report, AlmostAllIsNeverPrintedAsAll) {
     Record record = synthetic({.mode = "replay", .true_pairs = 1000});
     record.rows[0].missing = 1;

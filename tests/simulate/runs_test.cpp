@@ -44,6 +44,38 @@ RunSpec spec_of(const std::string& mode, const std::string& detector, const std:
     return spec;
 }
 
+TEST(Replay, WhatALimitCutsCountsAsMissedOnEveryTickItCuts) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    for (const std::string& detector : own_exact_detectors()) {
+        const auto& declared = registry().detector(detector).parameters;
+        const bool limited = std::any_of(declared.begin(), declared.end(),
+                                         [](const Parameter& parameter) { return parameter.name == "max_pairs"; });
+        if (!limited) continue;
+        RunSpec spec = spec_of("replay", detector, "");
+        spec.truth_stride = 1;
+        const Record all = make_run(scene, spec);
+        // Truth is asked for on two ticks only, and yet every cut tick is judged.
+        spec.detector = detector + ":max_pairs=3";
+        spec.truth_stride = 1000;
+        const Record cut = make_run(scene, spec);
+        ASSERT_EQ(all.rows.size(), cut.rows.size());
+        double missing = 0.0;
+        double ticks = 0.0;
+        for (std::size_t i = 0; i < cut.rows.size(); ++i) {
+            const StepRow& row = cut.rows[i];
+            EXPECT_EQ(row.truncated, all.rows[i].true_pairs > 3) << detector << " tick " << i;
+            if (!row.truncated) continue;
+            EXPECT_EQ(row.missing, all.rows[i].true_pairs - 3) << detector << " tick " << i;
+            missing += static_cast<double>(row.missing);
+            ticks += 1.0;
+        }
+        EXPECT_GT(ticks, 5.0) << detector;
+        EXPECT_EQ(cut.summary.at("truncated_ticks"), ticks);
+        EXPECT_EQ(cut.summary.at("missing"), missing);
+        EXPECT_LT(cut.summary.at("recall"), 1.0);
+    }
+}
+
 TEST(Replay, EveryDetectorSeesTheSameFramesAndExactOnesMissNothing) {
     const Scene scene = test::scene_from_text(test::poke_text());
     std::set<std::string> hashes;
