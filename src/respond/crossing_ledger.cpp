@@ -1,6 +1,7 @@
 #include "respond/crossing_ledger.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -73,10 +74,20 @@ double winding_part(const equations::Corners& t, const Vector3& x) {
     return std::atan2(numerator, denominator) / (2.0 * std::numbers::pi);
 }
 
+double winding_number(const Topology& topology, const Matrix3X& position, Range triangles, const Vector3& x) {
+    double winding = 0.0;
+    for (Index t = triangles.first; t < triangles.end(); ++t) {
+        winding += winding_part(corners_of(topology, position, t), x);
+    }
+    return winding;
+}
+
 }  // namespace
 
 void CrossingLedger::prepare(const Topology& topology) {
     started_ = false;
+    updates_ = 0;
+    repairs_ = 0;
     penetrations_.clear();
     tissues_.clear();
     samples_.clear();
@@ -97,7 +108,13 @@ void CrossingLedger::prepare(const Topology& topology) {
             for (Index t = 0; t < range.triangles.count; ++t) triangles[at(t)] = range.triangles.first + t;
             tissue.grid.prepare(topology, triangles);
             tissues_.push_back(std::move(tissue));
-        } else {
+        }
+        const bool meets_tissue =
+            std::any_of(topology.bodies.begin(), topology.bodies.end(), [&](const BodyRange& other) {
+                const auto number = static_cast<Index>(&other - topology.bodies.data());
+                return other.kind == BodyKind::tissue && tested_[at(body * bodies + number)] != 0;
+            });
+        if (meets_tissue) {
             for (Index v = range.vertices.first; v < range.vertices.end(); ++v) {
                 sample_of_vertex_[at(v)] = static_cast<Index>(samples_.size());
                 samples_.push_back({v, body});
@@ -148,34 +165,120 @@ void CrossingLedger::find_start(const Topology& topology, const Frame& frame, co
     std::vector<std::uint8_t> crossing(at(bodies * bodies), 0);
     for (const Contact& contact : contacts.contacts) {
         if (contact.a < 0 || contact.b < 0 || contact.kind == ContactCase::touch) continue;
-        crossing[at(topology.body_of_triangle[at(contact.a)] * bodies + topology.body_of_triangle[at(contact.b)])] = 1;
+        const Index a = topology.body_of_triangle[at(contact.a)];
+        const Index b = topology.body_of_triangle[at(contact.b)];
+        crossing[at(a * bodies + b)] = crossing[at(b * bodies + a)] = 1;
     }
     for (Tissue& tissue : tissues_) {
-        for (std::size_t s = 0; s < samples_.size(); ++s) {
-            const Sample& sample = samples_[s];
-            if (tested_[at(sample.body * bodies + tissue.body)] == 0) continue;
-            const Vector3 x = frame.position.col(sample.vertex) + hair;
-            Box box;
-            box.add(x);
-            const Range triangles = topology.bodies[at(tissue.body)].triangles;
-            if (tissue.closed) {
-                if (!box.overlaps(tissue.grid.bounds())) continue;
-                double winding = 0.0;
-                for (Index t = triangles.first; t < triangles.end(); ++t) {
-                    winding += winding_part(corners_of(topology, frame.position, t), x);
+        for (Index body = 0; body < bodies; ++body) {
+            if (tested_[at(body * bodies + tissue.body)] == 0) continue;
+            if (!tissue.closed) {
+                if (crossing[at(body * bodies + tissue.body)] != 0) {
+                    find_start_by_crossings(topology, frame, tissue, body);
                 }
-                tissue.count[s] = static_cast<std::int16_t>(std::lround(winding));
-            } else if (crossing[at(sample.body * bodies + tissue.body)] != 0) {
-                const Index nearest = nearest_triangle(topology, frame, tissue, x);
-                if (nearest < 0) continue;
-                const equations::Corners corners = corners_of(topology, frame.position, nearest);
-                // Behind the sheet, and not merely beside its rim.
-                const Vector3 w = equations::nearest_weights(corners, x);
-                const Vector3 foot = w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2];
-                const double below = equations::unit_normal(corners).dot(foot - x);
-                if (below > 0.7 * (foot - x).norm()) tissue.count[s] = 1;
+                continue;
+            }
+            const Range vertices = topology.bodies[at(body)].vertices;
+            for (Index v = vertices.first; v < vertices.end(); ++v) {
+                const Vector3 x = frame.position.col(v) + hair;
+                Box box;
+                box.add(x);
+                if (!box.overlaps(tissue.grid.bounds())) continue;
+                const double winding =
+                    winding_number(topology, frame.position, topology.bodies[at(tissue.body)].triangles, x);
+                tissue.count[at(sample_of_vertex_[at(v)])] = static_cast<std::int16_t>(std::lround(winding));
             }
         }
+    }
+}
+
+/// Along the edges of the body from vertex to vertex: every edge that passes through the sheet changes the count. What
+/// hangs together is thus known up to one number, which the first edge through the sheet settles: its end on the
+/// declared side has count 0.
+void CrossingLedger::find_start_by_crossings(const Topology& topology, const Frame& frame, Tissue& tissue, Index body) {
+    const BodyRange& range = topology.bodies[at(body)];
+    std::vector<std::array<Index, 2>> edges;
+    edges.reserve(at(range.triangles.count) * 6);
+    for (Index t = range.triangles.first; t < range.triangles.end(); ++t) {
+        for (int i = 0; i < 3; ++i) {
+            const Index u = topology.triangles(i, t);
+            const Index v = topology.triangles((i + 1) % 3, t);
+            edges.push_back({u, v});
+            edges.push_back({v, u});
+        }
+    }
+    std::sort(edges.begin(), edges.end());
+    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+    std::vector<std::uint8_t> seen(at(range.vertices.count), 0);
+    std::vector<Index> connected;
+    const bool belongs_in_front = topology.bodies[at(tissue.body)].start_side == SheetSide::front;
+    for (Index first = range.vertices.first; first < range.vertices.end(); ++first) {
+        if (seen[at(first - range.vertices.first)] != 0) continue;
+        seen[at(first - range.vertices.first)] = 1;
+        connected.assign(1, first);
+        bool settled = false;
+        int right = 0;  // count of what is on the declared side
+        for (std::size_t next = 0; next < connected.size(); ++next) {
+            const Index u = connected[next];
+            const int count = tissue.count[at(sample_of_vertex_[at(u)])];
+            for (auto edge = std::lower_bound(edges.begin(), edges.end(), std::array<Index, 2>{u, -1});
+                 edge != edges.end() && (*edge)[0] == u; ++edge) {
+                const Index v = (*edge)[1];
+                if (seen[at(v - range.vertices.first)] != 0) continue;
+                seen[at(v - range.vertices.first)] = 1;
+                const Vector3 from = frame.position.col(u) + hair;
+                const Vector3 to = frame.position.col(v) + hair;
+                Box box;
+                box.add(from);
+                box.add(to);
+                int change = 0;
+                tissue.grid.visit(box, [&](Index t) {
+                    const equations::Corners corners = corners_of(topology, frame.position, t);
+                    change += segment_crossing(from, to, corners[0], corners[1], corners[2]);
+                });
+                tissue.count[at(sample_of_vertex_[at(v)])] = static_cast<std::int16_t>(count + change);
+                if (change != 0 && !settled) {
+                    settled = true;
+                    // +1: u is in front and v behind.
+                    right = (change > 0) == belongs_in_front ? count : count + change;
+                }
+                connected.push_back(v);
+            }
+        }
+        for (const Index v : connected) {
+            std::int16_t& count = tissue.count[at(sample_of_vertex_[at(v)])];
+            count = static_cast<std::int16_t>(count - right);
+        }
+    }
+}
+
+/// A few samples a tick, so that no tick is long: the signed crossings of a ray, and where they differ from the count
+/// the winding number, which decides.
+void CrossingLedger::check_closed(const Topology& topology, const Frame& frame, Tissue& tissue) {
+    const Index bodies = topology.body_count();
+    const Box& bounds = tissue.grid.bounds();
+    for (auto s = static_cast<std::size_t>(updates_ % check_period); s < samples_.size();
+         s += static_cast<std::size_t>(check_period)) {
+        if (tested_[at(samples_[s].body * bodies + tissue.body)] == 0) continue;
+        const Vector3 x = frame.position.col(samples_[s].vertex) + hair;
+        Box path;
+        path.add(x);
+        int ray = 0;
+        if (path.overlaps(bounds)) {
+            const Vector3 end(x.x(), x.y(), bounds.max.z() + 1.0);
+            path.add(end);
+            tissue.grid.visit(path, [&](Index t) {
+                const equations::Corners corners = corners_of(topology, frame.position, t);
+                // Outwards through a face is from its back to its front.
+                ray -= segment_crossing(x, end, corners[0], corners[1], corners[2]);
+            });
+        }
+        if (ray == tissue.count[s]) continue;
+        const double winding = winding_number(topology, frame.position, topology.bodies[at(tissue.body)].triangles, x);
+        const auto exact = static_cast<std::int16_t>(std::lround(winding));
+        if (exact == tissue.count[s]) continue;
+        tissue.count[s] = exact;
+        ++repairs_;
     }
 }
 
@@ -250,8 +353,12 @@ void CrossingLedger::update(const Topology& topology, const Surface& surface, co
         find_start(topology, frame, contacts);
         started_ = true;
     } else {
-        for (Tissue& tissue : tissues_) count_crossings(topology, frame, tissue);
+        for (Tissue& tissue : tissues_) {
+            count_crossings(topology, frame, tissue);
+            if (tissue.closed) check_closed(topology, frame, tissue);
+        }
     }
+    ++updates_;
     last_ = frame.position;
 
     // Entries of the last tick that are still on the wrong side keep their anchor.

@@ -1,6 +1,6 @@
-// Which vertices of instruments and bones are on the wrong side of a tissue surface, by history (METHODS §9.2): it
-// works on open sheets, for a tool that stands still, withdraws or is dragged, where depth below one plane says
-// nothing.
+// Which vertices of instruments, bones and other tissue are on the wrong side of a tissue surface, by history (METHODS
+// §9.2): it works on open sheets, for a tool that stands still, withdraws or is dragged, where depth below one plane
+// says nothing.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace trocar {
 
-/// A sample point (vertex of an instrument or a rigid body) that has crossed a tissue surface.
+/// A sample point (vertex of another body) that has crossed a tissue surface.
 struct Penetration {
     Index vertex = -1;    ///< the sample
     Index body = -1;      ///< the sample's body
@@ -41,8 +41,9 @@ public:
 
     void prepare(const Topology& topology);
     /// Advances the counts from the last call's frame to this one. The first call finds the start state: on closed
-    /// tissue by the winding number; on open tissue the front (normal side) is declared the right side, and vertices
-    /// behind it count only when the two bodies cross at the start. `contacts` tells which bodies cross.
+    /// tissue by the winding number; on open tissue a body that crosses the sheet at the start belongs on the side that
+    /// the scene declares (BodyRange::start_side), and its vertices on the other side of the crossing count from the
+    /// start; a body that does not cross belongs where it is. `contacts` tells which bodies cross.
     void update(const Topology& topology, const Surface& surface, const Frame& frame, const ContactSet& contacts);
     /// Samples on the wrong side, and those that have come back but are within the resting margin of the surface, in a
     /// fixed order. The latter keep a resting contact from being lost and found again every other tick.
@@ -50,6 +51,10 @@ public:
     [[nodiscard]] const std::vector<Penetration>& penetrations() const { return penetrations_; }
     /// Signed crossings of a sample with a tissue body since the start (front to back +1), start state included.
     [[nodiscard]] int count(Index vertex, Index tissue) const;
+    /// Counts that the periodic check against the winding number of closed tissue has put right since prepare. Every
+    /// sample is checked once in check_period ticks.
+    [[nodiscard]] std::int64_t repairs() const { return repairs_; }
+    static constexpr std::int64_t check_period = 64;  ///< ticks
 
 private:
     struct Tissue {
@@ -66,6 +71,8 @@ private:
     };
 
     void find_start(const Topology& topology, const Frame& frame, const ContactSet& contacts);
+    void find_start_by_crossings(const Topology& topology, const Frame& frame, Tissue& tissue, Index body);
+    void check_closed(const Topology& topology, const Frame& frame, Tissue& tissue);
     void count_crossings(const Topology& topology, const Frame& frame, Tissue& tissue);
     [[nodiscard]] Index nearest_triangle(const Topology& topology, const Frame& frame, Tissue& tissue,
                                          const Vector3& point);
@@ -76,6 +83,8 @@ private:
     std::vector<std::uint8_t> tested_;  ///< bodies × bodies
     Matrix3X last_;                     ///< 3×N, positions at the last call
     bool started_ = false;
+    std::int64_t updates_ = 0;
+    std::int64_t repairs_ = 0;
     std::vector<Penetration> penetrations_;
     std::vector<Penetration> kept_;
 };

@@ -294,6 +294,8 @@ private:
             if (face_tissue && grasp_.holds(v.nearest, v.vertex_body)) return;
         }
         if (vertex_tissue && face_tissue) {
+            // As in press_tissue_face, where the other tissue is an open sheet.
+            if (settings_.resolution == Resolution::ledger && !topology_->bodies[at(v.face_body)].closed) return;
             bounce(frame, v.normal, LoadPoint::at_vertex(v.vertex),
                    LoadPoint::in_triangle(*topology_, v.triangle, v.weights), v.depth,
                    stiffness(v.face_body, v.vertex_body, materials_->mean_stiffness[at(v.vertex)], v.vertex), effect);
@@ -337,7 +339,9 @@ private:
     /// Eq. 3.6 (§3.4.3): the instrument's vertex A1 is below a tissue face, whose force is the opposite of 3.6's. In
     /// `corrected` also a bone's vertex, which takes no reaction.
     void press_tissue_face(const Frame& frame, const VertexInFace& v, Effect& effect) const {
-        if (settings_.resolution == Resolution::ledger && inside_[at(v.vertex)] != 0) return;
+        // The ledger knows exactly on which side the vertex is, also of an open sheet that it touches from behind,
+        // where below the face is the right side.
+        if (settings_.resolution == Resolution::ledger) return;
         LinearContact linear;
         linear.k = stiffness(v.vertex_body, v.face_body, materials_->mean_stiffness[at(v.nearest)], v.vertex);
         // Literal 3.6: F on A1 = (k d - mu (V2 - V1)·n2) n2, which as a damper on the tissue is -mu.
@@ -704,6 +708,9 @@ private:
         if (kind(p.body) == BodyKind::instrument) {
             linear.reaction_body = p.body;
             linear.reaction_point = frame.position.col(p.vertex);
+        } else if (kind(p.body) == BodyKind::tissue) {
+            linear.reaction_vertices = {p.vertex, -1, -1};
+            linear.reaction_weights = {1.0, 0.0, 0.0};
         }
         effect.contacts.push_back(linear);
     }
@@ -750,6 +757,7 @@ private:
             touches_.push_back({r.vertex, topology_->triangles(0, r.triangle), r.normal});
         }
         for (const Penetration& p : ledger_.penetrations()) {
+            if (kind(p.body) == BodyKind::tissue) continue;
             for (int i = 0; i < 3; ++i) {
                 touches_.push_back({topology_->triangles(i, p.triangle), p.vertex, -p.normal});
             }
