@@ -1,0 +1,85 @@
+// Which parts of two surfaces lie on the wrong side of each other, from one frame alone: the curves in which the
+// surfaces cross and the smaller regions that they cut off (Baraff, Witkin, Kass 2003, global intersection analysis).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "contact/contact_set.hpp"
+#include "respond/surface.hpp"
+#include "scene/world.hpp"
+
+namespace trocar {
+
+/// One curve of intersection between two bodies, body_a < body_b.
+struct IntersectionContour {
+    Index body_a = -1;
+    Index body_b = -1;
+    bool closed = false;  ///< false: ends at a mesh boundary, at a missing pair, or where an edge only touches
+    Range pairs;          ///< in IntersectionRegions::pairs_of
+    /// Vertices of the smaller region (by area) that the curve cuts off from each surface. Empty where it encloses no
+    /// vertex, and where it does not separate the surface (an open curve, one that goes round a handle).
+    std::vector<Index> inside_a, inside_b;
+    bool separates_a = true;  ///< false: flood fill reached the other side of the curve
+    bool separates_b = true;
+    /// Vector area ½ ∮ x × dx of a closed curve, m², as it runs along (outer normal of a) × (outer normal of b); zero
+    /// for an open one. Its direction is that of the hole, whatever the faces at the rim.
+    Vector3 area = Vector3::Zero();
+    Vector3 centre = Vector3::Zero();  ///< m, mean of the segments' middles by length
+    double length = 0.0;               ///< m
+};
+
+/// Curves are traced over shared piercings: an edge through a face belongs to the two triangles at the edge, which
+/// makes them neighbours on the curve. Piercings are decided by exact signs, ties alike for all triangles at an edge.
+/// Works for any detector's pairs; a missed pair leaves its curve open. Buffers are kept from tick to tick.
+class IntersectionRegions {
+public:
+    void prepare(const Topology& topology);
+    /// Replaces contours() by those of the pairs between bodies of which at least one is tissue. `surface` must have
+    /// been measured.
+    void find(const Topology& topology, const Surface& surface, const Frame& frame,
+              const std::vector<TrianglePair>& pairs);
+    [[nodiscard]] std::span<const IntersectionContour> contours() const { return {contours_.data(), used_}; }
+    /// Positions in `pairs` of the pairs on a contour.
+    [[nodiscard]] std::span<const Index> pairs_of(const IntersectionContour& contour) const {
+        return {order_.data() + contour.pairs.first, static_cast<std::size_t>(contour.pairs.count)};
+    }
+    /// Contour of a pair by its position in `pairs`, -1: on none.
+    [[nodiscard]] Index contour_of(Index pair) const { return contour_of_[static_cast<std::size_t>(pair)]; }
+
+private:
+    /// An edge (low < high vertex) through a triangle.
+    struct Piercing {
+        Index low = -1;
+        Index high = -1;
+        Index triangle = -1;
+        Index pair = -1;
+        auto operator<=>(const Piercing&) const = default;
+    };
+
+    void pierce(const Topology& topology, const Frame& frame, Index edges_of, Index face, Index pair);
+    void measure(const Topology& topology, const Frame& frame, const std::vector<TrianglePair>& pairs,
+                 IntersectionContour& contour) const;
+    Index root(Index pair);
+    /// Smaller region beside the cut edges; false when the cut does not separate.
+    bool fill(const Topology& topology, const Surface& surface, std::vector<Index>& inside);
+    [[nodiscard]] bool is_cut(Index a, Index b) const;
+
+    std::vector<Piercing> piercings_;
+    std::vector<std::array<Vector3, 2>> segment_;  ///< per pair: the curve's piece in it
+    std::vector<Index> parent_;
+    std::vector<std::uint8_t> open_;  ///< per pair; of the root: the curve is open
+    std::vector<Index> order_;
+    std::vector<Index> contour_of_;
+    std::vector<IntersectionContour> contours_;
+    std::size_t used_ = 0;
+    std::vector<std::array<Index, 2>> cut_;  ///< edges crossed an odd number of times, sorted
+    std::vector<std::uint32_t> seen_;        ///< per vertex: stamp of a fill and its side
+    std::uint32_t stamp_ = 0;
+    std::array<std::vector<Index>, 2> front_;
+};
+
+}  // namespace trocar
