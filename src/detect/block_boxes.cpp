@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 namespace trocar {
 namespace {
@@ -24,6 +25,7 @@ BlockBoxes::BlockBoxes(const ClusteredBody& clusters, const ClusterKernels& kern
     region_.resize(regions);
     region_moved_at_.assign(regions, 0);
     moved_regions_.reserve(regions);
+    moved_blocks_.reserve(blocks);
     asked_.reserve(blocks);
     asked_at_.assign(blocks, -1);
 }
@@ -102,34 +104,47 @@ bool BlockBoxes::read_block(const Frame& frame, Index block, std::int64_t now) {
         state_[b] = State::copied;
     }
     block_moved_at_[b] = now;
+    moved_blocks_.push_back(block);
     return run ? kernels_.box_of_run(point(0), count, block_[b])
                : kernels_.box_of_some(position, order, count, block_[b]);
 }
 
+/// Regions follow their blocks.
 bool BlockBoxes::finish(bool finite, std::int64_t now) {
     moved_regions_.clear();
+    last_read_ = now;
     if (!finite) {
         std::fill(state_.begin(), state_.end(), State::unread);
+        moved_blocks_.clear();
         return false;
     }
-    for (Index region = 0; region < clusters_.region_count; ++region) {
-        const auto r = static_cast<std::size_t>(region);
+    const auto has_moved = [this, now](Index region) {
+        if (std::exchange(region_moved_at_[static_cast<std::size_t>(region)], now) != now) {
+            moved_regions_.push_back(region);
+        }
+    };
+    if (moved_blocks_.size() == block_.size()) {
+        all_moved_at_ = now;
+        for (Index region = 0; region < clusters_.region_count; ++region) has_moved(region);
+    } else {
+        for (const Index block : moved_blocks_) {
+            const Lists<Index>& regions = clusters_.regions_of_block;
+            std::for_each(regions.begin(block), regions.end(block), has_moved);
+        }
+    }
+    moved_blocks_.clear();
+    for (const Index region : moved_regions_) {
         const Index* const end = clusters_.blocks_of_region.end(region);
-        const bool moved = std::any_of(clusters_.blocks_of_region.begin(region), end, [this, now](Index block) {
-            return block_moved_at_[static_cast<std::size_t>(block)] == now;
-        });
-        if (!moved) continue;
         Extent box;
         for (const Index* b = clusters_.blocks_of_region.begin(region); b != end; ++b) box.add(block(*b));
-        region_[r] = box;
-        region_moved_at_[r] = now;
-        moved_regions_.push_back(region);
+        region_[static_cast<std::size_t>(region)] = box;
     }
     return true;
 }
 
 std::int64_t BlockBoxes::group_moved_at(Index group) const {
-    std::int64_t latest = 0;
+    std::int64_t latest = all_moved_at_;
+    if (latest == last_read_) return latest;
     for (const Index* b = clusters_.blocks_of_group.begin(group); b != clusters_.blocks_of_group.end(group); ++b) {
         latest = std::max(latest, block_moved_at_[static_cast<std::size_t>(*b)]);
     }

@@ -49,7 +49,10 @@ private:
     std::vector<Extent> region_;
     std::vector<std::int64_t> region_moved_at_;
     std::vector<Index> moved_regions_;
-    std::vector<Index> asked_;  ///< blocks of moved ranges
+    std::vector<Index> moved_blocks_;
+    std::int64_t last_read_ = -1;
+    std::int64_t all_moved_at_ = 0;  ///< when all blocks last moved at once
+    std::vector<Index> asked_;       ///< blocks of moved ranges
     std::vector<std::int64_t> asked_at_;
 };
 

@@ -137,14 +137,35 @@ bool box_of_some(const double* position, const Index* number, Index count, Exten
 
 #endif
 
+#if HWY_TARGET == HWY_SCALAR
+
 void to_floats(const double* position, const Index* number, Index count, const FloatFrame& frame, FloatPoint* result) {
     for (Index k = 0; k < count; ++k) {
         const double* const point = position + 3 * static_cast<std::size_t>(number[k]);
-        result[k].x = {static_cast<float>((point[0] - frame.origin[0]) * frame.scale),
-                       static_cast<float>((point[1] - frame.origin[1]) * frame.scale),
-                       static_cast<float>((point[2] - frame.origin[2]) * frame.scale), 0.0F};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            result[k].x[axis] = static_cast<float>((point[axis] - frame.origin[axis]) * frame.scale);
+        }
     }
 }
+
+#else
+
+void to_floats(const double* position, const Index* number, Index count, const FloatFrame& frame, FloatPoint* result) {
+    const Two d;
+    const hn::Half<hn::Full128<float> > two_floats;
+    const auto origin_xy = hn::LoadU(d, frame.origin.data());
+    const auto origin_yz = hn::LoadU(d, frame.origin.data() + 1);
+    const auto scale = hn::Set(d, frame.scale);
+    for (Index k = 0; k < count; ++k) {
+        const double* const point = position + 3 * static_cast<std::size_t>(number[k]);
+        const auto xy = hn::Mul(hn::Sub(hn::LoadU(d, point), origin_xy), scale);
+        const auto yz = hn::Mul(hn::Sub(hn::LoadU(d, point + 1), origin_yz), scale);
+        hn::StoreU(hn::DemoteTo(two_floats, xy), two_floats, result[k].x.data());
+        hn::StoreU(hn::DemoteTo(two_floats, yz), two_floats, result[k].x.data() + 1);
+    }
+}
+
+#endif
 
 // ---- boxes in float --------------------------------------------------------------------------------------------
 
@@ -247,6 +268,33 @@ std::uint32_t overlaps(const SixteenBoxes& boxes, const FloatBox& box) {
     return result;
 }
 
+void rows(const SixteenBoxes& first, std::uint32_t first_mask, const SixteenBoxes& second, SixteenRows& result) {
+    const Floats d;
+    const std::size_t lanes = hn::Lanes(d);
+    const auto slack = hn::Set(d, float_slack);
+    for (std::size_t j = 0; j < fan; j += lanes) {
+        const auto low_x = hn::Sub(hn::Load(d, &second.low[0][j]), slack);
+        const auto low_y = hn::Sub(hn::Load(d, &second.low[1][j]), slack);
+        const auto low_z = hn::Sub(hn::Load(d, &second.low[2][j]), slack);
+        const auto high_x = hn::Add(hn::Load(d, &second.high[0][j]), slack);
+        const auto high_y = hn::Add(hn::Load(d, &second.high[1][j]), slack);
+        const auto high_z = hn::Add(hn::Load(d, &second.high[2][j]), slack);
+        for (std::uint32_t rest = first_mask; rest != 0; rest &= rest - 1) {
+            const auto i = static_cast<std::size_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(rest));
+            const auto x =
+                hn::And(hn::Le(low_x, hn::Set(d, first.high[0][i])), hn::Ge(high_x, hn::Set(d, first.low[0][i])));
+            const auto y =
+                hn::And(hn::Le(low_y, hn::Set(d, first.high[1][i])), hn::Ge(high_y, hn::Set(d, first.low[1][i])));
+            const auto z =
+                hn::And(hn::Le(low_z, hn::Set(d, first.high[2][i])), hn::Ge(high_z, hn::Set(d, first.low[2][i])));
+            std::uint8_t bytes[8] = {};
+            hn::StoreMaskBits(d, hn::And(hn::And(x, y), z), bytes);
+            const auto bits = static_cast<std::uint32_t>(bytes[0] | (bytes[1] << 8)) << j;
+            result[i] = static_cast<std::uint16_t>(j == 0 ? bits : result[i] | bits);
+        }
+    }
+}
+
 }  // namespace trocar::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -259,6 +307,7 @@ HWY_EXPORT(to_floats);
 HWY_EXPORT(box_of_places);
 HWY_EXPORT(boxes_of_triangles);
 HWY_EXPORT(overlaps);
+HWY_EXPORT(rows);
 
 const std::vector<ClusterKernels>& cluster_kernels() {
     static const std::vector<ClusterKernels> kernels = [] {
@@ -273,6 +322,7 @@ const std::vector<ClusterKernels>& cluster_kernels() {
                             .box_of_places = &HWY_DYNAMIC_DISPATCH(box_of_places),
                             .boxes_of_triangles = &HWY_DYNAMIC_DISPATCH(boxes_of_triangles),
                             .overlaps = &HWY_DYNAMIC_DISPATCH(overlaps),
+                            .rows = &HWY_DYNAMIC_DISPATCH(rows),
                             .target = hwy::TargetName(target)});
         }
         hwy::GetChosenTarget().Update(hwy::SupportedTargets());

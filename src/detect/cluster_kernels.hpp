@@ -56,14 +56,18 @@ struct FloatBox {
         return {{boxes.low[0][i], boxes.low[1][i], boxes.low[2][i]},
                 {boxes.high[0][i], boxes.high[1][i], boxes.high[2][i]}};
     }
+    /// Sum of the three edges.
+    [[nodiscard]] float size() const { return high[0] - low[0] + (high[1] - low[1]) + (high[2] - low[2]); }
 };
+
+using SixteenRows = std::array<std::uint16_t, fan>;
 
 struct ClusterKernels {
     /// Box of `count` >= 1 consecutive points (x y z …). Returns false when a number is not finite.
     bool (*box_of_run)(const double* points, Index count, Extent& result);
     /// Box of the points with these numbers.
     bool (*box_of_some)(const double* position, const Index* number, Index count, Extent& result);
-    /// The points with these numbers in a FloatFrame.
+    /// The points with these numbers in a FloatFrame; fourth numbers are left alone.
     void (*to_floats)(const double* position, const Index* number, Index count, const FloatFrame& frame,
                       FloatPoint* result);
     /// Box of the points at these places, which becomes box i of `result`.
@@ -72,6 +76,9 @@ struct ClusterKernels {
     void (*boxes_of_triangles)(const FloatPoint* points, const ClusterCorners& corners, SixteenBoxes& result);
     /// Bit j is set when box j of `boxes` overlaps `box`, or comes within float_slack of it.
     std::uint32_t (*overlaps)(const SixteenBoxes& boxes, const FloatBox& box);
+    /// As `overlaps` for each box i of `first` in `first_mask`: bit j of result[i] tells of box j of `second`. The
+    /// other results are not set.
+    void (*rows)(const SixteenBoxes& first, std::uint32_t first_mask, const SixteenBoxes& second, SixteenRows& result);
     const char* target;  ///< instruction set, as Highway names it
 };
 

@@ -118,12 +118,15 @@ void list_group(const Topology& topology, Index group, ClusteredBody& body) {
 }
 
 void list_regions(ClusteredBody& body) {
+    std::vector<std::vector<Index>> regions_of_block(static_cast<std::size_t>(body.block_count));
     for (Index region = 0; region < body.region_count; ++region) {
         const Index end = std::min((region + 1) * fan, body.group_count);
         std::vector<Index> blocks(body.blocks_of_group.begin(region * fan), body.blocks_of_group.end(end - 1));
         sort_unique(blocks);
         append(blocks, body.blocks_of_region);
+        for (const Index block : blocks) regions_of_block[static_cast<std::size_t>(block)].push_back(region);
     }
+    for (const std::vector<Index>& regions : regions_of_block) append(regions, body.regions_of_block);
 }
 
 /// Clusters, groups and regions of triangles in this order, over the blocks that `body` has.

@@ -53,6 +53,7 @@ struct ClusteredBody {
     Lists<std::uint16_t> vertices_of_cluster;  ///< places in the group's list, ascending, each once
     Lists<Index> blocks_of_group;
     Lists<Index> blocks_of_region;
+    Lists<Index> regions_of_block;
 };
 
 /// Clusters of one body. `frame` tells where things are at the start; it decides the order, never the answer.

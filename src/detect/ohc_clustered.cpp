@@ -32,6 +32,7 @@
 #include "detect/clusters.hpp"
 #include "detect/lattice.hpp"
 #include "detect/narrow_phase.hpp"
+#include "detect/pair_sort.hpp"
 #include "detect/shared_parameters.hpp"
 #include "detect/triangle_filter.hpp"
 #include "method/entry.hpp"
@@ -93,6 +94,13 @@ struct OpenGroup {
     std::size_t points = 0;  ///< where its vertices start in points_
     std::int64_t opened_at = -1;
     std::uint32_t with_triangles = 0;  ///< bit per cluster: its triangle boxes are up to date
+};
+
+/// A group with the box that its blocks make.
+struct GroupRef {
+    MovingBody& moving;
+    Index number;
+    FloatBox box;
 };
 
 class OhcClustered final : public Detector {
@@ -165,7 +173,7 @@ public:
             test_candidates(frame, contacts);
             keep_unmoved_pairs(contacts);
         }
-        std::sort(contacts.pairs.begin(), contacts.pairs.end());
+        sort_pairs(contacts.pairs, sorting_);
         last_pairs_ = contacts.pairs;
         answered_at_ = truncated_ || settings_.limited() ? never : now_;
         contacts.work = work_;
@@ -468,16 +476,21 @@ private:
         if (!spend(work_.box_tests, fan)) return;
         std::uint32_t near = kernels_.overlaps(first_groups, to_float(extent_of(second)));
         if (!spend(work_.box_tests, fan * std::popcount(near))) return;
+        SixteenRows rows;
+        kernels_.rows(first_groups, near, second_groups, rows);
         for (; near != 0; near &= near - 1) {
             const auto i = static_cast<std::size_t>(std::countr_zero(near));
-            std::uint32_t row = kernels_.overlaps(second_groups, FloatBox::of(first_groups, i));
+            std::uint32_t row = rows[i];
             if (row == 0) continue;
             const Index group = first.number * fan + static_cast<Index>(i);
             const bool first_moved = moved(boxes_of(first).group_moved_at(group));
             for (; row != 0; row &= row - 1) {
-                const Index other = second.number * fan + std::countr_zero(row);
+                const auto j = static_cast<std::size_t>(std::countr_zero(row));
+                const Index other = second.number * fan + static_cast<Index>(j);
                 if (!first_moved && !moved(boxes_of(second).group_moved_at(other))) continue;
-                if (!pair_groups(frame, owner_of(first), group, owner_of(second), other)) return;
+                const GroupRef p{owner_of(first), group, FloatBox::of(first_groups, i)};
+                const GroupRef q{owner_of(second), other, FloatBox::of(second_groups, j)};
+                if (!pair_groups(frame, p, q)) return;
             }
         }
     }
@@ -518,22 +531,39 @@ private:
         return place;
     }
 
-    bool pair_groups(const Frame& frame, MovingBody& first, Index group, MovingBody& second, Index other) {
-        const std::int32_t first_place = open_group(frame, first, group);
-        if (first_place < 0) return false;
-        const std::int32_t second_place = open_group(frame, second, other);
-        if (second_place < 0) return false;
-        OpenGroup& p = open_groups_[static_cast<std::size_t>(first_place)];
-        OpenGroup& q = open_groups_[static_cast<std::size_t>(second_place)];
+    [[nodiscard]] bool is_open(const GroupRef& group) const {
+        const std::int32_t place = group.moving.open[static_cast<std::size_t>(group.number)];
+        return place >= 0 && open_groups_[static_cast<std::size_t>(place)].opened_at >=
+                                 group.moving.boxes->group_moved_at(group.number);
+    }
+
+    /// Opens the smaller one first, if neither is open: most others need not be opened to see that they are clear of
+    /// its clusters. False when the work would be too much.
+    bool pair_groups(const Frame& frame, const GroupRef& p, const GroupRef& q) {
+        const bool p_first = is_open(p) || (!is_open(q) && p.box.size() <= q.box.size());
+        const GroupRef& first = p_first ? p : q;
+        const GroupRef& second = p_first ? q : p;
+        const std::int32_t place = open_group(frame, first.moving, first.number);
+        if (place < 0) return false;
         if (!spend(work_.box_tests, fan)) return false;
-        std::uint32_t near = kernels_.overlaps(p.clusters, q.box);
+        if (kernels_.overlaps(open_groups_[static_cast<std::size_t>(place)].clusters, second.box) == 0) return true;
+        const std::int32_t other_place = open_group(frame, second.moving, second.number);
+        if (other_place < 0) return false;
+
+        OpenGroup& p_open = open_groups_[static_cast<std::size_t>(p_first ? place : other_place)];
+        OpenGroup& q_open = open_groups_[static_cast<std::size_t>(p_first ? other_place : place)];
+        if (!spend(work_.box_tests, fan)) return false;
+        std::uint32_t near = kernels_.overlaps(p_open.clusters, q_open.box);
         if (!spend(work_.box_tests, fan * std::popcount(near))) return false;
+        SixteenRows rows;
+        kernels_.rows(p_open.clusters, near, q_open.clusters, rows);
         for (; near != 0; near &= near - 1) {
             const auto i = static_cast<std::size_t>(std::countr_zero(near));
-            for (std::uint32_t row = kernels_.overlaps(q.clusters, FloatBox::of(p.clusters, i)); row != 0;
-                 row &= row - 1) {
+            for (std::uint32_t row = rows[i]; row != 0; row &= row - 1) {
                 const auto j = static_cast<std::size_t>(std::countr_zero(row));
-                if (!pair_clusters(first.clusters, group, p, i, second.clusters, other, q, j)) return false;
+                if (!pair_clusters(p.moving.clusters, p.number, p_open, i, q.moving.clusters, q.number, q_open, j)) {
+                    return false;
+                }
             }
         }
         return true;
@@ -571,10 +601,11 @@ private:
         if (!spend(work_.box_tests, fan * std::popcount(near))) return false;
         const Index* const first_triangle = first.triangle.data() + first_cluster * fan;
         const Index* const second_triangle = second.triangle.data() + second_cluster * fan;
+        SixteenRows rows;
+        kernels_.rows(first_boxes, near, second_boxes, rows);
         for (; near != 0; near &= near - 1) {
             const auto s = static_cast<std::size_t>(std::countr_zero(near));
-            for (std::uint32_t row = kernels_.overlaps(second_boxes, FloatBox::of(first_boxes, s)); row != 0;
-                 row &= row - 1) {
+            for (std::uint32_t row = rows[s]; row != 0; row &= row - 1) {
                 const auto t = static_cast<std::size_t>(std::countr_zero(row));
                 if (first_triangle[s] >= 0 && second_triangle[t] >= 0) {
                     candidates_.push_back({first_triangle[s], second_triangle[t]});
@@ -663,6 +694,7 @@ private:
     std::vector<SixteenBoxes> triangle_boxes_;
 
     std::vector<TrianglePair> candidates_;
+    std::vector<TrianglePair> sorting_;
     std::vector<TrianglePair> last_pairs_;  ///< sorted: what the tick before reported
 };
 
