@@ -18,6 +18,47 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using Doubles = hn::CappedTag<double, 8>;
 
+#if HWY_TARGET == HWY_SCALAR
+
+/// Box of `count` points that lie in two arrays, one for the lows and one for the highs.
+HWY_INLINE void fold(const double* low, const double* high, std::size_t count, Extent& box) {
+    for (std::size_t i = 0; i < 3 * count; ++i) {
+        box.low[i % 3] = std::min(box.low[i % 3], low[i]);
+        box.high[i % 3] = std::max(box.high[i % 3], high[i]);
+    }
+}
+
+#else
+
+using Two = hn::Full128<double>;
+
+/// Box of `count` points that lie in two arrays, one for the lows and one for the highs; count is even. Two points are
+/// (x, y) (z, x) (y, z).
+HWY_INLINE void fold(const double* low, const double* high, std::size_t count, Extent& box) {
+    const Two d;
+    auto low_xy = hn::Load(d, low);
+    auto low_zx = hn::Load(d, low + 2);
+    auto low_yz = hn::Load(d, low + 4);
+    auto high_xy = hn::Load(d, high);
+    auto high_zx = hn::Load(d, high + 2);
+    auto high_yz = hn::Load(d, high + 4);
+    for (std::size_t i = 6; i < 3 * count; i += 6) {
+        low_xy = hn::Min(low_xy, hn::Load(d, low + i));
+        low_zx = hn::Min(low_zx, hn::Load(d, low + i + 2));
+        low_yz = hn::Min(low_yz, hn::Load(d, low + i + 4));
+        high_xy = hn::Max(high_xy, hn::Load(d, high + i));
+        high_zx = hn::Max(high_zx, hn::Load(d, high + i + 2));
+        high_yz = hn::Max(high_yz, hn::Load(d, high + i + 4));
+    }
+    // (x, y) with (x of zx, y of yz); z of both others.
+    hn::Store(hn::Min(low_xy, hn::ConcatLowerUpper(d, low_yz, low_zx)), d, box.low.data());
+    hn::Store(hn::Max(high_xy, hn::ConcatLowerUpper(d, high_yz, high_zx)), d, box.high.data());
+    box.low[2] = hn::GetLane(hn::Min(low_zx, hn::Shuffle01(low_yz)));
+    box.high[2] = hn::GetLane(hn::Max(high_zx, hn::Shuffle01(high_yz)));
+}
+
+#endif
+
 /// Points are read as they lie, x y z x y z …: with L lanes, three vectors hold L points, and number i of the 3L always
 /// belongs to axis i mod 3. So minima are taken vector by vector, and the axes come apart only at the end.
 bool box_of_run(const double* points, Index count, Extent& result) {
@@ -60,12 +101,7 @@ bool box_of_run(const double* points, Index count, Extent& result) {
         hn::Store(high_0, d, high);
         hn::Store(high_1, d, high + lanes);
         hn::Store(high_2, d, high + 2 * lanes);
-        for (std::size_t k = 0; k < lanes; ++k) {
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                box.low[axis] = std::min(box.low[axis], low[3 * k + axis]);
-                box.high[axis] = std::max(box.high[axis], high[3 * k + axis]);
-            }
-        }
+        fold(low, high, lanes, box);
         not_finite = hn::GetLane(hn::SumOfLanes(d, hn::Add(hn::Add(check_0, check_1), check_2)));
     }
     for (; i < total; ++i) {
@@ -95,8 +131,6 @@ bool box_of_some(const double* position, const Index* number, Index count, Exten
 }
 
 #else
-
-using Two = hn::Full128<double>;
 
 /// A point is read as (x, y) and (y, z), so that nothing behind the last one is touched.
 bool box_of_some(const double* position, const Index* number, Index count, Extent& result) {
@@ -139,30 +173,48 @@ bool box_of_some(const double* position, const Index* number, Index count, Exten
 
 #if HWY_TARGET == HWY_SCALAR
 
-void to_floats(const double* position, const Index* number, Index count, const FloatFrame& frame, FloatPoint* result) {
+void to_floats(const double* position, const Index* number, Index count, const FloatFrame& frame, FloatPoint* result,
+               FloatBox& box) {
     for (Index k = 0; k < count; ++k) {
         const double* const point = position + 3 * static_cast<std::size_t>(number[k]);
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            result[k].x[axis] = static_cast<float>((point[axis] - frame.origin[axis]) * frame.scale);
+            const auto x = static_cast<float>((point[axis] - frame.origin[axis]) * frame.scale);
+            result[k].x[axis] = x;
+            box.low[axis] = k == 0 ? x : std::min(box.low[axis], x);
+            box.high[axis] = k == 0 ? x : std::max(box.high[axis], x);
         }
     }
 }
 
 #else
 
-void to_floats(const double* position, const Index* number, Index count, const FloatFrame& frame, FloatPoint* result) {
+void to_floats(const double* position, const Index* number, Index count, const FloatFrame& frame, FloatPoint* result,
+               FloatBox& box) {
     const Two d;
     const hn::Half<hn::Full128<float> > two_floats;
     const auto origin_xy = hn::LoadU(d, frame.origin.data());
     const auto origin_yz = hn::LoadU(d, frame.origin.data() + 1);
     const auto scale = hn::Set(d, frame.scale);
+    auto low_xy = hn::Set(d, Extent::infinity);
+    auto low_yz = low_xy;
+    auto high_xy = hn::Neg(low_xy);
+    auto high_yz = high_xy;
     for (Index k = 0; k < count; ++k) {
         const double* const point = position + 3 * static_cast<std::size_t>(number[k]);
         const auto xy = hn::Mul(hn::Sub(hn::LoadU(d, point), origin_xy), scale);
         const auto yz = hn::Mul(hn::Sub(hn::LoadU(d, point + 1), origin_yz), scale);
+        low_xy = hn::Min(low_xy, xy);
+        low_yz = hn::Min(low_yz, yz);
+        high_xy = hn::Max(high_xy, xy);
+        high_yz = hn::Max(high_yz, yz);
         hn::StoreU(hn::DemoteTo(two_floats, xy), two_floats, result[k].x.data());
         hn::StoreU(hn::DemoteTo(two_floats, yz), two_floats, result[k].x.data() + 1);
     }
+    // Rounding keeps order: the box of the floats is the rounded box.
+    hn::StoreU(hn::DemoteTo(two_floats, low_xy), two_floats, box.low.data());
+    hn::StoreU(hn::DemoteTo(two_floats, low_yz), two_floats, box.low.data() + 1);
+    hn::StoreU(hn::DemoteTo(two_floats, high_xy), two_floats, box.high.data());
+    hn::StoreU(hn::DemoteTo(two_floats, high_yz), two_floats, box.high.data() + 1);
 }
 
 #endif

@@ -67,9 +67,9 @@ struct ClusterKernels {
     bool (*box_of_run)(const double* points, Index count, Extent& result);
     /// Box of the points with these numbers.
     bool (*box_of_some)(const double* position, const Index* number, Index count, Extent& result);
-    /// The points with these numbers in a FloatFrame; fourth numbers are left alone.
+    /// The points with these `count` >= 1 numbers in a FloatFrame, and their box; fourth numbers are left alone.
     void (*to_floats)(const double* position, const Index* number, Index count, const FloatFrame& frame,
-                      FloatPoint* result);
+                      FloatPoint* result, FloatBox& box);
     /// Box of the points at these places, which becomes box i of `result`.
     void (*box_of_places)(const FloatPoint* points, const std::uint16_t* place, Index count, std::size_t i,
                           SixteenBoxes& result);

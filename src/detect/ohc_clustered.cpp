@@ -93,6 +93,7 @@ struct OpenGroup {
     FloatBox box;
     std::size_t points = 0;  ///< where its vertices start in points_
     std::int64_t opened_at = -1;
+    bool with_clusters = false;        ///< `clusters` is up to date
     std::uint32_t with_triangles = 0;  ///< bit per cluster: its triangle boxes are up to date
 };
 
@@ -497,8 +498,8 @@ private:
 
     // ---- groups ----
 
-    /// Place of the group in open_groups_, with its vertices in float and its clusters' boxes up to date; -1 when the
-    /// work would be too much.
+    /// Place of the group in open_groups_, with its vertices in float and their box up to date; -1 when the work would
+    /// be too much.
     std::int32_t open_group(const Frame& frame, MovingBody& moving, Index group) {
         const ClusteredBody& clusters = moving.clusters;
         std::int32_t& place = moving.open[static_cast<std::size_t>(group)];
@@ -513,22 +514,28 @@ private:
         OpenGroup& opened = open_groups_[static_cast<std::size_t>(place)];
         if (opened.opened_at >= moving.boxes->group_moved_at(group)) return place;
         if (!spend(work_.vertices_read, count)) return -1;
-        FloatPoint* const points = points_.data() + opened.points;
-        kernels_.to_floats(frame.position.data(), clusters.vertices_of_group.begin(group), count, floats_, points);
-        const Index first = group * fan;
+        kernels_.to_floats(frame.position.data(), clusters.vertices_of_group.begin(group), count, floats_,
+                           points_.data() + opened.points, opened.box);
+        opened.with_clusters = false;
+        opened.with_triangles = 0;
+        opened.opened_at = now_;
+        return place;
+    }
+
+    /// Boxes of the clusters of an open group.
+    const SixteenBoxes& clusters_of(const GroupRef& group, OpenGroup& opened) const {
+        if (opened.with_clusters) return opened.clusters;
+        const ClusteredBody& clusters = group.moving.clusters;
+        const FloatPoint* const points = points_.data() + opened.points;
+        const Index first = group.number * fan;
         const Index end = std::min(first + fan, clusters.cluster_count);
         if (end - first < fan) empty(opened.clusters);
         for (Index c = first; c < end; ++c) {
             kernels_.box_of_places(points, clusters.vertices_of_cluster.begin(c), clusters.vertices_of_cluster.count(c),
                                    static_cast<std::size_t>(c - first), opened.clusters);
         }
-        for (std::size_t k = 0; k < 3; ++k) {
-            opened.box.low[k] = *std::min_element(opened.clusters.low[k].begin(), opened.clusters.low[k].end());
-            opened.box.high[k] = *std::max_element(opened.clusters.high[k].begin(), opened.clusters.high[k].end());
-        }
-        opened.with_triangles = 0;
-        opened.opened_at = now_;
-        return place;
+        opened.with_clusters = true;
+        return opened.clusters;
     }
 
     [[nodiscard]] bool is_open(const GroupRef& group) const {
@@ -546,17 +553,25 @@ private:
         const std::int32_t place = open_group(frame, first.moving, first.number);
         if (place < 0) return false;
         if (!spend(work_.box_tests, fan)) return false;
-        if (kernels_.overlaps(open_groups_[static_cast<std::size_t>(place)].clusters, second.box) == 0) return true;
+        const auto clear_of = [&](const FloatBox& box) {
+            return kernels_.overlaps(clusters_of(first, open_groups_[static_cast<std::size_t>(place)]), box) == 0;
+        };
+        if (clear_of(second.box)) return true;
         const std::int32_t other_place = open_group(frame, second.moving, second.number);
         if (other_place < 0) return false;
+        // Its vertices make a tighter box than its blocks.
+        if (!spend(work_.box_tests, fan)) return false;
+        if (clear_of(open_groups_[static_cast<std::size_t>(other_place)].box)) return true;
 
         OpenGroup& p_open = open_groups_[static_cast<std::size_t>(p_first ? place : other_place)];
         OpenGroup& q_open = open_groups_[static_cast<std::size_t>(p_first ? other_place : place)];
         if (!spend(work_.box_tests, fan)) return false;
-        std::uint32_t near = kernels_.overlaps(p_open.clusters, q_open.box);
+        const SixteenBoxes& p_clusters = clusters_of(p, p_open);
+        const SixteenBoxes& q_clusters = clusters_of(q, q_open);
+        std::uint32_t near = kernels_.overlaps(p_clusters, q_open.box);
         if (!spend(work_.box_tests, fan * std::popcount(near))) return false;
         SixteenRows rows;
-        kernels_.rows(p_open.clusters, near, q_open.clusters, rows);
+        kernels_.rows(p_clusters, near, q_clusters, rows);
         for (; near != 0; near &= near - 1) {
             const auto i = static_cast<std::size_t>(std::countr_zero(near));
             for (std::uint32_t row = rows[i]; row != 0; row &= row - 1) {

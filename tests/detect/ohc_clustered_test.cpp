@@ -120,7 +120,13 @@ TEST(ClusterKernels, FloatBoxesThatTouchInDoubleNeverLookApart) {
             points.row(axis).segment<1>(4) = points.row(axis).segment<1>(1);
             const std::array<Index, 6> number{0, 1, 2, 3, 4, 5};
             std::array<FloatPoint, 6> floats{};
-            kernels.to_floats(points.data(), number.data(), 6, frame, floats.data());
+            FloatBox whole{};
+            kernels.to_floats(points.data(), number.data(), 6, frame, floats.data(), whole);
+            for (std::size_t k = 0; k < 3; ++k) {
+                const auto less = [k](const FloatPoint& a, const FloatPoint& b) { return a.x[k] < b.x[k]; };
+                EXPECT_EQ(whole.low[k], std::min_element(floats.begin(), floats.end(), less)->x[k]);
+                EXPECT_EQ(whole.high[k], std::max_element(floats.begin(), floats.end(), less)->x[k]);
+            }
             ClusterCorners corners{};
             for (std::size_t t = 0; t < fan; ++t) {
                 for (std::size_t k = 0; k < 3; ++k) corners[t][k] = static_cast<std::uint16_t>(t < 8 ? k : 3 + k);
