@@ -15,23 +15,24 @@ using Json = nlohmann::ordered_json;
 Json point_json(const Vector3& p) { return Json::array({p[0], p[1], p[2]}); }
 
 void print_json(const Mesh& mesh, const MeshReport& report) {
-    const Json document{{"format", mesh.format},
-                        {"vertices_stored", report.vertices_stored},
-                        {"vertices", report.vertices},
-                        {"triangles", report.triangles},
-                        {"shells", report.shells},
-                        {"boundary_edges", report.boundary_edges},
-                        {"holes", report.holes},
-                        {"non_manifold_edges", report.non_manifold_edges},
-                        {"flipped_edges", report.flipped_edges},
-                        {"bow_vertices", report.bow_vertices},
-                        {"degenerate_triangles", report.degenerate_triangles},
-                        {"duplicate_triangles", report.duplicate_triangles},
-                        {"self_intersections", report.self_intersections},
-                        {"watertight", report.watertight},
-                        {"signed_volume", report.signed_volume},
-                        {"box", Json::array({point_json(report.box.min), point_json(report.box.max)})},
-                        {"unit", {{"name", report.unit.name}, {"guessed", report.unit.guessed}}}};
+    Json document{{"format", mesh.format},
+                  {"vertices_stored", report.vertices_stored},
+                  {"vertices", report.vertices},
+                  {"triangles", report.triangles},
+                  {"shells", report.shells},
+                  {"boundary_edges", report.boundary_edges},
+                  {"holes", report.holes},
+                  {"non_manifold_edges", report.non_manifold_edges},
+                  {"flipped_edges", report.flipped_edges},
+                  {"bow_vertices", report.bow_vertices},
+                  {"degenerate_triangles", report.degenerate_triangles},
+                  {"duplicate_triangles", report.duplicate_triangles},
+                  {"self_intersections", report.self_intersections},
+                  {"watertight", report.watertight},
+                  {"signed_volume", report.signed_volume},
+                  {"box", Json::array({point_json(report.box.min), point_json(report.box.max)})},
+                  {"unit", {{"name", report.unit.name}, {"guessed", report.unit.guessed}}}};
+    if (!report.self_intersections_complete) document["self_intersections_complete"] = false;
     fmt::print("{}\n", document.dump());
 }
 
@@ -55,7 +56,13 @@ void print_table(const MeshOptions& options, const Mesh& mesh, const MeshReport&
     count("bow vertices", report.bow_vertices, "whose triangles form more than one fan");
     count("degenerate triangles", report.degenerate_triangles, "height below 1e-7 of the longest edge");
     count("duplicate triangles", report.duplicate_triangles, "with the corners of an earlier one");
-    count("self-intersections", report.self_intersections, "pairs without a common vertex");
+    if (report.self_intersections_complete) {
+        count("self-intersections", report.self_intersections, "pairs without a common vertex");
+    } else {
+        row("self-intersections", fmt::format("at least {}", report.self_intersections),
+            fmt::format("not all counted: too many overlap, stopped after {} pairs",
+                        most_self_intersection_tests(report.triangles)));
+    }
     if (report.vertices > 0) {
         const Vector3& low = report.box.min;
         const Vector3& high = report.box.max;

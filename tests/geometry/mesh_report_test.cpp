@@ -3,7 +3,9 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
+#include "geometry/exact.hpp"
 #include "geometry/mesh_report.hpp"
 #include "support/data.hpp"
 
@@ -161,6 +163,70 @@ TEST(MeshReport, SelfIntersectionsTakeTouchingButNotOverlapInOnePlane) {
     EXPECT_EQ(self_intersections(face, {Vector3(2, 0, 1), Vector3(2, 0, -1), Vector3(2, -2, 0.5)}), 0);  // edges cross
     EXPECT_EQ(self_intersections(face, {Vector3(1, 1, 1), Vector3(1, 1, 2), Vector3(2, 2, 1)}), 0);      // apart
     EXPECT_EQ(self_intersections(face, {Vector3(1, 1, -1), Vector3(1, 1, 0), Vector3(1, 1, 1)}), 1);  // needle through
+}
+
+/// `count` triangles over few shared vertices in a unit cube: crossing, touching, sharing and repeated ones.
+Mesh heap(Index count, Index vertex_count, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> place(0.0, 1.0);
+    std::uniform_int_distribution<Index> number(0, vertex_count - 1);
+    std::vector<Vector3> vertices;
+    for (Index v = 0; v < vertex_count; ++v) vertices.emplace_back(place(random), place(random), place(random));
+    std::vector<std::array<Index, 3>> triangles;
+    while (static_cast<Index>(triangles.size()) < count) {
+        const std::array<Index, 3> corners{number(random), number(random), number(random)};
+        if (corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0]) {
+            triangles.push_back(corners);
+        }
+    }
+    return make_mesh(vertices, triangles);
+}
+
+TEST(MeshReport, SelfIntersectionsOfAHeapAreThoseOfADoubleLoop) {
+    for (const unsigned seed : {1U, 2U, 3U}) {
+        const Mesh mesh = heap(300, 60, seed);
+        // General position: no pair is coplanar and edges never meet, so that every meeting pair counts.
+        std::int64_t expected = 0;
+        for (Index s = 0; s < 300; ++s) {
+            for (Index t = s + 1; t < 300; ++t) {
+                const auto corners = [&mesh](Index k) {
+                    return Corners{mesh.vertices.col(mesh.triangles(0, k)), mesh.vertices.col(mesh.triangles(1, k)),
+                                   mesh.vertices.col(mesh.triangles(2, k))};
+                };
+                bool shared = false;
+                for (int i = 0; i < 9; ++i) shared = shared || mesh.triangles(i / 3, s) == mesh.triangles(i % 3, t);
+                expected += !shared && oracle_intersect(corners(s), corners(t)) ? 1 : 0;
+            }
+        }
+        EXPECT_GT(expected, 100);
+        const MeshReport report = report_mesh(mesh);
+        EXPECT_EQ(report.self_intersections, expected);
+        EXPECT_TRUE(report.self_intersections_complete);
+        const MeshReport cut = report_mesh(mesh, 500);
+        EXPECT_FALSE(cut.self_intersections_complete);
+        EXPECT_LE(cut.self_intersections, 500);
+        EXPECT_LT(cut.self_intersections, expected);
+    }
+}
+
+TEST(MeshReport, FansAndHeapsOfDuplicatesNeedNoTests) {
+    // All boxes of a fan hold the centre, all duplicates lie on each other: 4.5e8 pairs each, and not one to test.
+    constexpr Index count = 30000;
+    std::vector<Vector3> vertices{Vector3::Zero()};
+    std::vector<std::array<Index, 3>> fan;
+    for (Index i = 0; i < count; ++i) {
+        const double angle = 2.0 * std::numbers::pi * i / count;
+        vertices.emplace_back(std::cos(angle), std::sin(angle), 0.1 * std::sin(50.0 * angle));
+        fan.push_back({0, i + 1, (i + 1) % count + 1});
+    }
+    const MeshReport of_fan = report_mesh(make_mesh(vertices, fan), 0);
+    EXPECT_TRUE(of_fan.self_intersections_complete);
+    EXPECT_EQ(of_fan.self_intersections, 0);
+    EXPECT_EQ(of_fan.boundary_edges, count);
+    const std::vector<std::array<Index, 3>> same(count, {0, 1, 2});
+    const MeshReport of_duplicates = report_mesh(make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, same), 0);
+    EXPECT_TRUE(of_duplicates.self_intersections_complete);
+    EXPECT_EQ(of_duplicates.duplicate_triangles, count - 1);
 }
 
 TEST(MeshReport, SpikeThroughAFaceMeetsItWithThreeSides) {
