@@ -5,6 +5,7 @@
 #include <map>
 #include <vector>
 
+#include "geometry/exact.hpp"
 #include "measure/surface_distance.hpp"
 #include "measure/vertical_crossings.hpp"
 
@@ -272,6 +273,41 @@ struct DepthTruth::State {
         return farthest;
     }
 
+    /// A vertex that the scene declares to be on the right side of the open sheet: the end of an edge through the
+    /// sheet. -1 when no edge passes through.
+    [[nodiscard]] Index declared_right(const Direction& direction) const {
+        const bool in_front = range(direction.into).start_side == SheetSide::front;
+        const Box& sheet = bodies[static_cast<std::size_t>(direction.into)].box;
+        const Range own = range(direction.from).triangles;
+        const Range other = range(direction.into).triangles;
+        for (Index t = own.first; t < own.end(); ++t) {
+            for (int i = 0; i < 3; ++i) {
+                const Index from = topology->triangles(i, t);
+                const Index to = topology->triangles((i + 1) % 3, t);
+                const Vector3 p = position.col(from);
+                const Vector3 q = position.col(to);
+                Box edge;
+                edge.add(p);
+                edge.add(q);
+                if (!edge.overlaps(sheet)) continue;
+                for (Index face = other.first; face < other.end(); ++face) {
+                    const Vector3 a = position.col(topology->triangles(0, face));
+                    const Vector3 b = position.col(topology->triangles(1, face));
+                    const Vector3 c = position.col(topology->triangles(2, face));
+                    if (!edge.overlaps(Box{a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)})) continue;
+                    const int start = orientation_sign(a, b, c, p);  // -1: in front
+                    if (start == 0 || orientation_sign(a, b, c, q) != -start) continue;
+                    const int side = orientation_sign(p, q, a, b);
+                    if (side == 0 || orientation_sign(p, q, b, c) != side || orientation_sign(p, q, c, a) != side) {
+                        continue;
+                    }
+                    return (start < 0) == in_front ? from : to;
+                }
+            }
+        }
+        return -1;
+    }
+
     void judge(Direction& direction, bool first) {
         const BodySamples& from = samples(direction.from);
         const BodySamples& into = samples(direction.into);
@@ -304,6 +340,15 @@ struct DepthTruth::State {
                 change -= rim_contribution(into, first ? reference : point(direction.from, i, previous), q);
             }
             direction.side[i] += change;
+            direction.wrong[i] = direction.side[i] != 0;
+        }
+        const auto is_wrong = [](std::uint8_t wrong) { return wrong != 0; };
+        if (!first || closed || std::none_of(direction.wrong.begin(), direction.wrong.end(), is_wrong)) return;
+        const Index right = declared_right(direction);
+        if (right < 0) return;
+        const int level = direction.side[static_cast<std::size_t>(right - range(direction.from).vertices.first)];
+        for (std::size_t i = 0; i < direction.wrong.size(); ++i) {
+            direction.side[i] -= level;
             direction.wrong[i] = direction.side[i] != 0;
         }
     }

@@ -16,11 +16,13 @@ namespace trocar {
 /// Which side a point is on is decided by exact predicates alone. Closed body: inside where the signed number of
 /// surface crossings of the upward ray (the winding number) is not 0. Open sheet: the winding number of the sheet's and
 /// the point's motion since the first frame, that is the upward ray's signed crossings now minus those at the start,
-/// minus what the sheet's rim contributed by passing over the ray. In the first frame the point of a body that is
-/// farthest from the sheet counts as being on the right side, and the body's other points are judged by the way from
-/// there, so that a tool may start deep. Points that go around the rim, or through the sheet and back, are therefore on
-/// the right side. Ties are broken by thinking every sample moved by the same infinitesimal step, upwards first
-/// (Edelsbrunner and Mücke 1990). Depth is then the distance to the nearest point of the surface.
+/// minus what the sheet's rim contributed by passing over the ray. In the first frame the body's points are judged by
+/// the straight way from the one that is farthest from the sheet. Where edges of the body pass through the sheet, the
+/// first of them tells which points are on the side that the scene declares (BodyRange::start_side), and those are on
+/// the right side; else the farthest point is. So a tool may start deep. Points that go around the rim, or through the
+/// sheet and back, are therefore on the right side. Ties are broken by thinking every sample moved by the same
+/// infinitesimal step, upwards first (Edelsbrunner and Mücke 1990). Depth is then the distance to the nearest point of
+/// the surface.
 class DepthTruth {
 public:
     /// `counted` says which of Topology::body_pairs enter a Result (one flag each; empty = all).

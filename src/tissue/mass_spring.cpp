@@ -13,6 +13,22 @@ bool is_free(const Materials& materials, Index vertex) {
     return materials.mass[at(vertex)] > 0.0 && (materials.pinned.empty() || materials.pinned[at(vertex)] == 0);
 }
 
+/// False: what was handed over is not finite already, so that the integrator is not to blame.
+bool finite_input(const Effect& effect, const Frame& frame) {
+    const auto all_finite = [](const LinearContact& contact) {
+        return std::isfinite(contact.gap) && std::isfinite(contact.k) && std::isfinite(contact.mu) &&
+               std::isfinite(contact.face_velocity) && contact.normal.allFinite() &&
+               std::all_of(contact.weights.begin(), contact.weights.end(), [](double w) { return std::isfinite(w); }) &&
+               std::all_of(contact.reaction_weights.begin(), contact.reaction_weights.end(),
+                           [](double w) { return std::isfinite(w); });
+    };
+    return frame.position.allFinite() && frame.velocity.allFinite() && effect.held_force.allFinite() &&
+           std::all_of(effect.contacts.begin(), effect.contacts.end(), all_finite) &&
+           std::all_of(effect.placements.begin(), effect.placements.end(), [](const Placement& placement) {
+               return placement.position.allFinite() && placement.velocity.allFinite();
+           });
+}
+
 /// Linearised stiffness of one spring: k along it, tension over length across it (thesis §3.2, preload).
 Matrix3 stiffness_block(const Spring& spring, const Matrix3X& position) {
     const Vector3 d = position.col(spring.j) - position.col(spring.i);
@@ -381,20 +397,21 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, Frame& frame, std
             contact.depth -= h * rate(contact, velocity_);
             mean_force_[contact.source] += contact.force / substeps;
         }
+        double furthest = 0.0;
+        bool finite = true;
         for (const Index v : free_) {
             if (inverse_mass_[at(v)] != 0.0) position_.col(v) += h * velocity_.col(v);
+            const double moved = (position_.col(v) - start_.col(v)).squaredNorm();
+            finite = finite && std::isfinite(moved) && velocity_.col(v).allFinite();
+            furthest = std::max(furthest, moved);
         }
-    }
-
-    double furthest = 0.0;
-    for (const Index v : free_) {
-        if (!position_.col(v).allFinite() || !velocity_.col(v).allFinite()) {
+        // Every sub-step, so that a scheme that blows up is told before its numbers overflow.
+        if (!finite && !finite_input(effect, frame)) {
             return {OutcomeKind::not_finite, "a tissue vertex left the finite numbers"};
         }
-        furthest = std::max(furthest, (position_.col(v) - start_.col(v)).norm());
-    }
-    if (extent_ > 0.0 && furthest > extent_) {
-        return {OutcomeKind::unstable, "a tissue vertex moved further in one tick than all springs are long"};
+        if (!finite || (extent_ > 0.0 && furthest > extent_ * extent_)) {
+            return {OutcomeKind::unstable, "a tissue vertex moved further in one tick than all springs are long"};
+        }
     }
     limit_strain();
 

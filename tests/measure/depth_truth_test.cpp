@@ -206,6 +206,40 @@ TEST(DepthTruth, ToolThatStartsThroughTheSheetIsJudgedFromItsFarEnd) {
     }
 }
 
+TEST(DepthTruth, ToolThroughTheSheetBelongsOnTheDeclaredSide) {
+    // A bar from z = -30 mm to 10 mm, or the other way up: its far end is behind the sheet, or in front.
+    for (const double up : {1.0, -1.0}) {
+        for (const SheetSide side : {SheetSide::front, SheetSide::back}) {
+            Shape bar;
+            for (const double z : {-0.03, -0.02, -0.005, 0.01}) {
+                for (const auto& [x, y] : {std::pair{0.0, 0.0}, std::pair{0.0015, 0.0}, std::pair{0.0, 0.0015}}) {
+                    bar.points.emplace_back(0.0113 + x, 0.0071 + y, up * z);
+                }
+            }
+            for (Index ring = 0; ring < 3; ++ring) {
+                for (Index i = 0; i < 3; ++i) {
+                    const Index j = (i + 1) % 3;
+                    bar.faces.push_back({3 * ring + i, 3 * ring + j, 3 * ring + 3 + i});
+                    bar.faces.push_back({3 * ring + j, 3 * ring + 3 + j, 3 * ring + 3 + i});
+                }
+            }
+            World world(bar, sheet(0.1, 10), false);
+            world.topology.bodies[1].start_side = side;
+            DepthTruth truth(world.topology, world.frame);
+            const double sign = side == SheetSide::front ? 1.0 : -1.0;
+            for (Index v = 0; v < 12; ++v) {
+                const double z = world.start(2, v);
+                EXPECT_EQ(truth.depth_of_vertex(v, 1), std::max(0.0, -sign * z)) << z << " declared " << sign;
+            }
+            // Pulled out on the declared side nothing is left; pushed through, everything is.
+            world.place({0, 0, 0.04 * sign});
+            EXPECT_EQ(truth.measure(world.frame).wrong_side, 0);
+            world.place({0, 0, -0.04 * sign});
+            EXPECT_EQ(truth.measure(world.frame).wrong_side, 12 + DepthTruth::default_area_samples);
+        }
+    }
+}
+
 TEST(DepthTruth, GoingAroundTheRimIsNoPenetration) {
     World world(points_only({{0, 0, 0.01}}), sheet(0.1, 10), false);
     DepthTruth truth(world.topology, world.frame);

@@ -121,6 +121,28 @@ TEST(MassSpring, BlowUpAboveTheStepLimitHasAName) {
     EXPECT_EQ(outcome.kind, OutcomeKind::unstable);
 }
 
+TEST(MassSpring, AnyStepBeyondTheLimitEndsUnstableHoweverFar) {
+    // The largest mode grows by about (omega dt)² a step: far beyond the limit it overflows within one tick.
+    for (const double factor : {1.2, 10.0, 1e3, 1e6, 1e30, 1e100, 1e160}) {
+        for (const int substeps : {1, 4, 200}) {
+            TissueSample s = make_disc(0.02, 0.005, 100.0, 0.2, mass);
+            const LargestMode mode = largest_mode(s.materials, s.frame.position);
+            s.frame.velocity = 1e-3 * mode.shape;
+            s.materials.substeps = substeps;
+            MassSpring tissue(s.topology, s.materials);
+            const Effect effect = empty_effect(s.topology);
+            std::vector<Wrench> reaction(1);
+            Outcome outcome;
+            const double dt = factor * critical_time_step(mode.omega, 0.0) * substeps;
+            for (int tick = 0; tick < 2000 && outcome.ok(); ++tick) {
+                outcome = tissue.advance(effect, dt, s.frame, reaction);
+            }
+            EXPECT_EQ(outcome.kind, OutcomeKind::unstable) << factor << " times the limit, " << substeps;
+            EXPECT_TRUE(s.frame.all_finite());
+        }
+    }
+}
+
 TEST(MassSpring, ChainsAndSheetsAreBoundedBelowTheLimitOnly) {
     // Fixed-fixed chain of 8: omega = 2 sqrt(k/m) sin(8 pi / 18).
     std::vector<Vector3> points;
