@@ -366,6 +366,8 @@ private:
         const bool tissue_a = kind(body_a) == BodyKind::tissue;
         const bool tissue_b = kind(body_b) == BodyKind::tissue;
         if (tissue_b && settings_.grasp != GraspRule::off && grasp_.holds(contact.vertex_b, body_a)) return;
+        const bool by_history = !tissue_a && tissue_b && settings_.resolution == Resolution::ledger;
+        if (by_history && any_inside(contact.a)) return;  // the ledger knows better which way is out
         const Vector3 direction = settings_.edge_normal ? contact.normal : contact.interval_direction;
         const double depth = settings_.edge_normal ? contact.depth : contact.interval_length;
         const LoadPoint a = edge_load(frame, contact.a, contact.vertex_a, contact.point);
@@ -377,10 +379,15 @@ private:
             return;
         }
         const bool push_b = tissue_b || kind(body_b) == BodyKind::instrument;
+        const bool hold = tissue_b && settings_.constrain;
         LinearContact linear;
-        linear.k = k;
-        linear.mu = settings_.edge_normal ? laws_.mu(body_a, body_b) : 0.0;  // 3.5 and 3.9 have no damper
-        linear.gap = -depth;
+        if (hold) {
+            linear = hard_contact(depth);
+        } else {
+            linear.k = k;
+            linear.mu = settings_.edge_normal ? laws_.mu(body_a, body_b) : 0.0;  // 3.5 and 3.9 have no damper
+            linear.gap = -depth;
+        }
         linear.normal = push_b ? direction : Vector3(-direction);
         const LoadPoint& pushed = push_b ? b : a;
         const LoadPoint& other = push_b ? a : b;
@@ -390,11 +397,20 @@ private:
                                            ? other.blend(frame.velocity)
                                            : Vector3(frame.velocity.col(push_b ? contact.vertex_a : contact.vertex_b));
         linear.face_velocity = other_velocity.dot(linear.normal);
+        if (hold) end_on_time(linear);
         if (push_b && kind(body_a) == BodyKind::instrument) {
             linear.reaction_body = body_a;
             linear.reaction_point = a.blend(frame.position);
         }
-        finish(linear, effect);
+        if (hold) {
+            effect.contacts.push_back(linear);
+        } else {
+            finish(linear, effect);
+        }
+    }
+    [[nodiscard]] bool any_inside(Index triangle) const {
+        const auto corner = topology_->triangles.col(triangle);
+        return inside_[at(corner[0])] != 0 || inside_[at(corner[1])] != 0 || inside_[at(corner[2])] != 0;
     }
     [[nodiscard]] LoadPoint edge_load(const Frame& frame, Index triangle, Index vertex, const Vector3& point) const {
         if (!settings_.distribute) return LoadPoint::at_vertex(vertex);
@@ -454,6 +470,7 @@ private:
         linear.weights = {1.0, 0.0, 0.0};
         linear.normal = v.normal;
         linear.face_velocity = face_velocity(frame, v).dot(v.normal);
+        end_on_time(linear);
         if (kind(v.face_body) == BodyKind::instrument) {
             linear.reaction_body = v.face_body;
             linear.reaction_point = LoadPoint::in_triangle(*topology_, v.triangle, v.weights).blend(frame.position);
@@ -492,6 +509,11 @@ private:
         linear.gap = -depth;
         return linear;
     }
+
+    /// The gap is the frame's, where a tool that follows its script has already moved while the tissue is a tick
+    /// behind, and changes with the face's velocity from there. Taken back to where the face came from, it closes at
+    /// the end of the tick where the face is, not one tick's motion beyond it.
+    void end_on_time(LinearContact& linear) const { linear.gap += linear.face_velocity * dt_; }
 
     // ------------------------------------------------------------ tissue against tissue
     /// Eq. 3.12-3.17 on the closest vertex pair, once per triangle pair: an even number of pairs cancels (METHODS §13,
@@ -696,15 +718,15 @@ private:
         linear.vertices = anchor.vertices;
         linear.weights = anchor.weights;
         linear.normal = -p.normal;
-        linear.face_velocity = frame.velocity.col(p.vertex).dot(linear.normal);
-        // On a sloping face a sideways slip changes the depth too: d' = f·(v_surface - v_vertex)/(f·n).
+        // Where the face slopes against the blended normal, a tool that slides sideways needs the surface to follow:
+        // n·v_surface = f·v/(f·n). The surface's own sideways speed stays out: it is the last tick's, and fed back
+        // through the stiff damper it makes the contact swing from tick to tick.
         const double slope = p.face.dot(p.normal);
         constexpr double least_slope = 0.3;
-        if (slope > least_slope) {
-            const Vector3 surface = anchor.blend(frame.velocity);
-            const Vector3 slip = surface - Vector3(frame.velocity.col(p.vertex));
-            linear.face_velocity = surface.dot(linear.normal) + p.face.dot(slip) / slope;
-        }
+        const Vector3 velocity_of_sample = frame.velocity.col(p.vertex);
+        linear.face_velocity =
+            slope > least_slope ? -p.face.dot(velocity_of_sample) / slope : velocity_of_sample.dot(linear.normal);
+        end_on_time(linear);
         if (kind(p.body) == BodyKind::instrument) {
             linear.reaction_body = p.body;
             linear.reaction_point = frame.position.col(p.vertex);
