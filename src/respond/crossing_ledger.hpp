@@ -37,7 +37,7 @@ struct Penetration {
 /// passes, so that the count is the exact side.
 class CrossingLedger {
 public:
-    static constexpr double resting_margin = 1e-3;  ///< m
+    static constexpr double resting_margin = 2e-3;  ///< m
 
     void prepare(const Topology& topology);
     /// Advances the counts from the last call's frame to this one. The first call finds the start state: on closed

@@ -735,6 +735,38 @@ private:
             linear.reaction_weights = {1.0, 0.0, 0.0};
         }
         effect.contacts.push_back(linear);
+        steady(frame, p, linear, effect);
+    }
+    /// Where the normal turns along the surface, the pressing force F acts sideways like a spring of stiffness F·turn;
+    /// as the normal stays for the tick, that spring lags by half of it and would feed energy in (a sampled spring
+    /// needs a damper above K T / 2, METHODS §11). This is that damper with a margin; on flat surface it is nothing.
+    void steady(const Frame& frame, const Penetration& p, const LinearContact& push, Effect& effect) const {
+        constexpr double near = 1e-4;  // m
+        if (settings_.slip_damping == 0.0 || p.depth < -near) return;
+        double pressing = 0.0;
+        double turn = 0.0;
+        double size = 0.0;
+        for (int i = 0; i < 3; ++i) {
+            const Index corner = topology_->triangles(i, p.triangle);
+            const Index next = topology_->triangles((i + 1) % 3, p.triangle);
+            Edit here{.vertex = corner, .position = frame.position.col(corner), .velocity = frame.velocity.col(corner)};
+            if (!fixed(corner)) pressing += internal_force_on(frame, here).dot(p.normal);
+            const Vector3 normal = p.side * surface_.vertex_normal(*topology_, frame.position, corner);
+            turn = std::max(turn, (normal - p.normal).norm());
+            size = std::max(size, (frame.position.col(next) - frame.position.col(corner)).norm());
+        }
+        if (pressing <= 0.0 || turn == 0.0 || size == 0.0) return;
+        LinearContact slide = push;
+        slide.k = 0.0;
+        slide.mu = settings_.slip_damping * pressing * turn / size * dt_;
+        slide.gap = 0.0;
+        slide.bilateral = true;
+        const Vector3 first = p.normal.unitOrthogonal();
+        for (const Vector3& axis : {first, Vector3(p.normal.cross(first))}) {
+            slide.normal = axis;
+            slide.face_velocity = frame.velocity.col(p.vertex).dot(axis);
+            effect.contacts.push_back(slide);
+        }
     }
     [[nodiscard]] bool grasp_holds_any(const Penetration& p) const {
         if (settings_.grasp == GraspRule::off) return false;

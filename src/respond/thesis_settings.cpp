@@ -72,6 +72,9 @@ std::vector<Parameter> thesis_parameters() {
         number("n_back", "1", "10", 0.0, 1e6, "ticks that back-projection looks back"),
         number("l_max", "m", "0.02", 0.0, 1e3, "longest back-projection"),
         number("settle_time", "s", "0.003", 1e-6, 10.0, "time constant of projection=hold and of the ledger"),
+        number("slip_damping", "1", "10", 0.0, 1e3,
+               "damper of the ledger's contacts along a surface whose normal turns, in units of force times turn times "
+               "tick; 0 = off"),
         number("d_max", "m", "0.015", 0.0, 1e3, "depth at which the ledger reports rupture"),
         choice("grasp", {"off", "follow", "spring"},
                "grasped tissue: follows the tool (faithful), or on springs that slip at 2 N (corrected)"),
@@ -132,6 +135,7 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.k = values.number("k");
     s.mu = values.number("mu");
     s.settle_time = values.number("settle_time");
+    s.slip_damping = values.number("slip_damping");
     s.d_max = values.number("d_max");
     s.contacts_held = values.is("contacts", "hold");
     s.contacts_explicit = values.is("contacts", "explicit");

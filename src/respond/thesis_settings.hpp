@@ -41,6 +41,7 @@ struct ThesisSettings {
     double mu = 0.0;                  ///< NaN: auto
     double hard_stiffness = 1e5;      ///< N/m, of constraints
     double settle_time = 0.003;       ///< s, time constant with which a constraint clears a depth
+    double slip_damping = 10.0;       ///< 1, of the ledger, see steady()
     double d_max = 0.015;             ///< m, rupture beyond
     bool contacts_held = false;
     bool contacts_explicit = false;
