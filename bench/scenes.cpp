@@ -312,11 +312,11 @@ void ContactScene::place_tissue(const Tissue& tissue, std::int64_t step, Matrix3
     const SineCosine now = sine_cosine_of_degrees(phase_degrees(step));
     auto target = position.middleCols(tissue.vertices.first, tissue.vertices.count);
     if (spec_.variant == Variant::local) {
-        target = tissue.rest;
         for (std::size_t i = 0; i < tissue.local.size(); ++i) {
             // Pressed in and let go, and drawn a little along x.
-            target(2, tissue.local[i]) -= wave_height * tissue.weight[i] * (1.0 + now.sine);
-            target(0, tissue.local[i]) += wave_height * tissue.weight[i] * now.cosine;
+            const Index v = tissue.local[i];
+            target(2, v) = tissue.rest(2, v) - wave_height * tissue.weight[i] * (1.0 + now.sine);
+            target(0, v) = tissue.rest(0, v) + wave_height * tissue.weight[i] * now.cosine;
         }
         return;
     }
@@ -354,14 +354,45 @@ void ContactScene::place_instrument(const Instrument& instrument, std::int64_t s
     }
 }
 
+void ContactScene::place_at_rest(Matrix3X& position) const {
+    for (const Tissue& tissue : tissues_) {
+        position.middleCols(tissue.vertices.first, tissue.vertices.count) = tissue.rest;
+    }
+}
+
+/// Of variant local only what moves.
 void ContactScene::place(std::int64_t step, Matrix3X& position) const {
     for (const Instrument& instrument : instruments_) place_instrument(instrument, step, position);
     for (const Tissue& tissue : tissues_) place_tissue(tissue, step, position);
 }
 
+/// Variant local: only what moves is written, as a solver with an active region does; the rest stays in no cache.
+void ContactScene::write_moved(std::int64_t step, Frame& frame) const {
+    frame.previous.swap(frame.position);
+    place(step, frame.position);
+    for (const Range& range : moved_) {
+        frame.velocity.middleCols(range.first, range.count) = (frame.position.middleCols(range.first, range.count) -
+                                                               frame.previous.middleCols(range.first, range.count)) /
+                                                              dt();
+    }
+    frame.tick = step;
+    frame.time = static_cast<double>(step) * dt();
+}
+
 void ContactScene::write(std::int64_t step, Frame& frame) const {
+    const bool follows = frame.tick > 0 && frame.tick + 1 == step && frame.moved.has_value() &&
+                         *frame.moved == moved_ && frame.position.cols() == topology_.vertex_count;
+    if (spec_.variant == Variant::local && follows) {
+        write_moved(step, frame);
+        return;
+    }
     write_positions(
-        step, topology_.vertex_count, [this](std::int64_t at, Matrix3X& position) { place(at, position); }, frame);
+        step, topology_.vertex_count,
+        [this](std::int64_t at, Matrix3X& position) {
+            if (spec_.variant == Variant::local) place_at_rest(position);
+            place(at, position);
+        },
+        frame);
     finish_frame(step, dt(), frame);
     if (spec_.variant == Variant::local && step > 0) frame.moved = moved_;
 }

@@ -85,7 +85,9 @@ private:
     [[nodiscard]] Vector3 contact_centre(const Instrument& instrument) const;
     void place_tissue(const Tissue& tissue, std::int64_t step, Matrix3X& position) const;
     void place_instrument(const Instrument& instrument, std::int64_t step, Matrix3X& position) const;
+    void place_at_rest(Matrix3X& position) const;
     void place(std::int64_t step, Matrix3X& position) const;
+    void write_moved(std::int64_t step, Frame& frame) const;
 
     SceneSpec spec_;
     Topology topology_;
