@@ -63,26 +63,16 @@ void IntersectionRegions::pierce(const Topology& topology, const Frame& frame, I
     }
 }
 
-void IntersectionRegions::measure(const Topology& topology, const Frame& frame, const std::vector<TrianglePair>& pairs,
-                                  IntersectionContour& contour) const {
-    contour.area.setZero();
-    contour.centre.setZero();
-    contour.length = 0.0;
+Vector3 IntersectionRegions::centre_of(const IntersectionContour& contour) const {
+    Vector3 sum = Vector3::Zero();
+    double total = 0.0;
     for (const Index p : pairs_of(contour)) {
         const auto& [from, to] = segment_[at(p)];
         const double length = (to - from).norm();
-        contour.length += length;
-        contour.centre += 0.5 * length * (from + to);
+        total += length;
+        sum += 0.5 * length * (from + to);
     }
-    if (contour.length > 0.0) contour.centre /= contour.length;
-    if (!contour.closed) return;
-    for (const Index p : pairs_of(contour)) {
-        const auto& [from, to] = segment_[at(p)];
-        const Vector3 along = area_normal(topology, frame.position, pairs[at(p)].a)
-                                  .cross(area_normal(topology, frame.position, pairs[at(p)].b));
-        const double sign = along.dot(to - from) < 0.0 ? -1.0 : 1.0;
-        contour.area += 0.5 * sign * (from - contour.centre).cross(to - contour.centre);
-    }
+    return total > 0.0 ? Vector3(sum / total) : sum;
 }
 
 Index IntersectionRegions::root(Index pair) {
@@ -199,7 +189,7 @@ void IntersectionRegions::find(const Topology& topology, const Surface& surface,
         contour.inside_b.clear();
         contour.separates_a = contour.closed;
         contour.separates_b = contour.closed;
-        measure(topology, frame, pairs, contour);
+        contour.centre = centre_of(contour);
         ++used_;
     }
     for (std::size_t c = 0; c < used_; ++c) {

@@ -25,11 +25,7 @@ struct IntersectionContour {
     std::vector<Index> inside_a, inside_b;
     bool separates_a = true;  ///< false: flood fill reached the other side of the curve
     bool separates_b = true;
-    /// Vector area ½ ∮ x × dx of a closed curve, m², as it runs along (outer normal of a) × (outer normal of b); zero
-    /// for an open one. Its direction is that of the hole, whatever the faces at the rim.
-    Vector3 area = Vector3::Zero();
     Vector3 centre = Vector3::Zero();  ///< m, mean of the segments' middles by length
-    double length = 0.0;               ///< m
 };
 
 /// Curves are traced over shared piercings: an edge through a face belongs to the two triangles at the edge, which
@@ -61,8 +57,7 @@ private:
     };
 
     void pierce(const Topology& topology, const Frame& frame, Index edges_of, Index face, Index pair);
-    void measure(const Topology& topology, const Frame& frame, const std::vector<TrianglePair>& pairs,
-                 IntersectionContour& contour) const;
+    [[nodiscard]] Vector3 centre_of(const IntersectionContour& contour) const;
     Index root(Index pair);
     /// Smaller region beside the cut edges; false when the cut does not separate.
     bool fill(const Topology& topology, const Surface& surface, std::vector<Index>& inside);

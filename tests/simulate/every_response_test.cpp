@@ -1,0 +1,125 @@
+// Every response on every shipped scene with both contact sources: no crash, no number that is none, and an outcome
+// that has a name. Scripts are sped up so that all of a scene happens in few ticks, which is harder than the scene
+// itself.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "method/registry.hpp"
+#include "scene/scene.hpp"
+#include "simulate/simulation.hpp"
+#include "support/data.hpp"
+#include "support/program.hpp"
+
+namespace trocar {
+namespace {
+
+const std::filesystem::path folder = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes";
+constexpr int most_ticks = 120;
+
+std::vector<std::string> scene_names() {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+/// Every response as it comes, and with its first declared choices where these make another method of it.
+std::vector<std::string> responses() {
+    std::vector<std::string> methods;
+    for (const ResponseEntry& entry : registry().responses()) {
+        methods.push_back(entry.name);
+        for (const Parameter& parameter : entry.parameters) {
+            if (parameter.name != "profile" && parameter.name != "setting") continue;
+            for (const std::string& choice : parameter.choices) {
+                if (choice != parameter.default_value) {
+                    methods.push_back(entry.name + ":" + parameter.name + "=" + choice);
+                }
+            }
+        }
+    }
+    return methods;
+}
+
+std::string native_detector() {
+    for (const DetectorEntry& entry : registry().detectors()) {
+        if (entry.native_contacts) return entry.name;
+    }
+    return {};
+}
+
+class EveryResponse : public testing::TestWithParam<std::string> {};
+
+TEST_P(EveryResponse, EndsEveryTickWithANamedOutcome) {
+    const std::filesystem::path file = folder / (GetParam() + ".json");
+    const std::filesystem::path path = test::data_path(".");
+    const std::optional<std::filesystem::path> data = path.empty() ? std::nullopt : std::optional(path);
+    if (lacks_data(file, data)) GTEST_SKIP() << "no data: meshes of " << GetParam();
+    Scene scene = read_scene(file, data);
+    const int ticks = scene.topology.triangle_count() > 4000 ? 30 : most_ticks;  // large meshes take long
+    double last = 0.0;
+    for (const SceneBody& body : scene.bodies) {
+        if (body.motion) last = std::max(last, body.motion->last_key_time());
+    }
+    const double faster = std::max(1.0, last / (ticks * scene.dt));
+    for (SceneBody& body : scene.bodies) {
+        if (!body.motion) continue;
+        for (MotionKey& key : body.motion->keys) key.time /= faster;
+    }
+    for (const ContactSource source : {ContactSource::canonical, ContactSource::native}) {
+        const std::string detector = source == ContactSource::canonical ? "ohc" : native_detector();
+        if (detector.empty()) continue;
+        for (const std::string& method : responses()) {
+            const MethodSpec spec = parse_method(method);
+            if (source == ContactSource::native && !registry().response(spec.name).reads_native) continue;
+            const std::string name = method + (source == ContactSource::native ? " on native contacts" : "");
+            Simulation simulation(scene, make_detector(detector), make_response(spec.name, spec.parameters), source);
+            std::int64_t contacts = 0;
+            for (int tick = 0; tick < ticks; ++tick) {
+                const StepRow row = simulation.step();
+                contacts += row.contacts;
+                if (!simulation.outcome().ok()) break;
+                ASSERT_TRUE(row.tool_force.allFinite()) << name << " tick " << tick;
+                ASSERT_TRUE(simulation.frame().all_finite()) << name << " tick " << tick;
+            }
+            // The thesis' damper as printed feeds energy: it may blow up, by name.
+            const bool may_blow_up = method.find("printed") != std::string::npos;
+            EXPECT_TRUE(simulation.outcome().ok() ||
+                        (may_blow_up && simulation.outcome().kind == OutcomeKind::unstable))
+                << name << ": " << name_of(simulation.outcome().kind) << ", " << simulation.outcome().message;
+            EXPECT_EQ(contacts > 0, GetParam() != "hover") << name;
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, EveryResponse, testing::ValuesIn(scene_names()),
+                         [](const auto& name) { return name.param; });
+
+TEST(EveryResponse, RunsFromTheCommandLineWithBothContactSources) {
+    // i2t_deep_start begins in contact.
+    for (const std::string& method : responses()) {
+        for (const char* source : {"canonical", "native"}) {
+            std::string arguments = "run " + (folder / "i2t_deep_start.json").string() +
+                                    " --ticks 3 --json --response " + method + " --contacts " + source;
+            const bool native = std::string(source) == "native";
+            if (native && native_detector().empty()) continue;
+            if (native) arguments += " --detector " + native_detector();
+            const test::ProgramResult result = test::run_program(arguments);
+            const bool refused = native && !registry().response(parse_method(method).name).reads_native;
+            EXPECT_EQ(result.status, refused ? 3 : 0) << arguments << result.err;
+            const auto document = nlohmann::json::parse(result.out);
+            EXPECT_EQ(document.at("outcome"), refused ? "unsupported" : "ok") << arguments;
+            EXPECT_EQ(document.at("rows").size(), refused ? 0U : 3U) << arguments;
+            EXPECT_EQ(document.at("message").get<std::string>().empty(), !refused) << arguments;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace trocar
