@@ -27,6 +27,15 @@ public:
         grow(first_bits);
     }
 
+    /// Room for this many entries, so that a crowded tick asks for no memory. The table of cells stays as small as the
+    /// ticks so far need it, since a large one misses the cache.
+    void reserve(std::size_t entries) {
+        entries_.reserve(entries);
+        used_.reserve(entries);
+        objects_.reserve(entries);
+        primitives_.reserve(entries);
+    }
+
     /// Empties the maps for a tick in which at most `entries` entries will come. A stamp per slot makes clearing
     /// unnecessary; the table grows here, outside the loops, to a load of at most one half.
     void start(std::size_t entries) {

@@ -105,6 +105,12 @@ public:
         if (settings_.swept) previous_numbers_ = numbers_;
         body_ranges_.resize(bodies);
         last_pairs_.clear();
+        // Room for a crowded tick; more than this grows as it comes.
+        const auto room = static_cast<std::size_t>(std::min<Index>(16384, topology.triangle_count()));
+        for (std::vector<Index>* list : {&hot_, &huge_}) list->reserve(room);
+        primitives_.reserve(room);
+        for (std::vector<TrianglePair>* list : {&candidates_, &repeated_}) list->reserve(room);
+        map_.reserve(room);
         cell_edge_ = 0.0;
         choose_cell(frame);
     }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <optional>
@@ -171,6 +172,12 @@ Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, s
     State& s = *state_;
     if (scene.has_tissue() && s.response) s.tissue.emplace(scene.topology, scene.materials);
     s.effect.resize(scene.topology.vertex_count, scene.topology.body_count());
+    // Room for a crowded tick, so that the first one does not ask for memory; more than this grows as it comes.
+    const auto room = static_cast<std::size_t>(std::min<Index>(4096, scene.topology.triangle_count()));
+    s.contacts.pairs.reserve(room);
+    s.contacts.contacts.reserve(room);
+    s.effect.contacts.reserve(4 * room);
+    s.effect.placements.reserve(room);
     s.reaction.resize(scene.topology.bodies.size());
     s.force.resize(scene.topology.bodies.size(), Vector3::Zero());
     s.contacts.native_wanted = source == ContactSource::native;
