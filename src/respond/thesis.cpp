@@ -39,6 +39,10 @@ public:
         first_edge_.assign(at(topology.vertex_count), -1);
         faces_.clear();
         edges_.clear();
+        resting_.clear();
+        resting_now_.clear();
+        held_edges_.clear();
+        held_edges_now_.clear();
         has_tissue_ = std::any_of(topology.bodies.begin(), topology.bodies.end(),
                                   [](const BodyRange& body) { return body.kind == BodyKind::tissue; });
         proxies_.prepare(topology, materials, TipProxies::default_radius);
@@ -46,8 +50,6 @@ public:
         if (settings_.resolution == Resolution::ledger) ledger_.prepare(topology);
         grasp_.prepare(topology, settings_.grasp == GraspRule::spring);
         inside_.assign(at(topology.vertex_count), 0);
-        resting_.clear();
-        resting_now_.clear();
     }
 
     void respond(const Frame& frame, double dt, const ContactSet& contacts, Effect& effect) override {
@@ -66,7 +68,10 @@ public:
             if (!proxies_.takes(*topology_, frame, contact)) respond_to(frame, contact, effect);
         }
         if (settings_.reduce) respond_to_reduced(frame, effect);
-        if (has_tissue_ && settings_.constrain) keep_resting(frame, effect);
+        if (has_tissue_ && settings_.constrain) {
+            keep_resting(frame, effect);
+            keep_held_edges(frame, effect);
+        }
         if (has_tissue_ && settings_.resolution == Resolution::back_projection) back_project(frame, effect);
 
         for (const Edit& edit : edits_)
@@ -105,6 +110,13 @@ private:
         Index vertex = -1;
         Index triangle = -1;
         Index face_body = -1;
+        Vector3 normal = Vector3::Zero();
+    };
+    /// Two edges held apart: their vertices, body a's first, sorted within each, and the direction that pushes b from
+    /// a.
+    struct HeldEdges {
+        std::array<Index, 4> vertex{};
+        Index body_a = -1;
         Vector3 normal = Vector3::Zero();
     };
     /// Where an instrument vertex came from, straight back along its velocity.
@@ -264,7 +276,7 @@ private:
         }
         faces_.clear();
         for (const EdgePair& pair : edges_) {
-            respond_to_edges(frame, pair.contact, effect);
+            respond_to_edges(frame, pair.contact, effect, &pair.key);
             first_edge_[at(pair.key[0])] = -1;
         }
         edges_.clear();
@@ -360,7 +372,8 @@ private:
     }
 
     /// Eq. 3.5, 3.9 (§3.4.1-3.4.3): edges that cross.
-    void respond_to_edges(const Frame& frame, const Contact& contact, Effect& effect) {
+    void respond_to_edges(const Frame& frame, const Contact& contact, Effect& effect,
+                          const std::array<Index, 4>* key = nullptr) {
         const Index body_a = topology_->body_of_triangle[at(contact.a)];
         const Index body_b = topology_->body_of_triangle[at(contact.b)];
         const bool tissue_a = kind(body_a) == BodyKind::tissue;
@@ -379,15 +392,17 @@ private:
             return;
         }
         const bool push_b = tissue_b || kind(body_b) == BodyKind::instrument;
-        const bool hold = tissue_b && settings_.constrain;
-        LinearContact linear;
-        if (hold) {
-            linear = hard_contact(depth);
-        } else {
-            linear.k = k;
-            linear.mu = settings_.edge_normal ? laws_.mu(body_a, body_b) : 0.0;  // 3.5 and 3.9 have no damper
-            linear.gap = -depth;
+        if (tissue_b && settings_.constrain) {
+            if (key != nullptr && (*key)[3] != contact.b) {
+                held_edges_now_.push_back({*key, body_a, direction});
+            }
+            hold_edges(frame, body_a, a, b, direction, -depth, effect);
+            return;
         }
+        LinearContact linear;
+        linear.k = k;
+        linear.mu = settings_.edge_normal ? laws_.mu(body_a, body_b) : 0.0;  // 3.5 and 3.9 have no damper
+        linear.gap = -depth;
         linear.normal = push_b ? direction : Vector3(-direction);
         const LoadPoint& pushed = push_b ? b : a;
         const LoadPoint& other = push_b ? a : b;
@@ -397,16 +412,57 @@ private:
                                            ? other.blend(frame.velocity)
                                            : Vector3(frame.velocity.col(push_b ? contact.vertex_a : contact.vertex_b));
         linear.face_velocity = other_velocity.dot(linear.normal);
-        if (hold) end_on_time(linear);
         if (push_b && kind(body_a) == BodyKind::instrument) {
             linear.reaction_body = body_a;
             linear.reaction_point = a.blend(frame.position);
         }
-        if (hold) {
-            effect.contacts.push_back(linear);
-        } else {
-            finish(linear, effect);
+        finish(linear, effect);
+    }
+    /// Corrected 3.9: edges that cross tissue are held like vertices in faces, by a stiff contact along their normal.
+    void hold_edges(const Frame& frame, Index body_a, const LoadPoint& a, const LoadPoint& b, const Vector3& direction,
+                    double gap, Effect& effect) const {
+        LinearContact linear = hard_contact(-gap);
+        linear.vertices = b.vertices;
+        linear.weights = b.weights;
+        linear.normal = direction;
+        linear.face_velocity = a.blend(frame.velocity).dot(direction);
+        end_on_time(linear);
+        if (kind(body_a) == BodyKind::instrument) {
+            linear.reaction_body = body_a;
+            linear.reaction_point = a.blend(frame.position);
         }
+        effect.contacts.push_back(linear);
+    }
+    /// Edges that were held in the last tick and have come apart a little stay known with their gap, as resting
+    /// vertices do.
+    void keep_held_edges(const Frame& frame, Effect& effect) {
+        for (HeldEdges& held : held_edges_) {
+            const auto known = std::any_of(held_edges_now_.begin(), held_edges_now_.end(),
+                                           [&held](const HeldEdges& now) { return now.vertex == held.vertex; });
+            if (known) continue;
+            const Vector3 a0 = frame.position.col(held.vertex[0]);
+            const Vector3 b0 = frame.position.col(held.vertex[2]);
+            const Vector3 edge_a = frame.position.col(held.vertex[1]) - a0;
+            const Vector3 edge_b = frame.position.col(held.vertex[3]) - b0;
+            Vector3 across = edge_a.cross(edge_b);
+            const double size = across.norm();
+            constexpr double parallel_sine = 1e-3;
+            if (size <= parallel_sine * edge_a.norm() * edge_b.norm()) continue;
+            across /= across.dot(held.normal) < 0.0 ? -size : size;
+            // Where the lines come closest: the plane of one edge and the common normal cuts the other.
+            const Vector3 between = b0 - a0;
+            const double s = between.cross(edge_b).dot(edge_a.cross(edge_b)) / (size * size);
+            const double t = between.cross(edge_a).dot(edge_a.cross(edge_b)) / (size * size);
+            const double gap = between.dot(across);
+            if (s < 0.0 || s > 1.0 || t < 0.0 || t > 1.0 || gap < 0.0 || gap > CrossingLedger::resting_margin) continue;
+            held.normal = across;
+            held_edges_now_.push_back(held);
+            const LoadPoint a{{held.vertex[0], held.vertex[1], -1}, {1.0 - s, s, 0.0}};
+            const LoadPoint b{{held.vertex[2], held.vertex[3], -1}, {1.0 - t, t, 0.0}};
+            hold_edges(frame, held.body_a, a, b, across, gap, effect);
+        }
+        held_edges_.swap(held_edges_now_);
+        held_edges_now_.clear();
     }
     [[nodiscard]] bool any_inside(Index triangle) const {
         const auto corner = topology_->triangles.col(triangle);
@@ -894,6 +950,8 @@ private:
     std::vector<RestingTouch> touches_;
     std::vector<Resting> resting_;  ///< tissue vertices that a face held in the last tick
     std::vector<Resting> resting_now_;
+    std::vector<HeldEdges> held_edges_;  ///< held in the last tick
+    std::vector<HeldEdges> held_edges_now_;
     std::vector<Wrench> moment_;
 };
 
