@@ -5,6 +5,7 @@
 // Settings, and where they depart from the library's default:
 // * boxes are rebuilt each tick in double; the algorithm has no state to keep.
 // * closed boxes (the default topology) and the default cutoff of 10.
+// * two bodies whose boxes do not overlap are not asked about, as with the other libraries that are asked body by body.
 // * the algorithm permutes its arrays: they are refilled each tick, so the order of one tick cannot speed up the next.
 #include <CGAL/box_intersection_d.h>
 
@@ -25,6 +26,7 @@ public:
     void prepare(const Topology& topology, const Frame& /*frame*/) override {
         topology_ = &topology;
         boxes_.assign(topology.bodies.size(), {});
+        body_boxes_.assign(topology.bodies.size(), {});
         for (std::size_t i = 0; i < boxes_.size(); ++i) {
             boxes_[i].reserve(static_cast<std::size_t>(topology.bodies[i].triangles.count));
         }
@@ -34,6 +36,7 @@ public:
         if (!is_answerable(*topology_, frame)) return;
         for (std::size_t i = 0; i < boxes_.size(); ++i) {
             fill(frame, i, boxes_[i]);
+            body_boxes_[i] = baselines::box_of_body(*topology_, frame, topology_->bodies[i]);
         }
     }
 
@@ -44,6 +47,7 @@ public:
             baselines::test_candidate(*topology_, frame, a.info(), b.info(), contacts);
         };
         for (auto [a, b] : topology_->body_pairs) {
+            if (!body_boxes_[static_cast<std::size_t>(a)].overlaps(body_boxes_[static_cast<std::size_t>(b)])) continue;
             auto& boxes_a = boxes_[static_cast<std::size_t>(a)];
             auto& boxes_b = boxes_[static_cast<std::size_t>(b)];
             CGAL::box_intersection_d(boxes_a.begin(), boxes_a.end(), boxes_b.begin(), boxes_b.end(), test);
@@ -64,6 +68,7 @@ private:
 
     const Topology* topology_ = nullptr;
     std::vector<std::vector<TriangleBox>> boxes_;
+    std::vector<Box> body_boxes_;
 };
 
 }  // namespace

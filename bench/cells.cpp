@@ -196,7 +196,7 @@ std::vector<CellSpec> plan_cells(bool quick) {
         plan.add(Group::settings, scene(Variant::light, n, 2000));
         plan.add(Group::cell_size, scene(Variant::light, n, 2000));
     }
-    for (const Index count : {2, 4, 8, 16, 32, 64, 128}) plan.add_bodies(count);
+    for (const Index count : {2, 4, 8, 16, 32, 64, 128, 256}) plan.add_bodies(count);
     plan.add_bounded();
     plan.add_micro();
     return std::move(plan).cells();

@@ -2,13 +2,10 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <fstream>
 #include <optional>
 #include <sstream>
@@ -57,28 +54,6 @@ std::optional<CellRecord> finished_cell(const std::filesystem::path& file, const
     return std::nullopt;
 }
 
-class DirectoryLock {
-public:
-    explicit DirectoryLock(const std::filesystem::path& directory) {
-        const std::filesystem::path file = directory / "lock";
-        descriptor_ = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-        if (descriptor_ < 0) throw InputError(file.string(), "", "a writable folder", std::strerror(errno));
-        if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
-            close(descriptor_);
-            throw InputError(directory.string(), "", "a folder that no other benchmark is running in",
-                             "one that is in use");
-        }
-    }
-    ~DirectoryLock() { close(descriptor_); }
-    DirectoryLock(const DirectoryLock&) = delete;
-    DirectoryLock& operator=(const DirectoryLock&) = delete;
-    DirectoryLock(DirectoryLock&&) = delete;
-    DirectoryLock& operator=(DirectoryLock&&) = delete;
-
-private:
-    int descriptor_ = -1;
-};
-
 /// One cell, measured again without whoever ends it early.
 class CellAttempts {
 public:
@@ -109,7 +84,7 @@ public:
                 }
                 return record;
             }
-            const Outcome outcome = outcome_of(end);
+            const Outcome outcome = failure_of(end, options_.time_limit_s);
             if (culprit.empty()) return failed(spec, outcome);
             MethodResult row;
             row.label = culprit;
@@ -121,17 +96,6 @@ public:
     }
 
 private:
-    [[nodiscard]] Outcome outcome_of(const ChildEnd& end) const {
-        const std::string detail = end.error.empty() ? std::string() : ": " + end.error;
-        switch (end.kind) {
-            case ChildEnd::Kind::timed_out:
-                return {OutcomeKind::timed_out, fmt::format("ended after the limit of {} s", options_.time_limit_s)};
-            case ChildEnd::Kind::signalled:
-                return {OutcomeKind::crashed, fmt::format("signal {}{}", end.code, detail)};
-            default:
-                return {OutcomeKind::crashed, fmt::format("status {}{}", end.code, detail)};
-        }
-    }
     static CellRecord failed(const CellSpec& spec, const Outcome& outcome) {
         CellRecord record;
         record.spec = spec;

@@ -1,6 +1,8 @@
 #include "study/child_process.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -10,8 +12,11 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
+#include <cstring>
 #include <ctime>
 #include <fstream>
+
+#include "geometry/input_error.hpp"
 
 namespace trocar {
 namespace {
@@ -162,5 +167,36 @@ ChildEnd run_child_process(const std::vector<std::string>& command, const std::f
     end.error = telling_line(log);
     return end;
 }
+
+Outcome failure_of(const ChildEnd& end, double time_limit_s) {
+    const std::string detail = end.error.empty() ? std::string() : ": " + end.error;
+    switch (end.kind) {
+        case ChildEnd::Kind::timed_out:
+            return {OutcomeKind::timed_out, fmt::format("ended after the limit of {} s", time_limit_s)};
+        case ChildEnd::Kind::signalled: {
+            const char* text = strsignal(end.code);
+            return {OutcomeKind::crashed,
+                    fmt::format("signal {} ({}){}", end.code, text == nullptr ? "unknown" : text, detail)};
+        }
+        case ChildEnd::Kind::not_started:
+            return {OutcomeKind::crashed, "the process could not be started" + detail};
+        case ChildEnd::Kind::exited:
+        case ChildEnd::Kind::interrupted:
+            break;
+    }
+    return {OutcomeKind::crashed, fmt::format("exit status {} without a complete record{}", end.code, detail)};
+}
+
+DirectoryLock::DirectoryLock(const std::filesystem::path& directory) {
+    const std::filesystem::path file = directory / "lock";
+    descriptor_ = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (descriptor_ < 0) throw InputError(file.string(), "", "a writable folder", std::strerror(errno));
+    if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+        close(descriptor_);
+        throw InputError(directory.string(), "", "a folder that nothing else is running in", "one that is in use");
+    }
+}
+
+DirectoryLock::~DirectoryLock() { close(descriptor_); }
 
 }  // namespace trocar

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "contact/outcome.hpp"
+
 namespace trocar {
 
 struct ChildEnd {
@@ -39,5 +41,23 @@ private:
 /// and dies with this process.
 ChildEnd run_child_process(const std::vector<std::string>& command, const std::filesystem::path& log,
                            double time_limit_s, const SignalsHeld& signals);
+
+/// What such an end means for the run when the child left no complete answer: timed_out or crashed, with the reason.
+Outcome failure_of(const ChildEnd& end, double time_limit_s);
+
+/// One runner per directory; the lock goes with the process, however it ends. Throws InputError when the directory
+/// cannot be written or another process holds it.
+class DirectoryLock {
+public:
+    explicit DirectoryLock(const std::filesystem::path& directory);
+    ~DirectoryLock();
+    DirectoryLock(const DirectoryLock&) = delete;
+    DirectoryLock& operator=(const DirectoryLock&) = delete;
+    DirectoryLock(DirectoryLock&&) = delete;
+    DirectoryLock& operator=(DirectoryLock&&) = delete;
+
+private:
+    int descriptor_ = -1;
+};
 
 }  // namespace trocar

@@ -1,15 +1,11 @@
 #include "study/runner.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <link.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <optional>
 #include <set>
@@ -36,29 +32,6 @@ std::string read_whole(const std::filesystem::path& file) {
     return text.str();
 }
 
-/// One runner per directory; the lock goes with the process, however it ends.
-class DirectoryLock {
-public:
-    explicit DirectoryLock(const std::filesystem::path& directory) {
-        const std::filesystem::path file = directory / "lock";
-        descriptor_ = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-        if (descriptor_ < 0) throw InputError(file.string(), "", "a writable folder", std::strerror(errno));
-        if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
-            close(descriptor_);
-            throw InputError(directory.string(), "", "a folder that no other study is running in",
-                             "one that is in use");
-        }
-    }
-    ~DirectoryLock() { close(descriptor_); }
-    DirectoryLock(const DirectoryLock&) = delete;
-    DirectoryLock& operator=(const DirectoryLock&) = delete;
-    DirectoryLock(DirectoryLock&&) = delete;
-    DirectoryLock& operator=(DirectoryLock&&) = delete;
-
-private:
-    int descriptor_ = -1;
-};
-
 std::string spec_line(const RunSpec& spec) {
     Record record;
     record.spec = spec;
@@ -75,27 +48,6 @@ std::optional<Record> finished_record(const std::filesystem::path& file, const R
         // Half a file or another program's: the run is simply not finished.
     }
     return std::nullopt;
-}
-
-std::string signal_text(int number) {
-    const char* text = strsignal(number);
-    return fmt::format("signal {} ({})", number, text == nullptr ? "unknown" : text);
-}
-
-Outcome failure(const ChildEnd& end, double time_limit_s) {
-    const std::string detail = end.error.empty() ? std::string() : ": " + end.error;
-    switch (end.kind) {
-        case ChildEnd::Kind::timed_out:
-            return {OutcomeKind::timed_out, fmt::format("ended after the limit of {} s", time_limit_s)};
-        case ChildEnd::Kind::signalled:
-            return {OutcomeKind::crashed, signal_text(end.code) + detail};
-        case ChildEnd::Kind::not_started:
-            return {OutcomeKind::crashed, "the process could not be started" + detail};
-        case ChildEnd::Kind::exited:
-        case ChildEnd::Kind::interrupted:
-            break;
-    }
-    return {OutcomeKind::crashed, fmt::format("exit status {} without a complete record{}", end.code, detail)};
 }
 
 class Runner {
@@ -125,12 +77,12 @@ public:
         }
         std::optional<Record> record = finished_record(output, run.spec);
         if (!record) {
-            keep(run, failure(end, options_.time_limit_s), std::nullopt);
+            keep(run, failure_of(end, options_.time_limit_s), std::nullopt);
         } else {
             // A complete answer followed by a crash or a hang is still a failure of the method, with its rows.
             const bool ended_well = end.kind == ChildEnd::Kind::exited;
             Outcome outcome = record->outcome;
-            if (!ended_well && outcome.ok()) outcome = failure(end, options_.time_limit_s);
+            if (!ended_well && outcome.ok()) outcome = failure_of(end, options_.time_limit_s);
             keep(run, outcome, std::move(record));
         }
         std::filesystem::remove(output);
