@@ -55,10 +55,6 @@ std::vector<Parameter> thesis_parameters() {
         choice("projection", {"place", "hold"},
                "tissue vertex in a face: put on the face (faithful, 3.8), or held by a stiff contact (corrected)"),
         choice(
-            "rigid", {"penalty", "hold"},
-            "instruments against each other and bone: spring and damper of 3.4 and 3.5 (faithful), or held by a stiff "
-            "contact (corrected); a device shows the latter through a virtual coupling"),
-        choice(
             "path", {"absolute", "relative"},
             "contact position with projection=place: the vertex' own path (faithful), or as seen from the face, else "
             "the closest point (corrected)"),
