@@ -446,8 +446,7 @@ private:
         table.columns = {{"method"}, {"library"}, {"pairs decided by"}, {"claims exact"}, {"pair sets over all cells"}};
         std::vector<const CellRecord*> all;
         for (const CellRecord& record : records_) all.push_back(&record);
-        for (const std::string& label :
-             labels(all, [](const MethodResult& entry) { return !is_copy(entry) && !entry.library.empty(); })) {
+        for (const std::string& label : labels(all, [](const MethodResult& entry) { return !is_copy(entry); })) {
             const MethodResult* any = nullptr;
             std::int64_t missing = 0;
             std::int64_t extra = 0;
@@ -458,7 +457,8 @@ private:
             for (const CellRecord& record : records_) {
                 for (const MethodResult& entry : record.measurement.methods) {
                     if (entry.label != label) continue;
-                    if (any == nullptr) any = &entry;
+                    // A contestant that ended its process early has a row without a library.
+                    if (any == nullptr || any->library.empty()) any = &entry;
                     missing += entry.missing;
                     extra += entry.extra;
                     truth += entry.true_pairs;
@@ -472,7 +472,9 @@ private:
                                                        "differs on {} of {} steps; misses {} and invents {} of "
                                                        "{} pairs where truth was asked",
                                                        differing, steps, missing, extra, truth);
-            if (!failures.empty()) verdict += "; " + failures.front();
+            if (!failures.empty()) {
+                verdict += fmt::format("; failed in {} cells, first in {}", failures.size(), failures.front());
+            }
             table.rows.push_back(
                 {{"`" + label + "`", any->library, any->narrow, any->claims_exact ? "yes" : "no", verdict},
                  differing > 0 || !failures.empty() ? TableRow::Style::failed
@@ -810,7 +812,11 @@ private:
         Table table;
         table.caption = "The thesis' rows, its words, and what was measured";
         table.columns = {{"row of the thesis"}, {"hierarchy / tessellation / OHC, as claimed"}, {"measured here"}};
-        for (const auto& [label, family] : columns) table.columns.push_back({"`" + label + "`", true});
+        const std::map<std::string, std::string> family_names{
+            {"tree", "hierarchy"}, {"boxes", "sorted boxes"}, {"cells", "tessellation"}, {"ohc", "OHC"}};
+        for (const auto& [label, family] : columns) {
+            table.columns.push_back({fmt::format("{}: `{}`", family_names.at(family), label), true});
+        }
         const auto line = [&](const char* name, const char* claim, const char* measured,
                               const std::function<std::string(const std::string&, const MethodResult&)>& value) {
             TableRow result{{name, claim, measured}};
