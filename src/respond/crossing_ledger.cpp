@@ -403,7 +403,6 @@ void CrossingLedger::update(const Topology& topology, const Surface& surface, co
             penetration.face = penetration.side * equations::unit_normal(corners);
             const Vector3 anchor = penetration.weights[0] * corners[0] + penetration.weights[1] * corners[1] +
                                    penetration.weights[2] * corners[2];
-            penetration.last_depth = penetration.depth;
             penetration.depth = penetration.normal.dot(anchor - x);
             if (!wrong && (penetration.ruptured || (anchor - x).norm() > resting_margin)) continue;
             entry = static_cast<Index>(penetrations_.size());

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "contact/contact_set.hpp"
@@ -27,8 +28,8 @@ struct Penetration {
     double side = 1.0;               ///< +1: belongs in front of the surface, -1: behind it
     std::int64_t age = 0;            ///< ticks
     std::int64_t stalled = 0;        ///< ticks for which the depth has not fallen while the tissue is at its limit
-    double last_depth = 0.0;         ///< m
-    bool ruptured = false;           ///< given up: no force until the sample is back on its side
+    double least_depth = std::numeric_limits<double>::infinity();  ///< m, so far
+    bool ruptured = false;  ///< given up: no force until the sample is back on its side
 };
 
 /// Counts signed crossings per sample and tissue body. The motion of a tick is taken as tissue first, tool second; the

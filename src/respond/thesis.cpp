@@ -3,6 +3,7 @@
 // keeps that sign too; `corrected` turns on our corrections, each of which is a parameter of its own.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -840,11 +841,17 @@ private:
         if (p.depth <= clear) {
             p.age = 0;
             p.stalled = 0;
+            p.least_depth = std::numeric_limits<double>::infinity();
             return false;
         }
         if (static_cast<double>(p.age) * dt_ > longest_age) return true;
-        const bool improves = p.depth < p.last_depth * (1.0 - 1e-3);
-        p.stalled = !improves && strain_at(frame, p.triangle) > 0.95 * materials_->strain_limit ? p.stalled + 1 : 0;
+        // Against the least depth so far, and not the last tick's: tissue at its limit swings a little.
+        if (p.depth < p.least_depth * (1.0 - 1e-3)) {
+            p.least_depth = p.depth;
+            p.stalled = 0;
+        } else if (strain_at(frame, p.triangle) > 0.95 * materials_->strain_limit) {
+            ++p.stalled;
+        }
         return static_cast<double>(p.stalled) * dt_ > stall_time;
     }
     [[nodiscard]] double strain_at(const Frame& frame, Index triangle) const {

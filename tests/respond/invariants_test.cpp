@@ -1,0 +1,567 @@
+// Invariants I13-I18 of METHODS §14 on prepared pairs and small sheets, each with the faithful or printed defect as
+// witness, and every switch of `thesis`: what it changes, on a case where it must.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <random>
+#include <set>
+
+#include "respond/common.hpp"
+#include "simulate/runs.hpp"
+#include "support/closed_loop.hpp"
+#include "support/response_samples.hpp"
+
+namespace trocar {
+namespace {
+
+using test::ClosedLoop;
+using test::edges_crossing;
+using test::LoopBody;
+using test::make_shaft;
+using test::make_sheet;
+using test::Mesh;
+using test::PairSample;
+using test::vertex_of_a_in_b;
+using test::vertex_of_b_in_a;
+
+Vector3 blend(const std::array<Index, 3>& vertices, const std::array<double, 3>& weights, const Matrix3X& of) {
+    Vector3 sum = Vector3::Zero();
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (vertices[i] >= 0) sum += weights[i] * of.col(vertices[i]);
+    }
+    return sum;
+}
+
+// ------------------------------------------------------------ I13
+struct Posed {
+    const char* name;
+    PairSample (*make)(BodyKind, BodyKind);
+    BodyKind a;
+    BodyKind b;
+};
+const std::array<Posed, 10> posed{{{"I2I vertex of b", vertex_of_b_in_a, BodyKind::instrument, BodyKind::instrument},
+                                   {"I2I vertex of a", vertex_of_a_in_b, BodyKind::instrument, BodyKind::instrument},
+                                   {"I2I edges", edges_crossing, BodyKind::instrument, BodyKind::instrument},
+                                   {"I2R vertex of a", vertex_of_a_in_b, BodyKind::instrument, BodyKind::rigid},
+                                   {"I2R edges", edges_crossing, BodyKind::instrument, BodyKind::rigid},
+                                   {"I2T vertex of a", vertex_of_a_in_b, BodyKind::instrument, BodyKind::tissue},
+                                   {"I2T vertex of b", vertex_of_b_in_a, BodyKind::instrument, BodyKind::tissue},
+                                   {"I2T edges", edges_crossing, BodyKind::instrument, BodyKind::tissue},
+                                   {"R2T vertex of b", vertex_of_b_in_a, BodyKind::rigid, BodyKind::tissue},
+                                   {"R2T vertex of a", vertex_of_a_in_b, BodyKind::rigid, BodyKind::tissue}}};
+
+/// Power that the dampers of all contacts give to the two surfaces, W: -mu v_n times v_n, with v_n from the frame's
+/// velocities of both triangles at the contact and not from the response's own face velocity.
+double damper_power(const PairSample& s, double& most) {
+    double power = 0.0;
+    for (const LinearContact& contact : s.effect.contacts) {
+        const Vector3 pushed = blend(contact.vertices, contact.weights, s.frame.velocity);
+        const bool a_is_pushed = contact.vertices[0] < 3;
+        const Vector3 point = blend(contact.vertices, contact.weights, s.frame.position);
+        const equations::Corners other = corners_of(s.topology, s.frame.position, a_is_pushed ? 1 : 0);
+        const Vector3 w = equations::nearest_weights(other, point);
+        Vector3 other_velocity = Vector3::Zero();
+        for (int i = 0; i < 3; ++i) {
+            other_velocity += w[i] * s.frame.velocity.col(s.topology.triangles(i, a_is_pushed ? 1 : 0));
+        }
+        const double closing = (pushed - other_velocity).dot(contact.normal);
+        const double force = -contact.mu * (pushed.dot(contact.normal) - contact.face_velocity);
+        power += force * closing;
+        most = std::max(most, std::abs(force * closing));
+    }
+    return power;
+}
+
+TEST(ContactPower, DampersTakeEnergyInCorrectedAndFeedItIn36AsPrinted) {
+    std::mt19937_64 generator(5);
+    std::normal_distribution<double> normal(0.0, 0.1);
+    double printed_most = 0.0;
+    double seen = 0.0;
+    for (const Posed& one : posed) {
+        for (int i = 0; i < 200; ++i) {
+            PairSample s = one.make(one.a, one.b);
+            // Either surface moves as a whole, so that its speed is the same at vertex, edge and projection.
+            for (const int first : {0, 3}) {
+                if ((first == 0 ? one.a : one.b) == BodyKind::rigid) continue;
+                const Vector3 velocity(normal(generator), normal(generator), normal(generator));
+                for (int v = first; v < first + 3; ++v) s.frame.velocity.col(v) = velocity;
+            }
+            s.respond("thesis:profile=corrected,resolution=none,mu=2");
+            EXPECT_LE(damper_power(s, seen), 1e-12) << one.name;
+            s.respond("thesis:resolution=none,mu=2");
+            EXPECT_LE(damper_power(s, seen), 1e-12) << one.name << " faithful";
+            s.respond("thesis:profile=printed,resolution=none,mu=2");
+            if (std::string(one.name) == "I2T vertex of a") {
+                double largest = 0.0;
+                printed_most = std::max(printed_most, damper_power(s, largest));
+            }
+        }
+    }
+    EXPECT_GT(seen, 0.01) << "dampers were there to be judged";
+    EXPECT_GT(printed_most, 0.01);
+}
+
+// ------------------------------------------------------------ I14
+TEST(Projection, LeavesNoApproachAfter38And311) {
+    std::mt19937_64 generator(6);
+    std::normal_distribution<double> normal(0.0, 0.3);
+    for (const BodyKind kind : {BodyKind::instrument, BodyKind::rigid}) {
+        for (const char* method : {"thesis", "thesis:profile=corrected,projection=place,resolution=none",
+                                   "thesis:e=0.5", "thesis:path=relative,closest_point=on"}) {
+            for (int i = 0; i < 300; ++i) {
+                PairSample s = vertex_of_b_in_a(kind, BodyKind::tissue);
+                s.frame.velocity.col(3) = Vector3(normal(generator), normal(generator), normal(generator));
+                Vector3 face = Vector3::Zero();
+                if (kind == BodyKind::instrument)
+                    face = Vector3(normal(generator), normal(generator), normal(generator));
+                for (int v = 0; v < 3; ++v) s.frame.velocity.col(v) = face;
+                s.respond(method);
+                ASSERT_EQ(s.effect.placements.size(), 1U);
+                EXPECT_GE((s.effect.placements[0].velocity - face).z(), -1e-12) << method;
+            }
+        }
+    }
+}
+
+// ------------------------------------------------------------ I15
+TEST(TissueTissue, EachApplicationKeepsMomentumAndNeverAddsEnergy) {
+    std::mt19937_64 generator(7);
+    std::normal_distribution<double> normal(0.0, 0.3);
+    double lost = 0.0;
+    for (const char* method : {"thesis", "thesis:profile=corrected,resolution=none"}) {
+        const bool faithful = std::string(method) == "thesis";
+        for (int i = 0; i < 500; ++i) {
+            PairSample s = vertex_of_b_in_a(BodyKind::tissue, BodyKind::tissue);
+            for (int v = 0; v < 6; ++v) {
+                s.materials.mass[static_cast<std::size_t>(v)] = 1e-3 * (1.0 + 0.3 * v);
+                s.frame.velocity.col(v) = Vector3(normal(generator), normal(generator), normal(generator));
+            }
+            s.respond(method);
+            Vector3 momentum = Vector3::Zero();
+            double energy = 0.0;
+            for (const Placement& placement : s.effect.placements) {
+                const double m = s.materials.mass[static_cast<std::size_t>(placement.vertex)];
+                const Vector3 before = s.frame.velocity.col(placement.vertex);
+                momentum += m * (placement.velocity - before);
+                energy += 0.5 * m * (placement.velocity.squaredNorm() - before.squaredNorm());
+            }
+            EXPECT_LT(momentum.norm(), 1e-15) << method;
+            if (faithful) {
+                EXPECT_NEAR(energy, 0.0, 1e-15);
+            } else {
+                EXPECT_LE(energy, 1e-15);
+                lost = std::max(lost, -energy);
+            }
+        }
+    }
+    EXPECT_GT(lost, 1e-6) << "e = 0.2 takes something";
+}
+
+// ------------------------------------------------------------ I16
+TEST(Rest, WithoutDepthAndSpeedThereIsNoForceInAnyProfile) {
+    for (const char* method :
+         {"thesis", "thesis:profile=printed", "thesis:profile=corrected", "thesis:profile=corrected,resolution=none"}) {
+        for (const Posed& one : posed) {
+            PairSample s = one.make(one.a, one.b);
+            // The entering vertex, or the crossing edges, are brought to exact touch.
+            if (one.make == vertex_of_b_in_a) s.frame.position(2, 3) = 0.0;
+            if (one.make == vertex_of_a_in_b) s.frame.position(2, 0) = 0.0;
+            s.frame.previous = s.frame.position;
+            s.contacts.contacts[0].depth = 0.0;
+            s.contacts.contacts[0].interval_length = 0.0;
+            s.respond(method);
+            for (const LinearContact& contact : s.effect.contacts) EXPECT_EQ(contact.k * contact.gap, 0.0) << one.name;
+            for (const Vector3& force : s.effect.tip_force) EXPECT_EQ(force.norm(), 0.0) << method << ' ' << one.name;
+            for (const Wrench& wrench : s.effect.wrench) EXPECT_EQ(wrench.force.norm(), 0.0);
+            for (const Placement& placement : s.effect.placements) {
+                EXPECT_EQ(placement.position, Vector3(s.frame.position.col(placement.vertex))) << one.name;
+                EXPECT_EQ(placement.velocity.norm(), 0.0);
+            }
+        }
+    }
+}
+
+// ------------------------------------------------------------ I17
+/// Largest change of the force on the tool from one place to the next, relative to the force, while a point 0.4 mm
+/// below a wavy sheet slides 1.6 mm in steps of `step`.
+double roughness(const std::string& method, double step, double start_x) {
+    Mesh sheet = make_sheet(8, 0.005);
+    for (Vector3& p : sheet.points) p.z() = 0.0008 * std::sin(300.0 * p.x()) * std::cos(260.0 * p.y() + 0.4);
+    Mesh pin = make_shaft(0.0002, 0.02, 4, 0.018);
+    const auto height = [&sheet](double x, double y) {
+        for (const auto& t : sheet.triangles) {
+            const Vector3 a = sheet.points[static_cast<std::size_t>(t[0])];
+            const Vector3 u = sheet.points[static_cast<std::size_t>(t[1])] - a;
+            const Vector3 v = sheet.points[static_cast<std::size_t>(t[2])] - a;
+            const double area = u.x() * v.y() - u.y() * v.x();
+            const double p = ((x - a.x()) * v.y() - (y - a.y()) * v.x()) / area;
+            const double q = (u.x() * (y - a.y()) - u.y() * (x - a.x())) / area;
+            if (p >= 0.0 && q >= 0.0 && p + q <= 1.0) return a.z() + p * u.z() + q * v.z();
+        }
+        return 0.0;
+    };
+    ClosedLoop loop({LoopBody{.name = "pin", .kind = BodyKind::instrument, .mesh = pin},
+                     LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = sheet}},
+                    method);
+    const Matrix3X start = loop.frame.position;
+    const Range tool = loop.topology.bodies[0].vertices;
+    Vector3 last = Vector3::Zero();
+    double worst = 0.0;
+    const auto detector = make_detector("brute_force");
+    detector->prepare(loop.topology, loop.frame);
+    const int steps = static_cast<int>(0.0016 / step);  // below the two seconds after which it would be given up
+    for (int i = -2; i <= steps; ++i) {
+        const double x = start_x + step * std::max(i, 0);
+        const double y = 0.0016 + 0.37 * step * std::max(i, 0);
+        // It comes from above first, so that it is known to belong there.
+        const double z = i == -2 ? 0.004 : height(x, y) - 0.0004;
+        loop.frame.position = start;
+        loop.frame.position.middleCols(tool.first, tool.count).colwise() += Vector3(x, y, z);
+        loop.frame.previous = loop.frame.position;
+        loop.frame.velocity.setZero();
+        ContactSet contacts;
+        detector->update(loop.frame);
+        detector->detect(loop.frame, contacts);
+        derive(loop.topology, loop.frame, contacts);
+        loop.response().respond(loop.frame, 1e-3, contacts, loop.effect);
+        Vector3 force = Vector3::Zero();
+        for (const LinearContact& contact : loop.effect.contacts) {
+            force -= std::max(0.0, -contact.k * contact.gap) * contact.normal;
+        }
+        if (i > 0) {
+            EXPECT_GT(last.norm(), 0.0) << method << " at step " << i;
+            worst = std::max(worst, (force - last).norm() / last.norm());
+        }
+        last = force;
+    }
+    return worst;
+}
+
+TEST(Continuity, CorrectedForceHasNoJumpAcrossEdgesAndFaithfulHas) {
+    // A continuous force changes ten times less over a ten times smaller step; a jump does not.
+    for (const double start : {-0.0008, 0.0013}) {  // across the edge x = 0, across a diagonal
+        const double corrected = roughness("thesis:profile=corrected", 1e-5, start);
+        const double corrected_finer = roughness("thesis:profile=corrected", 1e-6, start);
+        EXPECT_LT(corrected_finer, 0.2 * corrected);
+        EXPECT_LT(corrected_finer, 0.02);
+        const double faithful = roughness("thesis:resolution=none", 1e-5, start);
+        const double faithful_finer = roughness("thesis:resolution=none", 1e-6, start);
+        EXPECT_GT(faithful_finer, 0.05);
+        EXPECT_GT(faithful_finer, 0.5 * faithful);
+    }
+}
+
+// ------------------------------------------------------------ I18
+/// Sum of the contact stiffness, N/m, between a flat plate 0.5 mm below a sheet's plane and the sheet, with the
+/// plate's cells of the given number.
+double total_stiffness(const std::string& method, int cells) {
+    Mesh plate = make_sheet(cells, 0.012 / cells);  // its vertices enter the sheet's faces from above
+    for (Vector3& p : plate.points)
+        p += Vector3(0.0011, 0.0007, -0.0005 + 1e-5 * std::sin(900.0 * p.x() + 700.0 * p.y()));
+    for (auto& t : plate.triangles) std::swap(t[1], t[2]);
+    // Walls up from the plate's rim make it cross the sheet.
+    Mesh tool = plate;
+    std::map<std::pair<Index, Index>, int> directed;
+    for (const auto& t : plate.triangles) {
+        for (std::size_t i = 0; i < 3; ++i) ++directed[{t[i], t[(i + 1) % 3]}];
+    }
+    const auto count = static_cast<Index>(plate.points.size());
+    for (Index v = 0; v < count; ++v)
+        tool.points.push_back(plate.points[static_cast<std::size_t>(v)] + Vector3(0, 0, 0.01));
+    for (const auto& [edge, uses] : directed) {
+        if (directed.find({edge.second, edge.first}) != directed.end()) continue;
+        tool.triangles.push_back({edge.second, edge.first, edge.first + count});
+        tool.triangles.push_back({edge.second, edge.first + count, edge.second + count});
+    }
+    ClosedLoop loop({LoopBody{.name = "plate", .kind = BodyKind::instrument, .closed = false, .mesh = tool},
+                     LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(8, 0.01)}},
+                    method);
+    // All pairs of a plate triangle and the sheet triangle above it, each with the plate's deepest vertex in the face.
+    ContactSet contacts;
+    for (Index t = 0; t < static_cast<Index>(plate.triangles.size()); ++t) {
+        const Vector3 x = loop.frame.position.col(loop.topology.triangles(0, t));
+        const Range sheet = loop.topology.bodies[1].triangles;
+        for (Index face = sheet.first; face < sheet.end(); ++face) {
+            const equations::Corners c = corners_of(loop.topology, loop.frame.position, face);
+            const Vector3 w = equations::nearest_weights(c, x);
+            if ((w[0] * c[0] + w[1] * c[1] + w[2] * c[2] - x).head<2>().norm() > 1e-12) continue;
+            Contact contact;
+            contact.a = t;
+            contact.b = face;
+            contact.kind = ContactCase::a_enters_b;
+            contact.point = x;
+            contact.normal = -Vector3::UnitZ();
+            contact.depth = -x.z();
+            contact.vertex_a = loop.topology.triangles(0, t);
+            contact.vertex_b = loop.topology.triangles(0, face);
+            contacts.contacts.push_back(contact);
+            contacts.pairs.push_back({t, face});
+            break;
+        }
+    }
+    loop.response().respond(loop.frame, 1e-3, contacts, loop.effect);
+    double sum = 0.0;
+    for (const LinearContact& contact : loop.effect.contacts) sum += contact.k;
+    return sum;
+}
+
+TEST(Refinement, TotalStiffnessStaysInCorrectedAndGrowsFourfoldInFaithful) {
+    const double area = total_stiffness("thesis:profile=corrected,resolution=none", 12);
+    const double finer = total_stiffness("thesis:profile=corrected,resolution=none", 24);
+    EXPECT_NEAR(finer / area, 1.0, 0.1);
+    const double pairs = total_stiffness("thesis:resolution=none", 12);
+    EXPECT_NEAR(total_stiffness("thesis:resolution=none", 24) / pairs, 4.0, 0.4);
+}
+
+// ------------------------------------------------------------ every switch
+double sum_force(const Effect& effect, std::size_t body) { return effect.tip_force[body].norm(); }
+
+/// Tip force on body `body` of a posed pair after `prepare`.
+std::function<double(const std::string&)> tip(PairSample (*make)(BodyKind, BodyKind), BodyKind a, BodyKind b,
+                                              const std::function<void(PairSample&)>& prepare, std::size_t body) {
+    return [=](const std::string& method) {
+        PairSample s = make(a, b);
+        prepare(s);
+        s.respond(method);
+        return sum_force(s.effect, body);
+    };
+}
+
+std::function<double(const std::string&)> measured(PairSample (*make)(BodyKind, BodyKind), BodyKind a, BodyKind b,
+                                                   const std::function<void(PairSample&)>& prepare,
+                                                   const std::function<double(const PairSample&)>& measure) {
+    return [=](const std::string& method) {
+        PairSample s = make(a, b);
+        prepare(s);
+        s.respond(method);
+        return measure(s);
+    };
+}
+
+/// Something about the last of `ticks` ticks of a needle driven 6 mm into a wavy sheet.
+std::function<double(const std::string&)> stabbed(int ticks, const std::function<double(const ClosedLoop&)>& measure) {
+    return [=](const std::string& method) {
+        Mesh sheet = make_sheet(8, 0.005);
+        for (Vector3& p : sheet.points) p.z() = 0.0006 * std::sin(300.0 * p.x()) * std::cos(260.0 * p.y() + 0.4);
+        ClosedLoop loop(
+            {LoopBody{.name = "tool",
+                      .kind = BodyKind::instrument,
+                      .mesh = make_shaft(0.0025, 0.06, 8, 0.01),
+                      .offset = [](double t) { return Vector3(0.0011, 0.0007, std::max(0.002 - 1.1 * t, -0.006)); }},
+             LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = sheet}},
+            method);
+        for (int tick = 0; tick < ticks; ++tick) EXPECT_TRUE(loop.step()) << loop.outcome.message;
+        return measure(loop);
+    };
+}
+double tissue_height(const ClosedLoop& loop) {
+    return loop.frame.position.rightCols(loop.topology.bodies[1].vertices.count).row(2).sum();
+}
+
+/// Height of a sheet that a closing tool lifts.
+double lifted(const std::string& method) {
+    ClosedLoop loop(
+        {LoopBody{.name = "tool",
+                  .kind = BodyKind::instrument,
+                  .mesh = make_shaft(0.0012, 0.03, 6, 0.006),
+                  .offset =
+                      [](double t) {
+                          return Vector3(0.0001, 0.0002, -0.0003 + 0.004 * std::clamp((t - 0.03) / 0.1, 0.0, 1.0));
+                      }},
+         LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(8, 0.005)}},
+        method);
+    for (int tick = 0; tick < 100; ++tick) {
+        loop.set_jaw(0, tick < 20 ? 1.0 : 0.0);
+        EXPECT_TRUE(loop.step()) << loop.outcome.message;
+    }
+    return tissue_height(loop);
+}
+
+/// How hard surfaces attract a tool that has just gone 3 mm through a sheet at half a millimetre a tick, N.
+double attraction(const std::string& method) {
+    ClosedLoop loop(
+        {LoopBody{.name = "tool",
+                  .kind = BodyKind::instrument,
+                  .mesh = make_shaft(0.0025, 0.06, 8, 0.01),
+                  .offset = [](double t) { return Vector3(0.0011, 0.0007, -0.003 - 0.5 * (t - 1e-3)); }},
+         LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(10, 0.005)}},
+        method);
+    EXPECT_TRUE(loop.step()) << loop.outcome.message;
+    double sum = 0.0;
+    for (const LinearContact& contact : loop.effect.contacts) {
+        if (contact.vertices[1] < 0) sum += contact.k * std::abs(contact.gap);
+    }
+    return sum;
+}
+
+/// Sum of the tool's force over the first 700 ticks of the shipped scene whose jaws lift a fold.
+double grasped_force(const std::string& method) {
+    const Scene scene =
+        read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "i2t_grasp.json", std::nullopt);
+    RunSpec spec;
+    spec.mode = "closed_loop";
+    spec.detector = "ohc_clustered";
+    spec.response = method;
+    spec.contacts = "canonical";
+    spec.ticks = 700;
+    spec.truth_stride = 100;
+    double sum = 0.0;
+    for (const StepRow& row : run_closed_loop(scene, spec).rows) sum += row.tool_force.norm();
+    return sum;
+}
+
+/// Force shown to a shaft whose tip is 1 mm below the face of a bone, N.
+double pressed_on_bone(const std::string& method) {
+    ClosedLoop loop(
+        {LoopBody{.name = "tool",
+                  .kind = BodyKind::instrument,
+                  .mesh = make_shaft(0.0025, 0.06, 8, 0.01),
+                  .offset = [](double t) { return Vector3(0.0011, 0.0007, 0.002 - 0.1 * std::min(t, 0.03)); }},
+         LoopBody{.name = "bone", .closed = false, .mesh = make_sheet(6, 0.01)}},
+        method);
+    for (int tick = 0; tick < 40; ++tick) EXPECT_TRUE(loop.step()) << loop.outcome.message;
+    return loop.effect.tip_force[0].norm();
+}
+
+struct Switch {
+    std::string name;
+    std::string base;     ///< method without the switch
+    std::string flipped;  ///< its value instead of the base's
+    std::string what;     ///< what changes
+    std::function<double(const std::string&)> measure;
+};
+
+void PrintTo(const Switch& one, std::ostream* out) { *out << one.base << " with " << one.name << "=" << one.flipped; }
+
+std::vector<Switch> switches() {
+    const auto instrument = BodyKind::instrument;
+    const auto tissue = BodyKind::tissue;
+    const auto rigid = BodyKind::rigid;
+    const auto none = [](PairSample&) {};
+    const auto contacts = [](const PairSample& s) { return static_cast<double>(s.effect.contacts.size()); };
+    const auto speed = [](PairSample& s) { s.frame.velocity.col(0) = Vector3(0, 0, -0.2); };
+    const auto sinking = [](PairSample& s) { s.frame.velocity.col(3) = Vector3(0, 0, -0.4); };
+    const auto placed = [](const PairSample& s) {
+        double sum = 0.0;
+        for (const Placement& p : s.effect.placements) sum += p.velocity.z() + 1e3 * p.position.norm();
+        return sum;
+    };
+    const auto springs = [](PairSample& s) {
+        s.frame.velocity.col(3) = Vector3(0, 0, -0.4);
+        s.frame.position.col(4) = Vector3(0.004, 0.005, -0.05);
+        s.materials.springs = {Spring{.i = 3, .j = 4, .rest = 0.04, .k = 40.0}};
+    };
+    return {
+        {"profile", "thesis:mu=0.5,resolution=none", "printed", "sign of the damper on the tool",
+         tip(vertex_of_a_in_b, instrument, tissue, speed, 0)},
+        {"k", "thesis:resolution=none", "123", "force on the tool", tip(vertex_of_a_in_b, instrument, tissue, none, 0)},
+        {"mu", "thesis:resolution=none", "0.7", "force on a moving tool",
+         tip(vertex_of_a_in_b, instrument, tissue, speed, 0)},
+        {"distribute", "thesis", "force_at_vertex", "weight of the first loaded vertex",
+         measured(vertex_of_a_in_b, instrument, tissue, none,
+                  [](const PairSample& s) { return s.effect.contacts.at(0).weights[0]; })},
+        {"reduction", "thesis:resolution=none", "vertex", "contacts of a vertex that two pairs report",
+         measured(
+             vertex_of_a_in_b, instrument, tissue,
+             [](PairSample& s) { s.contacts.contacts.push_back(s.contacts.contacts[0]); }, contacts)},
+        {"closest_point", "thesis", "on", "closing speed where the face's corners move differently",
+         tip(
+             vertex_of_b_in_a, instrument, instrument, [](PairSample& s) { s.frame.velocity(2, 1) = 0.3; }, 1)},
+        {"normal", "thesis:profile=corrected,resolution=none", "face", "direction of the first contact on a wavy sheet",
+         stabbed(5,
+                 [](const ClosedLoop& loop) {
+                     double sum = 0.0;
+                     for (const LinearContact& contact : loop.effect.contacts) sum += contact.normal.x();
+                     return sum;
+                 })},
+        {"stiffness", "thesis:resolution=none", "area", "stiffness of the contact",
+         measured(vertex_of_a_in_b, instrument, tissue, none,
+                  [](const PairSample& s) { return s.effect.contacts.at(0).k; })},
+        {"kappa", "thesis:resolution=none,stiffness=area", "1e6", "stiffness of the contact",
+         measured(vertex_of_a_in_b, instrument, tissue, none,
+                  [](const PairSample& s) { return s.effect.contacts.at(0).k; })},
+        {"clamp", "thesis:k=100,mu=2", "on", "pull on a tool that leaves fast",
+         tip(
+             vertex_of_b_in_a, instrument, instrument, [](PairSample& s) { s.frame.velocity(2, 3) = 0.85; }, 1)},
+        {"f_max", "thesis:clamp=on,k=10000", "0.5", "force of a deep contact",
+         tip(vertex_of_b_in_a, instrument, instrument, none, 1)},
+        {"edges", "thesis:resolution=none", "normal", "direction of the contact of crossing edges",
+         measured(
+             edges_crossing, instrument, instrument,
+             [](PairSample& s) { s.contacts.contacts[0].normal = Vector3(0.6, 0.8, 0); },
+             [](const PairSample& s) { return s.effect.contacts.at(0).normal.y(); })},
+        {"projection", "thesis", "hold", "a contact instead of a placement",
+         measured(vertex_of_b_in_a, instrument, tissue, none, contacts)},
+        {"path", "thesis", "relative", "place of a still tissue vertex under a moving face",
+         measured(vertex_of_b_in_a, instrument, tissue, none, placed)},
+        {"reaction", "thesis", "impulse", "force on the tool that stops a vertex on a spring",
+         tip(vertex_of_b_in_a, instrument, tissue, springs, 0)},
+        {"e", "thesis", "0.7", "speed after the impact", measured(vertex_of_b_in_a, rigid, tissue, sinking, placed)},
+        {"rigid_tissue", "thesis", "all", "a bone's vertex in a tissue face acts",
+         measured(vertex_of_a_in_b, rigid, tissue, none, contacts)},
+        {"tissue_tissue", "thesis", "impulse", "speeds after the impact",
+         measured(vertex_of_b_in_a, tissue, tissue, sinking, placed)},
+        {"e_tissue", "thesis:tissue_tissue=impulse", "0.9", "speed of the vertex after the impact",
+         measured(vertex_of_b_in_a, tissue, tissue, sinking,
+                  [](const PairSample& s) {
+                      for (const Placement& p : s.effect.placements) {
+                          if (p.vertex == 3) return p.velocity.z();
+                      }
+                      return std::nan("");
+                  })},
+        {"resolution", "thesis", "none", "the tissue after a stab", stabbed(30, tissue_height)},
+        {"resolution", "thesis", "ledger", "the tissue after a stab", stabbed(30, tissue_height)},
+        {"resolution", "thesis:profile=corrected", "none", "the tissue after a stab", stabbed(30, tissue_height)},
+        {"n_back", "thesis", "1", "how far back surfaces attract the tool", attraction},
+        {"l_max", "thesis", "0.0005", "how far back surfaces attract the tool", attraction},
+        {"settle_time", "thesis:profile=corrected", "0.02", "damping of a held vertex",
+         measured(vertex_of_b_in_a, instrument, tissue, none,
+                  [](const PairSample& s) { return s.effect.contacts.at(0).mu; })},
+        {"d_max", "thesis:profile=corrected", "0.0001", "the tissue after a fast stab that counts as too deep",
+         stabbed(30, tissue_height)},
+        {"slip_damping", "thesis:profile=corrected", "0", "the tissue after a stab", stabbed(30, tissue_height)},
+        {"grasp", "thesis", "off", "the lifted tissue", lifted},
+        {"grasp", "thesis:profile=corrected", "off", "force on two jaws that lift a fold", grasped_force},
+        {"grasp", "thesis:profile=corrected", "follow", "the lifted tissue", lifted},
+        {"tip", "thesis:resolution=none", "fulcrum", "force at the tip of a tool in its trocar",
+         tip(
+             vertex_of_a_in_b, instrument, tissue,
+             [](PairSample& s) {
+                 s.materials.trocar_point[0] = Vector3(0.08, 0.0, 0.1);
+                 s.materials.tip[0] = Vector3(0.02, 0.003, -0.05);
+                 s.frame.pose.assign(2, {});
+             },
+             0)},
+        {"tip_proxy", "thesis", "off", "force of a tip pressed into bone", pressed_on_bone},
+        {"contacts", "thesis", "explicit", "the tissue after a stab", stabbed(12, tissue_height)},
+        {"contacts", "thesis", "hold", "the tissue after a stab", stabbed(12, tissue_height)},
+    };
+}
+
+class ThesisSwitch : public testing::TestWithParam<Switch> {};
+
+TEST_P(ThesisSwitch, ChangesWhatItSays) {
+    const Switch& tested = GetParam();
+    const std::string join = tested.base.find(':') == std::string::npos ? ":" : ",";
+    const double before = tested.measure(tested.base);
+    const double after = tested.measure(tested.base + join + tested.name + "=" + tested.flipped);
+    ASSERT_TRUE(std::isfinite(before) && std::isfinite(after));
+    EXPECT_GT(std::abs(after - before), 1e-9 * std::max({std::abs(before), std::abs(after), 1e-3}))
+        << tested.name << "=" << tested.flipped << " on " << tested.base << " should change " << tested.what;
+}
+
+INSTANTIATE_TEST_SUITE_P(Switches, ThesisSwitch, testing::ValuesIn(switches()),
+                         [](const auto& tested) { return tested.param.name + "_" + std::to_string(tested.index); });
+
+TEST(ThesisSwitches, EveryParameterIsHeldToSomething) {
+    std::set<std::string> held;
+    for (const Switch& one : switches()) held.insert(one.name);
+    for (const Parameter& parameter : registry().response("thesis").parameters) {
+        EXPECT_TRUE(held.contains(parameter.name)) << parameter.name << " changes nothing that a test knows of";
+    }
+}
+
+}  // namespace
+}  // namespace trocar

@@ -1,0 +1,241 @@
+// Stab-stop, stab-withdraw and stab-drag (METHODS §14, I26), on prepared sheets and organs and on the shipped scenes:
+// the corrected response ends clear 200 ms after the last key or says rupture, the faithful one does not.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+#include "respond/common.hpp"
+#include "simulate/runs.hpp"
+#include "support/closed_loop.hpp"
+
+namespace trocar {
+namespace {
+
+using test::ClosedLoop;
+using test::LoopBody;
+using test::make_shaft;
+using test::make_sheet;
+using test::Mesh;
+
+/// Largest way that a tool vertex (body 0) near the middle is below the tissue's upper surface, m.
+double deepest(const ClosedLoop& loop) {
+    double most = 0.0;
+    const Range tool = loop.topology.bodies[0].vertices;
+    const Range triangles = loop.topology.bodies[1].triangles;
+    for (Index v = tool.first; v < tool.end(); ++v) {
+        const Vector3 x = loop.frame.position.col(v);
+        double above = -1.0;
+        int layers = 0;
+        for (Index t = triangles.first; t < triangles.end(); ++t) {
+            const equations::Corners c = corners_of(loop.topology, loop.frame.position, t);
+            Eigen::Matrix2d plan;
+            plan << (c[1] - c[0]).head<2>(), (c[2] - c[0]).head<2>();
+            if (plan.determinant() == 0.0) continue;
+            const Eigen::Vector2d w = plan.inverse() * (x - c[0]).head<2>();
+            if (w.minCoeff() < 0.0 || w.sum() > 1.0) continue;
+            const double height = c[0].z() + w[0] * (c[1] - c[0]).z() + w[1] * (c[2] - c[0]).z() - x.z();
+            if (height <= 0.0) continue;
+            ++layers;
+            above = above < 0.0 ? height : std::min(above, height);
+        }
+        if (layers % 2 == 1) most = std::max(most, above);
+    }
+    return most;
+}
+
+struct Path {
+    const char* name;
+    double speed;
+    Vector3 second;  ///< where the tip goes after 20 ms in the tissue
+};
+
+/// The tip goes from 2 mm above to `depth` below, waits 20 ms, and moves on by path.second; then stands still.
+ClosedLoop stab(const std::string& method, const Mesh& tissue, bool closed, double top, double depth,
+                const Path& path) {
+    const double arrival = (0.002 + depth) / path.speed;
+    const auto offset = [=](double t) -> Vector3 {
+        const double part = std::clamp((t - arrival - 0.02) * path.speed / path.second.norm(), 0.0, 1.0);
+        return Vector3(0.0011, 0.0007, top + std::max(0.002 - path.speed * t, -depth)) + part * path.second;
+    };
+    return ClosedLoop(
+        {LoopBody{
+             .name = "tool", .kind = BodyKind::instrument, .mesh = make_shaft(0.0025, 0.06, 8, 0.01), .offset = offset},
+         LoopBody{.name = "tissue", .kind = BodyKind::tissue, .closed = closed, .mesh = tissue}},
+        method);
+}
+
+int last_key(double depth, const Path& path) {
+    return static_cast<int>(1000.0 * ((0.002 + depth) / path.speed + 0.02 + path.second.norm() / path.speed)) + 1;
+}
+
+const std::array<Path, 4> paths{{{"half withdrawn", 0.5, Vector3(0, 0, 0.003)},
+                                 {"withdrawn", 0.3, Vector3(0, 0, 0.012)},
+                                 {"dragged", 0.15, Vector3(0.011, 0.004, 0)},
+                                 {"dragged up and out", 0.4, Vector3(-0.006, 0.009, 0.004)}}};
+
+TEST(CorrectedStab, EndsClearOnSheetAndOrganTwoHundredMillisecondsAfterTheLastKey) {
+    Mesh organ = make_shaft(0.02, 0.03, 12, 0.008);
+    for (const bool closed : {false, true}) {
+        const Mesh tissue = closed ? organ : make_sheet(12, 0.005);
+        for (const Path& path : paths) {
+            ClosedLoop loop = stab("thesis:profile=corrected", tissue, closed, closed ? 0.03 : 0.0, 0.006, path);
+            std::int64_t ruptures = 0;
+            for (int tick = 0; tick < last_key(0.006, path) + 200; ++tick) {
+                ASSERT_TRUE(loop.step()) << loop.outcome.message;
+                ruptures += loop.effect.ruptures;
+            }
+            EXPECT_EQ(ruptures, 0) << path.name << (closed ? " organ" : " sheet");
+            EXPECT_LE(deepest(loop), 1e-4) << path.name << (closed ? " organ" : " sheet");
+        }
+    }
+}
+
+TEST(FaithfulStab, LeavesTheHalfWithdrawnToolInTheTissue) {
+    ClosedLoop loop = stab("thesis", make_sheet(12, 0.005), false, 0.0, 0.006, paths[0]);
+    for (int tick = 0; tick < last_key(0.006, paths[0]) + 200; ++tick) ASSERT_TRUE(loop.step());
+    EXPECT_GT(deepest(loop), 3e-4);
+}
+
+TEST(FaithfulStab, BackProjectionFindsTheSurfaceGoingInAndNotComingOut) {
+    // One tick with the tip 3 mm through a flat sheet at rest: the path back along the velocity meets the sheet going
+    // in; standing still there is no path, and coming out it points deeper (METHODS §9.1).
+    const auto attractions = [](double speed) {
+        ClosedLoop loop(
+            {LoopBody{.name = "tool",
+                      .kind = BodyKind::instrument,
+                      .mesh = make_shaft(0.0025, 0.06, 8, 0.01),
+                      .offset = [speed](double t) { return Vector3(0.0011, 0.0007, -0.003 + speed * (t - 1e-3)); }},
+             LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(10, 0.005)}},
+            "thesis:l_max=0.005,n_back=100");
+        EXPECT_TRUE(loop.step());
+        return std::count_if(loop.effect.contacts.begin(), loop.effect.contacts.end(),
+                             [](const LinearContact& contact) { return contact.vertices[1] < 0 && contact.mu == 0.0; });
+    };
+    EXPECT_GT(attractions(-0.5), 0);
+    EXPECT_EQ(attractions(0.0), 0);
+    // Vertices above the sheet see it on their way back: they only count those already out.
+    EXPECT_LT(attractions(0.5), attractions(-0.5) + 1);
+}
+
+TEST(CorrectedStab, NeedleThroughAThinBodyWithNoVertexInsideIsNotIgnored) {
+    // A plate of 3 mm, a needle whose rings are 20 mm apart: its point is out on the far side, no vertex is inside.
+    Mesh plate = make_sheet(6, 0.006);
+    const auto count = static_cast<Index>(plate.points.size());
+    const std::size_t faces = plate.triangles.size();
+    std::map<std::pair<Index, Index>, int> directed;
+    for (std::size_t t = 0; t < faces; ++t) {
+        const auto f = plate.triangles[t];
+        for (std::size_t i = 0; i < 3; ++i) ++directed[{f[i], f[(i + 1) % 3]}];
+        plate.triangles.push_back({f[0] + count, f[2] + count, f[1] + count});
+    }
+    for (Index v = 0; v < count; ++v)
+        plate.points.push_back(plate.points[static_cast<std::size_t>(v)] - Vector3(0, 0, 0.003));
+    for (const auto& [edge, uses] : directed) {
+        if (directed.find({edge.second, edge.first}) != directed.end()) continue;
+        plate.triangles.push_back({edge.second, edge.first, edge.first + count});
+        plate.triangles.push_back({edge.second, edge.first + count, edge.second + count});
+    }
+    ClosedLoop loop({LoopBody{.name = "needle",
+                              .kind = BodyKind::instrument,
+                              .mesh = make_shaft(0.0005, 0.25, 6, 0.01),
+                              .offset = [](double) -> Vector3 {
+                                  return {0.0011, 0.0007, -0.0065};
+                              }},
+                     LoopBody{.name = "plate", .kind = BodyKind::tissue, .mesh = plate}},
+                    "thesis:profile=corrected");
+    bool acted = false;
+    for (int tick = 0; tick < 5; ++tick) {
+        ASSERT_TRUE(loop.step()) << loop.outcome.message;
+        acted = acted || !loop.effect.contacts.empty() || loop.effect.ruptures > 0;
+    }
+    EXPECT_TRUE(acted);
+}
+
+// ------------------------------------------------------------ shipped scenes
+struct SceneResult {
+    double residual = 0.0;  ///< m, from 200 ms after the last key on
+    double worst = 0.0;     ///< m
+    std::int64_t ruptures = 0;
+    double force = 0.0;  ///< N, mean over the last 50 ticks
+    Outcome outcome;
+};
+
+/// Each scene runs once per response, whatever number of tests asks.
+const SceneResult& run_scene(const std::string& name, const std::string& response) {
+    static std::map<std::pair<std::string, std::string>, SceneResult> known;
+    const auto [place, is_new] = known.try_emplace({name, response});
+    if (!is_new) return place->second;
+    const Scene scene =
+        read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / (name + ".json"), std::nullopt);
+    double last = 0.0;
+    for (const SceneBody& body : scene.bodies) {
+        if (body.motion) last = std::max(last, body.motion->last_key_time());
+    }
+    RunSpec spec;
+    spec.mode = "closed_loop";
+    spec.detector = "ohc_clustered";
+    spec.response = response;
+    spec.contacts = "canonical";
+    spec.truth_stride = 5;
+    const Record record = run_closed_loop(scene, spec);
+    SceneResult& result = place->second;
+    result.outcome = record.outcome;
+    for (const StepRow& row : record.rows) {
+        result.ruptures += row.ruptures;
+        result.worst = std::fmax(result.worst, row.max_depth);
+        if (row.time >= last + 0.2) result.residual = std::fmax(result.residual, row.max_depth);
+    }
+    for (std::size_t i = record.rows.size() - 50; i < record.rows.size(); ++i) {
+        result.force += record.rows[i].tool_force.norm() / 50.0;
+    }
+    EXPECT_GT(record.rows.back().time, last + 0.09);
+    return result;
+}
+
+class StabScene : public testing::TestWithParam<const char*> {};
+
+TEST_P(StabScene, EndsClearOrTornInCorrected) {
+    const SceneResult& result = run_scene(GetParam(), "thesis:profile=corrected");
+    ASSERT_TRUE(result.outcome.ok()) << result.outcome.message;
+    if (result.ruptures == 0) {
+        EXPECT_LE(result.residual, 1e-4);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, StabScene,
+                         testing::Values("i2t_stab_withdraw", "i2t_stab_drag", "i2t_stab_closed", "i2t_deep_start",
+                                         "i2t_deep_sheet", "r2t_spike", "t2t_closed"),
+                         [](const auto& tested) { return std::string(tested.param); });
+
+TEST(StabScenes, NoneOfThemTearsInCorrectedForItsTissueCanGiveWay) {
+    // 10 mm beside 50 mm of sheet: the draped sheet stays far below a strain of 1.
+    for (const char* name : {"i2t_stab_withdraw", "i2t_stab_drag"}) {
+        EXPECT_EQ(run_scene(name, "thesis:profile=corrected").ruptures, 0) << name;
+    }
+}
+
+TEST(StabScenes, FaithfulStaysInTheTissueWhereTheToolStands) {
+    EXPECT_GT(run_scene("i2t_stab_drag", "thesis").residual, 1e-3);
+}
+
+TEST(StabScenes, SpikeAndClosedOrganAreNeverDeepInCorrectedAndAreInFaithful) {
+    for (const char* name : {"r2t_spike", "t2t_closed"}) {
+        EXPECT_LT(run_scene(name, "thesis:profile=corrected").worst, 1.5e-4) << name;
+        EXPECT_GT(run_scene(name, "thesis").worst, 5e-4) << name;
+    }
+}
+
+TEST(IndentScenes, ForceConvergesUnderRefinementInCorrected) {
+    const double coarse = run_scene("indent_1x", "thesis:profile=corrected").force;
+    const double medium = run_scene("indent_4x", "thesis:profile=corrected").force;
+    const double fine = run_scene("indent_16x", "thesis:profile=corrected").force;
+    EXPECT_GT(coarse, 0.1);
+    EXPECT_LT(std::abs(medium - coarse), 0.1 * coarse);
+    EXPECT_LT(std::abs(fine - medium), 0.1 * medium);
+    EXPECT_LT(std::abs(fine - medium), std::abs(medium - coarse));
+}
+
+}  // namespace
+}  // namespace trocar
