@@ -93,6 +93,7 @@ struct OpenGroup {
     FloatBox box;
     std::size_t points = 0;  ///< where its vertices start in points_
     std::int64_t opened_at = -1;
+    std::int64_t asked_at = -1;
     bool with_clusters = false;        ///< `clusters` is up to date
     std::uint32_t with_triangles = 0;  ///< bit per cluster: its triangle boxes are up to date
 };
@@ -385,7 +386,11 @@ private:
             whole.add(extent_of(first));
             whole.add(extent_of(second));
         }
-        if (!meetings_.empty()) choose_floats(whole);
+        if (meetings_.empty()) return;
+        choose_floats(whole);
+        // Contact wanders; what it left behind must not pile up.
+        constexpr std::size_t some = 16;
+        if (open_groups_.size() > 2 * std::exchange(groups_asked_, 0) + some) forget_opened();
     }
 
     /// Floats lie in −1 … 1 and use much of that. What is opened stays valid as long as the old choice will do.
@@ -512,6 +517,7 @@ private:
             points_.resize(points_.size() + static_cast<std::size_t>(count));
         }
         OpenGroup& opened = open_groups_[static_cast<std::size_t>(place)];
+        if (std::exchange(opened.asked_at, now_) != now_) ++groups_asked_;
         if (opened.opened_at >= moving.boxes->group_moved_at(group)) return place;
         if (!spend(work_.vertices_read, count)) return -1;
         kernels_.to_floats(frame.position.data(), clusters.vertices_of_group.begin(group), count, floats_,
@@ -705,6 +711,7 @@ private:
     FloatFrame floats_;
     std::vector<OpenRegion> open_regions_;
     std::vector<OpenGroup> open_groups_;
+    std::size_t groups_asked_ = 0;  ///< of them, since the last tick began
     std::vector<FloatPoint> points_;
     std::vector<SixteenBoxes> triangle_boxes_;
 

@@ -308,6 +308,23 @@ TEST(OhcClustered, AnyMotionOfAnyPartIsAnswered) {
     }
 }
 
+TEST(OhcClustered, ContactThatWandersIsAnsweredAllTheWay) {
+    World world = make_world("wander", {{BodyKind::instrument, shaft(0.002, 0.03, 12, 40).move({-0.045, 0.0, -0.002})},
+                                        {BodyKind::tissue, slab(0.1, 0.004, 100).shake(0.00005, 5)}});
+    const auto detector = make_detector("ohc_clustered", {});
+    const auto truth = make_detector("ohc", {});
+    detector->prepare(world.topology, world.frame);
+    truth->prepare(world.topology, world.frame);
+    const Range shaft_vertices = world.topology.bodies[0].vertices;
+    for (int step = 0; step < 90; ++step) {
+        world.frame.position.middleCols(shaft_vertices.first, shaft_vertices.count).row(0).array() += 0.001;
+        world.frame.position.middleCols(shaft_vertices.first, shaft_vertices.count).row(1).array() +=
+            step % 30 < 15 ? 0.002 : -0.002;
+        world.frame.moved = std::vector<Range>{shaft_vertices};
+        ASSERT_EQ(tick(*detector, world.frame).pairs, tick(*truth, world.frame).pairs) << step;
+    }
+}
+
 TEST(OhcClustered, FarAwayTinyAndHugeScenesAreAnswered) {
     for (const double scale : {1e-300, 1e-160, 1e-12, 1.0, 1e12, 1e150, 1e300}) {
         for (const double offset : {0.0, 1e3, 1e6}) {
