@@ -16,6 +16,21 @@ namespace trocar {
 
 enum class CellHash : std::uint8_t { fibonacci, teschner };
 
+/// Slot of a cell in a table of 2^bits slots.
+inline std::uint32_t cell_hash(const std::array<std::int32_t, 3>& cell, CellHash hash, int bits) {
+    const std::uint64_t x = static_cast<std::uint32_t>(cell[0]);
+    const std::uint64_t y = static_cast<std::uint32_t>(cell[1]);
+    const std::uint64_t z = static_cast<std::uint32_t>(cell[2]);
+    if (hash == CellHash::teschner) {
+        // Teschner et al. 2003, table size a power of two.
+        return static_cast<std::uint32_t>(((73856093 * x) ^ (19349663 * y) ^ (83492791 * z)) &
+                                          ((std::uint64_t{1} << bits) - 1));
+    }
+    constexpr std::uint64_t low = (1U << 21) - 1;
+    const std::uint64_t key = (x & low) | ((y & low) << 21) | ((z & low) << 42);
+    return static_cast<std::uint32_t>((key * 0x9E3779B97F4A7C15ULL) >> (64 - bits));
+}
+
 class CellMap {
 public:
     /// collide: for each body one bit per other body that it may hit, `words` 64-bit words per body.
@@ -141,16 +156,7 @@ private:
     }
 
     [[nodiscard]] std::uint32_t home(const std::array<std::int32_t, 3>& cell) const {
-        const std::uint64_t x = static_cast<std::uint32_t>(cell[0]);
-        const std::uint64_t y = static_cast<std::uint32_t>(cell[1]);
-        const std::uint64_t z = static_cast<std::uint32_t>(cell[2]);
-        if (hash_ == CellHash::teschner) {
-            // Teschner et al. 2003, table size a power of two.
-            return static_cast<std::uint32_t>(((73856093 * x) ^ (19349663 * y) ^ (83492791 * z)) & (slots_.size() - 1));
-        }
-        constexpr std::uint64_t low = (1U << 21) - 1;
-        const std::uint64_t key = (x & low) | ((y & low) << 21) | ((z & low) << 42);
-        return static_cast<std::uint32_t>((key * 0x9E3779B97F4A7C15ULL) >> (64 - bits_));
+        return cell_hash(cell, hash_, bits_);
     }
 
     /// Written out: comparing the arrays is a call of memcmp.

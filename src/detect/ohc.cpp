@@ -20,6 +20,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -28,6 +29,7 @@
 #include "detect/narrow_phase.hpp"
 #include "detect/occupancy.hpp"
 #include "detect/shared_parameters.hpp"
+#include "detect/standing_map.hpp"
 #include "detect/swept.hpp"
 #include "method/entry.hpp"
 #include "method/frame_check.hpp"
@@ -43,7 +45,8 @@ struct Settings {
     CellHash hash = CellHash::fibonacci;
     int hash_bits = 12;
     double margin = 0.0;  ///< m
-    bool swept = false;   ///< boxes hold the triangle at both ends of the tick
+    bool incremental = false;
+    bool swept = false;  ///< boxes hold the triangle at both ends of the tick
     TriangleTest test = TriangleTest::exact;
     std::int64_t max_pairs = std::numeric_limits<std::int64_t>::max();
     std::int64_t work_budget = std::numeric_limits<std::int64_t>::max();
@@ -113,10 +116,18 @@ public:
         map_.reserve(room);
         cell_edge_ = 0.0;
         choose_cell(frame);
+        known_ = false;
+        follows_ = settings_.incremental && !settings_.swept && !settings_.limited();
+        if (follows_) list_triangles_of_vertices();
     }
 
     void update(const Frame& frame) override {
         work_ = {};
+        if (follows_) {
+            follow(frame);
+            work_of_update_ = work_;
+            return;
+        }
         truncated_ = false;
         hot_.clear();
         huge_.clear();
@@ -139,7 +150,9 @@ public:
         if (!answerable_ && !check_frame(*topology_, frame, contacts)) return;
         work_ = work_of_update_;
         truncated_ = truncated_in_update_;
-        if (settings_.limited()) {
+        if (follows_) {
+            detect_changed(frame, contacts);
+        } else if (settings_.limited()) {
             detect_limited(frame, contacts);
         } else {
             candidates_.clear();
@@ -272,7 +285,8 @@ private:
         int apex = 0;  ///< corner between the two long edges
         double slabs = 1.0;
         double columns = 1.0;
-        [[nodiscard]] double pieces() const { return slabs * columns; }
+        double steps = 1.0;  ///< parts of the way from the frame before
+        [[nodiscard]] double pieces() const { return slabs * columns * steps; }
     };
     [[nodiscard]] Cut cut_of(const Frame& frame, Index triangle) const {
         const auto v = topology_->triangles.col(triangle);
@@ -287,6 +301,13 @@ private:
         const double longest = *std::max_element(opposite.begin(), opposite.end());
         cut.slabs = std::max(1.0, std::ceil(longest / 2.0));
         cut.columns = std::max(1.0, std::ceil(opposite[static_cast<std::size_t>(cut.apex)] / 2.0));
+        if (way_) {
+            double way = 0.0;
+            for (int k = 0; k < 3; ++k) {
+                way = std::max(way, (frame.position.col(v(k)) - frame.previous.col(v(k))).cwiseAbs().maxCoeff());
+            }
+            cut.steps = std::max(1.0, std::ceil(way / lattice_.edge() / 2.0));
+        }
         return cut;
     }
     /// Calls use(range) for cell ranges that together hold every point of the triangle.
@@ -317,22 +338,29 @@ private:
         const CellRange whole = range_of(triangle);
         // Counts are small here: a triangle with many pieces does not come this way.
         const int slabs = static_cast<int>(cut.slabs);
+        const int steps = static_cast<int>(cut.steps);
         for (int i = 0; i < slabs; ++i) {
             // A slab nearer to the apex is narrower and needs fewer columns.
             const int columns = std::max(1, static_cast<int>(std::ceil(cut.columns * (i + 1) / slabs)));
             for (int j = 0; j < columns; ++j) {
-                Box box;
-                for (const int side : {i, i + 1}) {
-                    for (const int end : {j, j + 1}) {
-                        const double s = static_cast<double>(side) / slabs;
-                        const double t = static_cast<double>(end) / columns;
-                        box.add(here.point(s, t));
-                        if (way_) box.add(before.point(s, t));  // on its straight way a piece stays between the two
-                    }
+                std::array<Vector3, 4> start;  // corners of the piece at the frame before, and the way to here
+                std::array<Vector3, 4> way;
+                for (std::size_t k = 0; k < 4; ++k) {
+                    const double s = static_cast<double>(i + static_cast<int>(k / 2)) / slabs;
+                    const double t = static_cast<double>(j + static_cast<int>(k % 2)) / columns;
+                    start[k] = before.point(s, t);
+                    way[k] = here.point(s, t) - start[k];
                 }
-                // No point of the triangle lies outside the cells between its corners'.
-                use(CellRange{cell_max(whole.low, lattice_.cell(box.min - padding)),
-                              cell_min(whole.high, lattice_.cell(box.max + padding))});
+                for (int step = 0; step < steps; ++step) {
+                    Box box;
+                    for (const int end : {step, step + 1}) {
+                        const double part = static_cast<double>(end) / steps;
+                        for (std::size_t k = 0; k < 4; ++k) box.add(start[k] + part * way[k]);
+                    }
+                    // No point of the triangle lies outside the cells between its corners'.
+                    use(CellRange{cell_max(whole.low, lattice_.cell(box.min - padding)),
+                                  cell_min(whole.high, lattice_.cell(box.max + padding))});
+                }
             }
         }
     }
@@ -521,6 +549,205 @@ private:
         }
     }
 
+    // ---- incremental ----
+
+    /// Which triangles move when a vertex moves.
+    void list_triangles_of_vertices() {
+        const auto vertices = static_cast<std::size_t>(topology_->vertex_count);
+        first_triangle_.assign(vertices + 1, 0);
+        const Index* const corners = topology_->triangles.data();
+        for (Index i = 0; i < 3 * topology_->triangle_count(); ++i) ++first_triangle_[at(corners[i]) + 1];
+        std::partial_sum(first_triangle_.begin(), first_triangle_.end(), first_triangle_.begin());
+        triangles_of_vertices_.resize(3 * static_cast<std::size_t>(topology_->triangle_count()));
+        std::vector<Index> next(first_triangle_.begin(), first_triangle_.end() - 1);
+        for (Index t = 0; t < topology_->triangle_count(); ++t) {
+            for (int k = 0; k < 3; ++k) triangles_of_vertices_[at(next[at(topology_->triangles(k, t))]++)] = t;
+        }
+        takes_part_.assign(topology_->bodies.size(), 0);
+        for (const Index body : order_) takes_part_[at(body)] = 1;
+        const auto triangles = static_cast<std::size_t>(topology_->triangle_count());
+        changed_at_.assign(triangles, 0);
+        ranges_.assign(triangles, CellRange{});
+        places_.assign(triangles, Place::cells);
+        change_ = 0;
+        changed_.clear();
+        last_.resize(3, 0);
+        answered_ = true;
+    }
+
+    /// Looks for vertices that moved, among the ranges that the frame tells or among all, and puts their triangles into
+    /// other cells where need be. What the last detect found about the others stays true.
+    void follow(const Frame& frame) {
+        truncated_ = truncated_in_update_ = false;
+        answerable_ = is_answerable(*topology_, frame);
+        if (!answerable_) {
+            known_ = false;  // ranges told by later frames start from a frame that was not followed
+            return;
+        }
+        if (order_.size() < 2) return;
+        if (answered_) {
+            ++change_;
+            changed_.clear();
+            answered_ = false;
+        }
+        const bool followed_before = known_;
+        if (cell_edge_ == 0.0) {
+            choose_cell(frame);
+            last_.resize(3, 0);
+        }
+        if (last_.cols() != frame.position.cols()) {
+            stand_anew(frame);
+            return;
+        }
+        known_ = true;
+        const Range everything{0, topology_->vertex_count};
+        const std::span<const Range> told = followed_before && frame.moved ? std::span<const Range>(*frame.moved)
+                                                                           : std::span<const Range>(&everything, 1);
+        for (const Range& range : told) {
+            const Index first = std::clamp(range.first, 0, everything.count);
+            const Index end = std::clamp(range.end(), first, everything.count);
+            if (!follow_range(frame, {first, end - first})) {
+                stand_anew(frame);
+                return;
+            }
+        }
+        rehash_changed(frame);
+    }
+
+    /// False when a vertex went beyond the lattice.
+    bool follow_range(const Frame& frame, Range range) {
+        work_.vertices_read += range.count;
+        const double* const here = frame.position.data();
+        double* const before = last_.data();
+        for (Index v = range.first; v < range.end(); ++v) {
+            const std::size_t i = 3 * at(v);
+            if (here[i] == before[i] && here[i + 1] == before[i + 1] && here[i + 2] == before[i + 2]) continue;
+            std::copy_n(here + i, 3, before + i);
+            lattice_.numbers(here + i, 1, -settings_.margin, &numbers_[i]);
+            if (two_sided()) lattice_.numbers(here + i, 1, settings_.margin, &high_numbers_[i]);
+            if (Lattice::at_limit({load_cell(numbers_.data(), v), load_cell(high_data(), v)})) return false;
+            for (Index k = first_triangle_[at(v)]; k < first_triangle_[at(v) + 1]; ++k) {
+                const Index t = triangles_of_vertices_[at(k)];
+                if (changed_at_[at(t)] == change_ || takes_part_[at(body_of(t))] == 0) continue;
+                changed_at_[at(t)] = change_;
+                changed_.push_back(t);
+            }
+        }
+        return true;
+    }
+
+    /// All triangles into empty maps: at the first frame, and when the bodies left the lattice.
+    void stand_anew(const Frame& frame) {
+        known_ = true;
+        last_ = frame.position;
+        number_vertices(frame);
+        work_.vertices_read += topology_->vertex_count;
+        standing_.start(topology_->triangle_count(), settings_.hash, settings_.hash_bits);
+        std::fill(places_.begin(), places_.end(), Place::nowhere);
+        huge_.clear();
+        changed_.clear();
+        for (const Index body : order_) {
+            const Range triangles = topology_->bodies[at(body)].triangles;
+            for (Index t = triangles.first; t < triangles.end(); ++t) {
+                changed_at_[at(t)] = change_;
+                changed_.push_back(t);
+            }
+        }
+        rehash_changed(frame);
+    }
+
+    void rehash_changed(const Frame& frame) {
+        for (const Index t : changed_) {
+            const CellRange range = range_of(t);
+            const bool plain = range.cell_count() <= most_cells;
+            if (plain && places_[at(t)] == Place::cells && range == ranges_[at(t)]) continue;
+            if (places_[at(t)] == Place::huge) huge_.erase(std::find(huge_.begin(), huge_.end(), t));
+            if (places_[at(t)] != Place::huge) work_.cells_visited += standing_.remove(t);
+            ranges_[at(t)] = range;
+            places_[at(t)] = plain ? Place::cells : Place::pieces;
+            for_each_range(
+                frame, t,
+                [&](const CellRange& part) {
+                    for (std::int32_t z = part.low[2]; z <= part.high[2]; ++z) {
+                        for (std::int32_t y = part.low[1]; y <= part.high[1]; ++y) {
+                            for (std::int32_t x = part.low[0]; x <= part.high[0]; ++x) {
+                                ++work_.cells_visited;
+                                standing_.insert(Cell{x, y, z, 0}, body_of(t), t);
+                            }
+                        }
+                    }
+                },
+                [&](Index triangle) {
+                    places_[at(triangle)] = Place::huge;
+                    huge_.push_back(triangle);
+                });
+        }
+    }
+
+    /// Pairs of which neither triangle moved are as before; the others are looked for around the triangles that moved.
+    void detect_changed(const Frame& frame, ContactSet& contacts) {
+        candidates_.clear();
+        repeated_.clear();
+        const auto changed = [this](Index t) { return changed_at_[at(t)] == change_; };
+        for (const TrianglePair& pair : last_pairs_) {
+            if (!changed(pair.a) && !changed(pair.b)) contacts.pairs.push_back(pair);
+        }
+        for (const Index t : changed_) {
+            if (places_[at(t)] == Place::huge) continue;
+            const Index own = body_of(t);
+            Primitive p{
+                .range = ranges_[at(t)], .low = {}, .high = {}, .triangle = t, .cut = places_[at(t)] == Place::pieces};
+            fill_box(frame, p);
+            work_.cells_visited += standing_.for_each_neighbour(
+                t, [&](const std::array<std::int32_t, 3>& cell, Index body, std::int32_t first) {
+                    if (!map_.may_hit(own, body)) return;
+                    standing_.for_each_triangle(first, [&](Index other) {
+                        ++work_.box_tests;
+                        if (changed(other) && body < own) return;  // found from there
+                        const CellRange& range = ranges_[at(other)];
+                        const bool cut = p.cut || places_[at(other)] == Place::pieces;
+                        if (!cut && (cell[0] != std::max(p.range.low[0], range.low[0]) ||
+                                     cell[1] != std::max(p.range.low[1], range.low[1]) ||
+                                     cell[2] != std::max(p.range.low[2], range.low[2]))) {
+                            return;
+                        }
+                        add_candidate(frame, p, other, cut ? repeated_ : candidates_);
+                    });
+                });
+        }
+        for (const Index t : huge_) {
+            Primitive p{.range = ranges_[at(t)], .low = {}, .high = {}, .triangle = t, .cut = true};
+            fill_box(frame, p);
+            const auto look_at = [&](Index other) {
+                if (!map_.may_hit(body_of(t), body_of(other))) return;
+                ++work_.box_tests;
+                add_candidate(frame, p, other, repeated_);
+            };
+            if (!changed(t)) {
+                for (const Index other : changed_) look_at(other);
+                continue;
+            }
+            for (const Index body : order_) {
+                const Range triangles = topology_->bodies[at(body)].triangles;
+                for (Index other = triangles.first; other < triangles.end(); ++other) look_at(other);
+            }
+        }
+        std::sort(repeated_.begin(), repeated_.end());
+        repeated_.erase(std::unique(repeated_.begin(), repeated_.end()), repeated_.end());
+        candidates_.insert(candidates_.end(), repeated_.begin(), repeated_.end());
+        work_.triangle_tests += static_cast<std::int64_t>(candidates_.size());
+        test_pairs(settings_.test, *topology_, frame, candidates_, contacts.pairs);
+        last_pairs_ = contacts.pairs;
+        answered_ = true;
+    }
+    void add_candidate(const Frame& frame, const Primitive& p, Index other, std::vector<TrianglePair>& list) const {
+        Primitive q{.range = p.range, .low = {}, .high = {}, .triangle = other, .cut = p.cut};
+        fill_box(frame, q);
+        if (boxes_overlap(p, q)) list.push_back({std::min(p.triangle, other), std::max(p.triangle, other)});
+    }
+    static std::size_t at(Index number) { return static_cast<std::size_t>(number); }
+    [[nodiscard]] Index body_of(Index triangle) const { return topology_->body_of_triangle[at(triangle)]; }
+
     // ---- limits ----
 
     /// The same answer under limits: the pairs of the last tick are tested first, then whatever the cascade brings,
@@ -586,7 +813,23 @@ private:
     std::vector<TrianglePair> candidates_;
     std::vector<TrianglePair> repeated_;
     std::vector<TrianglePair> tested_;      ///< under limits: sorted, what was tested this tick
-    std::vector<TrianglePair> last_pairs_;  ///< under limits: what the tick before reported
+    std::vector<TrianglePair> last_pairs_;  ///< under limits and when incremental: what the tick before reported
+
+    // What is kept from tick to tick; all empty unless incremental.
+    enum class Place : std::uint8_t { nowhere, cells, pieces, huge };
+    bool follows_ = false;
+    bool known_ = false;    ///< the frame before was followed
+    bool answered_ = true;  ///< detect has seen the changes; until then they add up
+    StandingMap standing_;
+    Matrix3X last_;                             ///< 3×N, m: the positions that numbers_ and the maps stand for
+    std::vector<Index> first_triangle_;         ///< N + 1; where the triangles of a vertex start
+    std::vector<Index> triangles_of_vertices_;  ///< 3 T
+    std::vector<std::uint8_t> takes_part_;      ///< per body
+    std::vector<std::uint32_t> changed_at_;     ///< per triangle: the change in which it last moved
+    std::vector<CellRange> ranges_;             ///< per triangle
+    std::vector<Place> places_;                 ///< per triangle
+    std::vector<Index> changed_;
+    std::uint32_t change_ = 0;
 };
 
 }  // namespace
@@ -625,6 +868,13 @@ DetectorEntry ohc_detector() {
               .minimum = 0.0,
               .meaning = "added around every triangle while looking for candidates; never part of the answer"},
              test_parameter(),
+             {.name = "incremental",
+              .type = Type::choice,
+              .default_value = "off",
+              .choices = {"off", "on"},
+              .meaning = "keep the maps from tick to tick and look only at what moved: for scenes in which most "
+                         "vertices rest; "
+                         "without effect under limits or with swept=on"},
              swept_parameter(),
              max_pairs_parameter(),
              work_budget_parameter()},
@@ -634,6 +884,7 @@ DetectorEntry ohc_detector() {
             settings.hash = values.is("hash", "teschner") ? CellHash::teschner : CellHash::fibonacci;
             settings.hash_bits = static_cast<int>(values.integer("hash_bits"));
             settings.margin = values.number("margin");
+            settings.incremental = values.is("incremental", "on");
             settings.swept = values.is("swept", "on");
             settings.test = triangle_test_from(values.text("test"));
             if (!values.is("max_pairs", "none")) settings.max_pairs = values.integer("max_pairs");
