@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "app/commands.hpp"
@@ -30,6 +31,7 @@ struct FrameAnswer {
     bool truncated = false;
     std::vector<TrianglePair> pairs;
     std::vector<Index> touch;  ///< positions in pairs
+    std::vector<SweptContact> swept;
     std::int64_t update_ns = -1;
     std::int64_t detect_ns = -1;
     std::optional<PairErrors> errors;
@@ -132,6 +134,8 @@ std::string answer_bytes(const MethodSpec& method, RecordingReader& recording) {
         append(static_cast<std::uint64_t>(contacts.outcome.ok() ? contacts.pairs.size() : 0), bytes);
         if (!contacts.outcome.ok()) continue;
         for (const TrianglePair& pair : contacts.pairs) append(pair, bytes);
+        append(static_cast<std::uint64_t>(contacts.swept.size()), bytes);
+        for (const SweptContact& contact : contacts.swept) append(contact, bytes);
     }
     return bytes;
 }
@@ -158,6 +162,8 @@ DetectorAnswer ask(const MethodSpec& method, RecordingReader& recording, double 
         frame.detect_ns = bytes.number<std::int64_t>();
         frame.pairs.resize(bytes.number<std::uint64_t>());
         for (TrianglePair& pair : frame.pairs) pair = bytes.number<TrianglePair>();
+        if (frame.outcome.ok()) frame.swept.resize(bytes.number<std::uint64_t>());
+        for (SweptContact& contact : frame.swept) contact = bytes.number<SweptContact>();
         if (!frame.outcome.ok() && answer.outcome.ok()) {
             answer.outcome = {frame.outcome.kind, fmt::format("frame {}: {}", tick, frame.outcome.message)};
         }
@@ -194,6 +200,14 @@ void judge(RecordingReader& recording, std::vector<DetectorAnswer>& answers, std
                 said.pairs[k] = numbered[k].first;
                 if (numbered[k].second) said.touch.push_back(static_cast<Index>(k));
             }
+            for (SweptContact& contact : said.swept) {
+                if (contact.a < 0) continue;
+                contact.a = recording.file_triangle(contact.a);
+                contact.b = recording.file_triangle(contact.b);
+            }
+            std::sort(said.swept.begin(), said.swept.end(), [](const SweptContact& x, const SweptContact& y) {
+                return std::tie(x.a, x.b, x.body_a, x.body_b) < std::tie(y.a, y.b, y.body_a, y.body_b);
+            });
         }
         if (truth != nullptr) truth->push_back(std::move(exact));
     }
@@ -201,6 +215,22 @@ void judge(RecordingReader& recording, std::vector<DetectorAnswer>& answers, std
 
 std::string quoted(const std::string& text) {
     return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+/// Only where a detector tells contacts that begin between frames. "pair" is null where it names bodies only.
+void print_swept(const std::vector<SweptContact>& swept, fmt::memory_buffer& text) {
+    const auto out = std::back_inserter(text);
+    fmt::format_to(out, ",\"swept\":[");
+    for (std::size_t k = 0; k < swept.size(); ++k) {
+        const SweptContact& contact = swept[k];
+        const char* const kind = contact.kind == SweptKind::edge_edge     ? "\"edge_edge\""
+                                 : contact.kind == SweptKind::vertex_face ? "\"vertex_face\""
+                                                                          : "null";
+        const std::string pair = contact.a < 0 ? "null" : fmt::format("[{},{}]", contact.a, contact.b);
+        fmt::format_to(out, "{}{{\"pair\":{},\"bodies\":[{},{}],\"time\":{},\"kind\":{}}}", k > 0 ? "," : "", pair,
+                       contact.body_a, contact.body_b, contact.time, kind);
+    }
+    fmt::format_to(out, "]");
 }
 
 void print_json(std::uint64_t hash, const std::vector<DetectorAnswer>& answers, const std::vector<Truth>* truth) {
@@ -219,6 +249,7 @@ void print_json(std::uint64_t hash, const std::vector<DetectorAnswer>& answers, 
                 fmt::format_to(out, "{}[{},{}]", k > 0 ? "," : "", frame.pairs[k].a, frame.pairs[k].b);
             }
             fmt::format_to(out, "],\"touch\":[{}]", fmt::join(frame.touch, ","));
+            if (!frame.swept.empty()) print_swept(frame.swept, text);
             if (frame.errors) {
                 fmt::format_to(out, ",\"missing\":{},\"extra\":{}", frame.errors->missing, frame.errors->extra);
             } else {

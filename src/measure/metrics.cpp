@@ -46,6 +46,17 @@ std::vector<SummaryFigure> make_figures() {
         {"recall", "1", Better::higher, "Share of the true pairs that are reported, touches included"},
         {"recall_without_touches", "1", Better::higher, "The same over pairs that do more than touch"},
         {"f1", "1", Better::higher, "Harmonic mean of precision and recall"},
+        {"true_swept", "1", Better::neither,
+         "Pairs that begin to touch between two frames (space-time oracle), summed over the ticks"},
+        {"missing_swept", "1", Better::lower,
+         "Of these: told neither as begun between frames nor as pair of the frame after"},
+        {"extra_swept", "1", Better::lower, "Contacts said to begin between frames that do not"},
+        {"swept_time_error_max", "1", Better::lower, "Worst error of a told time of first contact, part of a tick"},
+        {"contact_events", "1", Better::neither, "Contacts of two bodies, from first touch until they are apart"},
+        {"contact_events_missed", "1", Better::lower, "Of these: never told, neither at a frame nor between frames"},
+        {"onset_latency_median_s", "s", Better::lower,
+         "Median time from first touch to the frame at which the detector first tells of it, over the events told"},
+        {"onset_latency_max_s", "s", Better::lower, "Largest of the same"},
         {"depth_error_median_m", "m", Better::lower,
          "Median over ticks with a contact of the worst difference between a contact's depth and the true depth of the "
          "penetrating vertex"},
@@ -185,6 +196,27 @@ void add_pairs(const std::vector<StepRow>& rows, Figures& figures) {
     figures["f1"] = ratio(2.0 * (truth - missing), 2.0 * (truth - missing) + missing + extra);
 }
 
+void add_swept(const std::vector<StepRow>& rows, Figures& figures) {
+    double truth = 0;
+    double missing = 0;
+    double extra = 0;
+    double error = not_known;
+    bool known = false;
+    for (const StepRow& row : rows) {
+        if (row.true_swept < 0) continue;
+        known = true;
+        truth += static_cast<double>(row.true_swept);
+        missing += static_cast<double>(row.missing_swept);
+        extra += static_cast<double>(row.extra_swept);
+        error = std::fmax(error, row.swept_time_error);
+    }
+    if (!known) return;
+    figures["true_swept"] = truth;
+    figures["missing_swept"] = missing;
+    figures["extra_swept"] = extra;
+    figures["swept_time_error_max"] = error;
+}
+
 void add_geometry(const std::vector<StepRow>& rows, Figures& figures) {
     std::vector<double> errors;
     std::vector<double> native_errors;
@@ -276,8 +308,24 @@ std::map<std::string, double> summarize(const std::vector<StepRow>& rows) {
     figures["truncated_ticks"] = truncated;
     add_times(rows, figures);
     add_pairs(rows, figures);
+    add_swept(rows, figures);
     add_geometry(rows, figures);
     add_forces(rows, figures);
+    return figures;
+}
+
+std::map<std::string, double> summarize(const std::vector<ContactEvent>& events) {
+    Figures figures;
+    std::vector<double> latency;
+    double missed = 0;
+    for (const ContactEvent& event : events) {
+        missed += event.missed() ? 1.0 : 0.0;
+        if (!event.missed()) latency.push_back(event.seen - event.begin);
+    }
+    figures["contact_events"] = static_cast<double>(events.size());
+    figures["contact_events_missed"] = missed;
+    figures["onset_latency_median_s"] = median(latency);
+    figures["onset_latency_max_s"] = largest(latency);
     return figures;
 }
 

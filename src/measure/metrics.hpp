@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "measure/contact_event.hpp"
 #include "measure/step_row.hpp"
 
 namespace trocar {
@@ -30,5 +31,7 @@ const SummaryFigure& summary_figure(std::string_view name);
 /// Figures of a run from its rows alone; a figure that does not apply is NaN ("n/a"). The first warm_up_ticks rows stay
 /// out of the time figures and the allocation counts, and of nothing else.
 std::map<std::string, double> summarize(const std::vector<StepRow>& rows);
+/// Figures about contacts between frames, from the events; NaN without any event.
+std::map<std::string, double> summarize(const std::vector<ContactEvent>& events);
 
 }  // namespace trocar

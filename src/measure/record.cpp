@@ -50,6 +50,11 @@ void visit_row(Row& row, Visit&& visit) {
     visit("missing", row.missing);
     visit("extra", row.extra);
     visit("missing_touch", row.missing_touch);
+    visit("swept", row.swept);
+    visit("true_swept", row.true_swept);
+    visit("missing_swept", row.missing_swept);
+    visit("extra_swept", row.extra_swept);
+    visit("swept_time_error", row.swept_time_error);
     visit("max_depth", row.max_depth);
     visit("mean_depth", row.mean_depth);
     visit("depth_error", row.depth_error);
@@ -278,6 +283,47 @@ std::vector<StepRow> rows_from_json(const Reader& reader, const Json& json) {
     return rows;
 }
 
+/// Columns like those of the rows.
+Json events_to_json(const std::vector<ContactEvent>& events) {
+    Json json = Json::object();
+    for (const char* name : {"body_a", "body_b", "begin", "end", "seen"}) json[name] = Json::array();
+    for (const ContactEvent& event : events) {
+        json["body_a"].push_back(event.body_a);
+        json["body_b"].push_back(event.body_b);
+        json["begin"].push_back(to_json(event.begin));
+        json["end"].push_back(to_json(event.end));
+        json["seen"].push_back(to_json(event.seen));
+    }
+    return json;
+}
+
+std::vector<ContactEvent> events_from_json(const Reader& reader, const Json& json) {
+    reader.check_keys(json, "/events", {"body_a", "body_b", "begin", "end", "seen"});
+    std::vector<ContactEvent> events(reader.member(json, "/events", "body_a").size());
+    const auto read_column = [&](const char* name, const auto& use) {
+        const Json& column = reader.member(json, "/events", name);
+        const std::string where = std::string("/events/") + name;
+        if (!column.is_array() || column.size() != events.size()) {
+            reader.fail(where, fmt::format("{} values", events.size()), column.type_name());
+        }
+        for (std::size_t i = 0; i < events.size(); ++i) use(column[i], fmt::format("{}/{}", where, i), events[i]);
+    };
+    const auto body = [&reader](const Json& value, const std::string& where, Index& number) {
+        std::int64_t wide = -1;
+        reader.read(value, where, wide);
+        if (wide < 0 || wide > std::numeric_limits<Index>::max()) reader.fail(where, "a body number", value.dump());
+        number = static_cast<Index>(wide);
+    };
+    read_column("body_a", [&](const Json& v, const std::string& where, ContactEvent& e) { body(v, where, e.body_a); });
+    read_column("body_b", [&](const Json& v, const std::string& where, ContactEvent& e) { body(v, where, e.body_b); });
+    read_column("begin",
+                [&](const Json& v, const std::string& where, ContactEvent& e) { reader.read(v, where, e.begin); });
+    read_column("end", [&](const Json& v, const std::string& where, ContactEvent& e) { reader.read(v, where, e.end); });
+    read_column("seen",
+                [&](const Json& v, const std::string& where, ContactEvent& e) { reader.read(v, where, e.seen); });
+    return events;
+}
+
 }  // namespace
 
 std::string to_json_line(const Record& record) {
@@ -285,14 +331,18 @@ std::string to_json_line(const Record& record) {
     visit_spec(record.spec, [&spec](const char* name, const auto& value) { spec[name] = to_json(value); });
     Json summary = Json::object();
     for (const auto& [name, value] : record.summary) summary[name] = to_json(value);
-    const Json json{{"spec", spec},
-                    {"outcome", name_of(record.outcome.kind)},
-                    {"message", record.outcome.message},
-                    {"frames_hash", record.frames_hash},
-                    {"state_hash", record.state_hash},
-                    {"environment", record.environment},
-                    {"summary", summary},
-                    {"rows", rows_to_json(record.rows)}};
+    Json json{{"spec", spec},
+              {"outcome", name_of(record.outcome.kind)},
+              {"message", record.outcome.message},
+              {"frames_hash", record.frames_hash},
+              {"state_hash", record.state_hash},
+              {"environment", record.environment},
+              {"summary", summary},
+              {"rows", rows_to_json(record.rows)}};
+    if (record.spec.between_ticks) {
+        json["spec"]["between_ticks"] = true;
+        json["events"] = events_to_json(record.events);
+    }
     // A method's message may hold any bytes; a record must stay readable.
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -317,9 +367,15 @@ Record record_from_json_line(const std::string& line, const std::string& file, s
         known.emplace_back(name);
         reader.read(reader.member(spec, "/spec", name), std::string("/spec/") + name, value);
     });
+    known.emplace_back("between_ticks");  // written only where it is true
+    if (spec.contains("between_ticks")) {
+        reader.read(spec["between_ticks"], "/spec/between_ticks", record.spec.between_ticks);
+    }
     reader.check_keys(spec, "/spec", known);
-    reader.check_keys(json, "",
-                      {"spec", "outcome", "message", "frames_hash", "state_hash", "environment", "summary", "rows"});
+    reader.check_keys(
+        json, "",
+        {"spec", "outcome", "message", "frames_hash", "state_hash", "environment", "summary", "rows", "events"});
+    if (json.contains("events")) record.events = events_from_json(reader, json["events"]);
     reader.read(reader.member(json, "", "outcome"), "/outcome", record.outcome.kind);
     record.outcome.message = text("message");
     record.frames_hash = text("frames_hash");

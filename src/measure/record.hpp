@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "contact/outcome.hpp"
+#include "measure/contact_event.hpp"
 #include "measure/step_row.hpp"
 
 namespace trocar {
@@ -29,6 +30,8 @@ struct RunSpec {
     std::int64_t ticks = 0;
     /// Truth (pairs and depth) is computed on every n-th tick, since it costs more than any method; 0 = never.
     std::int64_t truth_stride = 1;
+    /// The space-time oracle follows every tick: contacts that begin between frames, and events.
+    bool between_ticks = false;
 };
 
 struct Record {
@@ -39,6 +42,7 @@ struct Record {
     std::string frames_hash;                ///< replay: hash over all frames the detector saw
     std::string state_hash;                 ///< closed loop: hash of the last frame
     std::map<std::string, double> summary;  ///< figures by the names of metrics.hpp; NaN = n/a
+    std::vector<ContactEvent> events;       ///< in order of beginning; empty unless spec.between_ticks
     std::vector<StepRow> rows;
 };
 

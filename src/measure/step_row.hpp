@@ -22,11 +22,17 @@ struct StepRow {
     std::int64_t pairs = 0;
     std::int64_t contacts = 0;
     std::int64_t native_contacts = 0;
-    std::int64_t true_pairs = -1;                                 ///< -1: truth not computed on this tick
-    std::int64_t true_touch = -1;                                 ///< of `true_pairs`: pairs that only touch
-    std::int64_t missing = -1;                                    ///< true pairs not reported
-    std::int64_t extra = -1;                                      ///< reported pairs that are not true
-    std::int64_t missing_touch = -1;                              ///< of `missing`: pairs that only touch
+    std::int64_t true_pairs = -1;     ///< -1: truth not computed on this tick
+    std::int64_t true_touch = -1;     ///< of `true_pairs`: pairs that only touch
+    std::int64_t missing = -1;        ///< true pairs not reported
+    std::int64_t extra = -1;          ///< reported pairs that are not true
+    std::int64_t missing_touch = -1;  ///< of `missing`: pairs that only touch
+    std::int64_t swept = 0;           ///< contacts that the detector says begin since the frame before
+    std::int64_t true_swept = -1;     ///< pairs that do (space_time.hpp); -1: not computed
+    std::int64_t missing_swept = -1;  ///< of these: told neither as swept contact nor as pair of this frame
+    std::int64_t extra_swept = -1;    ///< told and not true
+    double swept_time_error =
+        std::numeric_limits<double>::quiet_NaN();  ///< part of a tick, worst error of a told time of first contact
     double max_depth = std::numeric_limits<double>::quiet_NaN();  ///< m, truth's, on the frame after the step
     double mean_depth =
         std::numeric_limits<double>::quiet_NaN();  ///< m, area mean over penetrating samples, after the step

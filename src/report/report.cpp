@@ -21,6 +21,7 @@ Report compose(const std::vector<Record>& records) {
     add_fairness(draft);
     add_frames(draft);
     add_detection(draft);
+    add_between_ticks(draft);
     add_latency(draft);
     add_stages(draft);
     add_contacts_and_forces(draft);

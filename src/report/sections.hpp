@@ -73,6 +73,9 @@ void add_frames(Draft& draft);
 void add_detection(Draft& draft);
 void add_contacts_and_forces(Draft& draft);
 
+// between_ticks_section.cpp
+void add_between_ticks(Draft& draft);
+
 // time_section.cpp
 void add_latency(Draft& draft);
 void add_stages(Draft& draft);

@@ -11,6 +11,7 @@
 #include "geometry/input_error.hpp"
 #include "measure/environment.hpp"
 #include "measure/metrics.hpp"
+#include "measure/space_time.hpp"
 #include "measure/statistics.hpp"
 #include "method/registry.hpp"
 #include "reference/reference.hpp"
@@ -105,6 +106,32 @@ private:
     ContactSet contacts_;
 };
 
+/// Truth between the ticks and the events that it makes up, for runs that ask for it.
+class BetweenTicks {
+public:
+    BetweenTicks(const Scene& scene, const RunSpec& spec)
+        : scene_(&scene), truth_(scene.topology), events_(scene.topology) {
+        wanted_ = spec.between_ticks;
+    }
+    void judge(const Frame& seen, const ContactSet& contacts, StepRow& row) {
+        if (!wanted_ || !truth_.measure(seen)) return;
+        judge_swept(scene_->topology, truth_, contacts, row);
+        events_.follow(seen, scene_->dt, truth_, contacts);
+    }
+    /// After the record's own summary.
+    void add_to(Record& record) const {
+        if (!wanted_) return;
+        record.events = events_.events();
+        record.summary.merge(summarize(record.events));
+    }
+
+private:
+    const Scene* scene_;
+    bool wanted_ = false;
+    SpaceTimeTruth truth_;
+    ContactEvents events_;
+};
+
 std::string stream_text() {
     return fmt::format(
         "the scene driven without any contestant: pairs from overlapping boxes and the exact test, one spring of {} "
@@ -129,11 +156,13 @@ Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limi
     Judge judge(scene.topology, scene.first, {});
     const std::unique_ptr<FrameSource> source = scene_frames(scene, ticks);
     NativeContacts native(scene, spec);
+    BetweenTicks between(scene, spec);
     StreamHash hash;
     Frame frame;
     for (std::int64_t tick = 0; source->next(frame) && go_on(limits, tick); ++tick) {
         hash.add(frame.hash());
         StepRow row = simulation.replay(frame);
+        if (simulation.outcome().ok()) between.judge(simulation.seen(), simulation.contacts(), row);
         if (simulation.outcome().ok() && (is_judged(spec, tick, ticks) || is_cut(spec, row))) {
             judge.judge_detection(simulation.seen(), simulation.contacts(), row);
             native.judge(frame, judge, row);
@@ -143,6 +172,7 @@ Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limi
     }
     record.frames_hash = hash.text();
     record.summary = summarize(record.rows);
+    between.add_to(record);
     return record;
 }
 

@@ -88,6 +88,7 @@ struct Simulation::State {
     void take_over_detection(StepRow& row) {
         if (outcome.ok()) outcome = contacts.outcome;
         row.pairs = static_cast<std::int64_t>(contacts.pairs.size());
+        row.swept = static_cast<std::int64_t>(contacts.swept.size());
         row.native_contacts = static_cast<std::int64_t>(contacts.native.size());
         row.work = contacts.work;
         row.truncated = contacts.truncated;

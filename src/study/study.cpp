@@ -196,6 +196,7 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
                 if (!runs_on(detector, scene)) continue;
                 PlannedRun run = planned(study, "replay", scene, study.replay->ticks, study.replay->truth_stride,
                                          repetition, detector, StudyMethod{}, "");
+                run.spec.between_ticks = study.replay->between_ticks;
                 if (wanted(run)) runs.push_back(std::move(run));
             }
         }
@@ -300,11 +301,13 @@ Study read_study(const std::filesystem::path& file) {
 
     if (root.has("replay")) {
         const JsonNode node = root.at("replay");
-        expect_object(node, {"scenes", "detectors", "ticks", "repetitions", "truth_stride"}, {"scenes", "detectors"});
+        expect_object(node, {"scenes", "detectors", "ticks", "repetitions", "truth_stride", "between_ticks"},
+                      {"scenes", "detectors"});
         ReplayPart part;
         part.scenes = read_scenes(node.at("scenes"), file);
         part.detectors = read_methods(node.at("detectors"), true, part.scenes);
         read_counts(node, repetitions, part);
+        if (node.has("between_ticks")) part.between_ticks = node.at("between_ticks").flag();
         study.replay = std::move(part);
     }
     if (root.has("closed_loop")) {

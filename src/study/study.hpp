@@ -31,6 +31,7 @@ struct ReplayPart {
     std::int64_t ticks = 0;         ///< 0: the scene's own number
     std::int64_t repetitions = 1;   ///< fresh processes per contestant
     std::int64_t truth_stride = 1;  ///< truth is computed on every n-th tick
+    bool between_ticks = false;     ///< the space-time oracle follows every tick
 };
 
 /// Detector × response × contact source, each driving its own copy of the scene.

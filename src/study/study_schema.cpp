@@ -24,7 +24,8 @@ std::string study_schema() {
       "properties": {
         "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
-        "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
+        "truth_stride": {"$ref": "#/$defs/truth_stride"},
+        "between_ticks": {"type": "boolean", "default": false, "description": "Also ask the space-time oracle on every tick: contacts that begin between frames, events missed, onset latency"}}},
     "closed_loop": {
       "description": "Every detector with every response and contact source, each driving its own copy of the scene",
       "type": "object", "additionalProperties": false, "required": ["scenes", "detectors", "responses"],

@@ -98,6 +98,19 @@ TEST_F(Replay, TriangleNumbersAreThoseOfTheFileAndTheFirstIsFromTheBodyListedFir
     EXPECT_EQ(frames[1]["pairs"], json::array({{1, 0}}));
 }
 
+TEST_F(Replay, TellsWhatBeginsBetweenFramesWhereADetectorDoes) {
+    // The corner falls from 1 to -0.5 between frames 0 and 1, through the face after two thirds of the way.
+    const json frames =
+        json::parse(run(three_frames(), "--detector ohc:swept=on --json").out)["detectors"][0]["frames"];
+    EXPECT_FALSE(frames[0].contains("swept"));
+    ASSERT_EQ(frames[1]["swept"].size(), 1U);
+    EXPECT_EQ(frames[1]["swept"][0]["pair"], json({0, 1}));
+    EXPECT_EQ(frames[1]["swept"][0]["bodies"], json({0, 1}));
+    EXPECT_NEAR(frames[1]["swept"][0]["time"].get<double>(), 2.0 / 3.0, 1e-12);
+    EXPECT_EQ(frames[1]["swept"][0]["kind"], "vertex_face");
+    EXPECT_FALSE(frames[2].contains("swept"));
+}
+
 TEST_F(Replay, TableNamesDetectorFramesAndPairs) {
     const test::ProgramResult result = run(three_frames(), "--detector brute_force --truth");
     EXPECT_EQ(result.status, 0);

@@ -1,0 +1,156 @@
+#include "measure/space_time.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "geometry/continuous.hpp"
+#include "geometry/exact.hpp"
+
+namespace trocar {
+namespace {
+
+MovingTriangle moving(const Topology& topology, const Frame& frame, Index triangle) {
+    const auto v = topology.triangles.col(triangle);
+    MovingTriangle result;
+    for (int k = 0; k < 3; ++k) {
+        result[static_cast<std::size_t>(k)] = {frame.previous.col(v(k)), frame.position.col(v(k))};
+    }
+    return result;
+}
+
+MovingTriangle backwards(MovingTriangle triangle) {
+    for (MovingPoint& point : triangle) std::swap(point.start, point.end);
+    return triangle;
+}
+
+Corners at_start(const MovingTriangle& t) { return {t[0].start, t[1].start, t[2].start}; }
+Corners at_end(const MovingTriangle& t) { return {t[0].end, t[1].end, t[2].end}; }
+
+std::size_t at(std::ptrdiff_t index) { return static_cast<std::size_t>(index); }
+
+}  // namespace
+
+bool SpaceTimeTruth::measure(const Frame& frame) {
+    const Topology& topology = *topology_;
+    beginnings_.clear();
+    body_pairs_.assign(topology.body_pairs.size(), {});
+    if (frame.previous.cols() != frame.position.cols() || !frame.all_finite() || !frame.previous.allFinite()) {
+        return false;
+    }
+    triangle_boxes(frame.position, topology.triangles, boxes_);
+    triangle_boxes(frame.previous, topology.triangles, boxes_before_);
+    for (std::size_t t = 0; t < boxes_.size(); ++t) {
+        boxes_[t].add(boxes_before_[t].min);
+        boxes_[t].add(boxes_before_[t].max);
+    }
+    for (std::size_t p = 0; p < topology.body_pairs.size(); ++p) {
+        const auto& [body_a, body_b] = topology.body_pairs[p];
+        BodyPairTick& tick = body_pairs_[p];
+        overlapping_boxes(boxes_, topology.bodies[at(body_a)].triangles, topology.bodies[at(body_b)].triangles,
+                          candidates_);
+        met_.clear();
+        for (const IndexPair& candidate : candidates_) {
+            const MovingTriangle first = moving(topology, frame, candidate.first);
+            const MovingTriangle second = moving(topology, frame, candidate.second);
+            if (oracle_intersect(at_end(first), at_end(second))) tick.at_end = true;
+            if (oracle_intersect(at_start(first), at_start(second))) {
+                tick.at_start = true;
+                met_.push_back(candidate);
+                continue;
+            }
+            const std::optional<double> time = oracle_first_contact(first, second);
+            if (!time) continue;
+            met_.push_back(candidate);
+            tick.first = std::fmin(tick.first, *time);
+            beginnings_.push_back(
+                {.a = candidate.first, .b = candidate.second, .body_a = body_a, .body_b = body_b, .time = *time});
+        }
+        tick.on_the_way = !met_.empty();
+        if (tick.at_end || met_.empty()) continue;
+        for (const IndexPair& pair : met_) {
+            const std::optional<double> from_end = oracle_first_contact(
+                backwards(moving(topology, frame, pair.first)), backwards(moving(topology, frame, pair.second)));
+            if (from_end) tick.last = std::fmax(tick.last, 1.0 - *from_end);
+        }
+    }
+    std::sort(beginnings_.begin(), beginnings_.end(), [](const SweptContact& x, const SweptContact& y) {
+        return TrianglePair{x.a, x.b} < TrianglePair{y.a, y.b};
+    });
+    return true;
+}
+
+void judge_swept(const Topology& topology, const SpaceTimeTruth& truth, const ContactSet& contacts, StepRow& row) {
+    const std::vector<SweptContact>& beginnings = truth.beginnings();
+    row.true_swept = static_cast<std::int64_t>(beginnings.size());
+    row.missing_swept = 0;
+    row.extra_swept = 0;
+    const auto told_time = [&contacts](const SweptContact& beginning) -> std::optional<double> {
+        for (const SweptContact& told : contacts.swept) {
+            if (told.a == beginning.a && told.b == beginning.b) return told.time;
+        }
+        return std::nullopt;
+    };
+    for (const SweptContact& beginning : beginnings) {
+        if (const std::optional<double> time = told_time(beginning)) {
+            row.swept_time_error = std::fmax(row.swept_time_error, std::abs(*time - beginning.time));
+            continue;
+        }
+        const bool by_bodies =
+            std::any_of(contacts.swept.begin(), contacts.swept.end(), [&beginning](const SweptContact& told) {
+                return told.a < 0 && told.body_a == beginning.body_a && told.body_b == beginning.body_b;
+            });
+        const bool by_pair =
+            std::binary_search(contacts.pairs.begin(), contacts.pairs.end(), TrianglePair{beginning.a, beginning.b});
+        if (!by_bodies && !by_pair) ++row.missing_swept;
+    }
+    for (const SweptContact& told : contacts.swept) {
+        if (told.a >= 0) {
+            const bool is_true = std::any_of(beginnings.begin(), beginnings.end(),
+                                             [&told](const SweptContact& b) { return b.a == told.a && b.b == told.b; });
+            row.extra_swept += is_true ? 0 : 1;
+            continue;
+        }
+        const Index number = topology.body_pair(told.body_a, told.body_b);
+        const BodyPairTick tick = number < 0 ? BodyPairTick{} : truth.body_pairs()[at(number)];
+        row.extra_swept += tick.on_the_way ? 0 : 1;
+        if (!tick.at_start && tick.on_the_way) {
+            row.swept_time_error = std::fmax(row.swept_time_error, std::abs(told.time - tick.first));
+        }
+    }
+}
+
+ContactEvents::ContactEvents(const Topology& topology)
+    : topology_(&topology), open_(topology.body_pairs.size(), -1), told_(topology.body_pairs.size(), 0) {}
+
+void ContactEvents::follow(const Frame& frame, double dt, const SpaceTimeTruth& truth, const ContactSet& contacts) {
+    const Topology& topology = *topology_;
+    std::fill(told_.begin(), told_.end(), std::uint8_t{0});
+    const auto tell = [&](Index body_a, Index body_b) {
+        const Index number = topology.body_pair(body_a, body_b);
+        if (number >= 0) told_[at(number)] = 1;
+    };
+    for (const TrianglePair& pair : contacts.pairs) {
+        tell(topology.body_of_triangle[at(pair.a)], topology.body_of_triangle[at(pair.b)]);
+    }
+    for (const SweptContact& contact : contacts.swept) tell(contact.body_a, contact.body_b);
+    const double start = frame.time - dt;
+    for (std::size_t p = 0; p < truth.body_pairs().size(); ++p) {
+        const BodyPairTick& tick = truth.body_pairs()[p];
+        if (open_[p] < 0 && tick.on_the_way) {
+            open_[p] = static_cast<std::ptrdiff_t>(events_.size());
+            const auto& [body_a, body_b] = topology.body_pairs[p];
+            // In contact from the very first frame on: there was no earlier moment to see it.
+            const double begin = tick.at_start ? (frame.tick == 0 ? frame.time : start) : start + tick.first * dt;
+            events_.push_back({.body_a = body_a, .body_b = body_b, .begin = begin});
+        }
+        if (open_[p] < 0) continue;
+        ContactEvent& event = events_[at(open_[p])];
+        if (event.missed() && told_[p] != 0) event.seen = frame.time;
+        if (tick.at_end) continue;
+        event.end = start + tick.last * dt;
+        open_[p] = -1;
+    }
+}
+
+}  // namespace trocar

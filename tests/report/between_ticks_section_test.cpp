@@ -1,0 +1,47 @@
+// The section about what happens between frames says what the records' events say, and nothing where there are none.
+#include <gtest/gtest.h>
+
+#include "report/report.hpp"
+#include "synthetic.hpp"
+
+namespace trocar {
+namespace {
+
+/// A replay of 1 ms ticks with four contacts of a quarter of a tick, of which the first `missed` were never told.
+Record replay(const std::string& detector, int missed) {
+    Record record = test::synthetic({.mode = "replay", .detector = detector});
+    record.spec.between_ticks = true;
+    for (std::size_t i = 0; i < record.rows.size(); ++i) {
+        record.rows[i].tick = static_cast<std::int64_t>(i);
+        record.rows[i].time = 0.001 * static_cast<double>(i);
+    }
+    for (int k = 0; k < 4; ++k) {
+        ContactEvent event{.body_a = 0, .body_b = 1, .begin = 0.01 * k + 0.0001, .end = 0.01 * k + 0.00035};
+        if (k >= missed) event.seen = 0.01 * k + 0.001;
+        record.events.push_back(event);
+    }
+    record.summary["contact_events"] = 4.0;
+    record.summary["contact_events_missed"] = missed;
+    record.summary["onset_latency_max_s"] = 0.0009;
+    return record;
+}
+
+TEST(BetweenTicksSection, TellsTheShareMissedBesideTheChanceOfOneLookPerTick) {
+    const std::string report = make_report({replay("looks", 3), replay("follows", 0)}).files.at("report.md");
+    EXPECT_NE(report.find("## Between the ticks"), std::string::npos);
+    EXPECT_NE(report.find("| `looks` | 4 | 3 |"), std::string::npos);
+    EXPECT_NE(report.find("| `follows` | 4 | 0 |"), std::string::npos);
+    // v·dt / thickness = 4: by chance 1 - 1/4 are missed.
+    EXPECT_NE(report.find("| one look per tick, by chance | 0.750 |"), std::string::npos);
+    EXPECT_NE(report.find("| `looks` | 0.750 |"), std::string::npos);
+    EXPECT_NE(report.find("| `follows` | 0 |"), std::string::npos);
+    EXPECT_NE(report.find("charts/between_ticks_"), std::string::npos);
+}
+
+TEST(BetweenTicksSection, IsAbsentWithoutSuchRuns) {
+    Record record = test::synthetic({.mode = "replay"});
+    EXPECT_EQ(make_report({record}).files.at("report.md").find("Between the ticks"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace trocar
