@@ -4,6 +4,7 @@
 
 #include "bench/bounded.hpp"
 #include "geometry/input_error.hpp"
+#include "support/shapes.hpp"
 
 namespace trocar::bench {
 namespace {
@@ -45,6 +46,29 @@ TEST(Bounded, AWorkBudgetBoundsEveryTickAndIsToldAsTruncated) {
         EXPECT_GT(bounded.methods[0].truncated, 30) << method;
         EXPECT_LT(bounded.methods[0].truncated, 270) << method;
         EXPECT_EQ(bounded.frames_hash, free.frames_hash);
+    }
+}
+
+TEST(Bounded, TwoMeshesOf100kTrianglesCostAFewLooksPerTriangle) {
+    // What lets `trocar detect` answer within a second: 10^10 pairs of triangles, and each triangle looked at some
+    // times.
+    const test::World world = test::make_world(
+        "two spheres", {{BodyKind::tissue, test::sphere(0.03, 225)},
+                        {BodyKind::rigid, test::sphere(0.03, 225).rotate({1, 2, 3}, 0.4).move({0.0151, 0.0007, 0.0})}});
+    const auto triangles = static_cast<std::int64_t>(world.topology.triangle_count());
+    ASSERT_GE(triangles, 2 * 100000);
+    std::vector<TrianglePair> first;
+    for (const Contestant& contestant : own()) {
+        const auto detector = contestant.make();
+        ContactSet contacts;
+        detector->prepare(world.topology, world.frame);
+        detector->update(world.frame);
+        detector->detect(world.frame, contacts);
+        EXPECT_TRUE(contacts.outcome.ok());
+        EXPECT_GT(contacts.pairs.size(), 1000U) << contestant.label;
+        EXPECT_LT(contacts.work.work(), 30 * triangles) << contestant.label;
+        if (first.empty()) first = contacts.pairs;
+        EXPECT_EQ(contacts.pairs, first) << "two detectors of ours disagree";
     }
 }
 
