@@ -242,10 +242,34 @@ private:
                 if (t >= 0) place_of_triangle_[static_cast<std::size_t>(t)] = static_cast<Index>(place);
             }
         }
+        make_room();
         answered_at_ = never;
         ready_ = true;
         cells_are_set_ = false;
         known_ = read(frame, true);
+    }
+    /// Room for everything in small scenes and for an ordinary contact in large ones, so that ticks need not ask for
+    /// memory.
+    void make_room() {
+        std::size_t groups = 0;
+        std::size_t clusters = 0;
+        std::size_t points = 0;
+        for (const MovingBody& moving : bodies_) {
+            groups += moving.open.size();
+            clusters += static_cast<std::size_t>(moving.clusters.cluster_count);
+            points += moving.clusters.vertices_of_group.member.size();
+        }
+        open_regions_.reserve(regions_.size());
+        open_groups_.reserve(std::min<std::size_t>(groups, 512));
+        triangle_boxes_.reserve(std::min<std::size_t>(clusters, 2048));
+        points_.reserve(std::min<std::size_t>(points, 65536));
+        region_pairs_.reserve(2 * regions_.size());
+        meetings_.reserve(2 * regions_.size());
+        constexpr std::size_t ordinary = 4096;
+        map_.reserve(ordinary);
+        candidates_.reserve(ordinary);
+        sorting_.reserve(ordinary);
+        last_pairs_.reserve(ordinary);
     }
     [[nodiscard]] BodyKind kind_of(const MovingBody& moving) const {
         return topology_->bodies[static_cast<std::size_t>(moving.body)].kind;
