@@ -44,6 +44,7 @@ std::vector<double> step_times(const MethodResult& row) {
 }
 std::vector<double> in_us(const std::vector<std::int64_t>& ns) {
     std::vector<double> times;
+    times.reserve(ns.size());
     for (const std::int64_t value : ns) times.push_back(us * static_cast<double>(value));
     return times;
 }
