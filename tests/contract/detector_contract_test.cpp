@@ -354,6 +354,7 @@ std::string update_equals_fresh_prepare(const DetectorEntry& entry) {
                 if (tick == 3) x += Vector3(0.3, -0.1, 0.2);
                 world.frame.position.col(v) = x;
             }
+            if (tick == 3) world.frame.previous = world.frame.position;  // put there: no way to be followed
             ++world.frame.tick;
             world.frame.time += 0.001;
             const ContactSet followed = answer(*detector, world);
