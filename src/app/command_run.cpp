@@ -142,6 +142,13 @@ void print_text(const Scene& scene, const Record& record) {
         fmt::print("           {:<8} median {}, p99 {}\n", name, us((name + "_median_ns").c_str()),
                    tail((name + "_p99_ns").c_str()));
     }
+    if (record.spec.mode == "paced") {
+        fmt::print("paced      from release to end: median {}, p99 {}, longest {}; {} misses, longest burst {}\n",
+                   us("paced_median_ns"), tail("paced_p99_ns"), us("paced_max_ns"), plain("paced_misses"),
+                   plain("paced_burst"));
+        fmt::print("           empty loop:          median {}, p99 {}, longest {}; {} misses\n", us("empty_median_ns"),
+                   tail("empty_p99_ns"), us("empty_max_ns"), plain("empty_misses"));
+    }
     fmt::print("memory     allocations in a tick: median {}, most {}\n", plain("allocations_median"),
                plain("allocations_max"));
     fmt::print("state      {} (hash of the last frame)\n", record.state_hash);
@@ -168,7 +175,10 @@ int run(const CommonOptions& common, const RunOptions& options) {
     }
     contact_source_from(options.contacts);
     RunSpec spec;
-    spec.mode = "closed_loop";
+    spec.mode = options.paced ? "paced" : "closed_loop";
+    if (options.paced && options.record) {
+        throw InputError("command line", "--record", "no recording in a paced run (writing takes its time)", "both");
+    }
     spec.detector = checked_detector(options.detector);
     spec.response = checked_response(options.response);
     spec.contacts = options.contacts;
@@ -193,10 +203,15 @@ int run(const CommonOptions& common, const RunOptions& options) {
         limits.observe = [&](const Simulation& simulation, const StepRow&) {
             if (recording && simulation.outcome().ok()) recording->write(simulation.seen());
         };
-        record = run_closed_loop(scene, spec, limits);
+        record = options.paced ? run_paced_loop(scene, spec, limits) : run_closed_loop(scene, spec, limits);
     }
     if (interrupt_asked != 0) {
-        fmt::print(stderr, "trocar: interrupted after {} of {} ticks\n", record.rows.size(), spec.ticks);
+        const std::string told = fmt::format("interrupted after {} of {} ticks", record.rows.size(), spec.ticks);
+        fmt::print(stderr, "trocar: {}\n", told);
+        if (common.json) {
+            record.outcome.message = told;
+            print_json(record);
+        }
         return interrupted;
     }
     if (recording) recording->finish();

@@ -1,13 +1,32 @@
 // `trocar schema`: prints the formats by which anyone drives trocar with his own files.
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "app/commands.hpp"
 #include "geometry/input_error.hpp"
+#include "measure/metrics.hpp"
 #include "scene/recording.hpp"
 #include "scene/scene.hpp"
 #include "study/study.hpp"
 
 namespace trocar::app {
+namespace {
+
+/// The one list of figures, as results.csv, the report's glossary and `run --json` use it.
+std::string figures_document() {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    for (const SummaryFigure& figure : summary_figures()) {
+        list.push_back({{"name", figure.name},
+                        {"unit", figure.unit},
+                        {"better", name_of(figure.better)},
+                        {"meaning", figure.meaning},
+                        {"source", figure.source}});
+    }
+    return list.dump(2) + "\n";
+}
+
+}  // namespace
 
 int schema(const CommonOptions& /*common*/, const SchemaOptions& options) {
     if (options.what == "scene") {
@@ -16,8 +35,10 @@ int schema(const CommonOptions& /*common*/, const SchemaOptions& options) {
         fmt::print("{}", study_schema());
     } else if (options.what == "recording") {
         fmt::print("{}", recording_schema());
+    } else if (options.what == "figures") {
+        fmt::print("{}", figures_document());
     } else {
-        throw InputError("command line", "schema", "scene, study or recording", "'" + options.what + "'");
+        throw InputError("command line", "schema", "scene, study, recording or figures", "'" + options.what + "'");
     }
     return done;
 }

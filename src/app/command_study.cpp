@@ -25,6 +25,7 @@ std::string contestant(const RunSpec& spec) {
     std::string text = spec.detector;
     if (!spec.response.empty()) text += (text.empty() ? "" : " + ") + spec.response;
     if (spec.mode == "closed_loop") text += " (" + spec.contacts + ")";
+    if (!spec.point.empty()) text += " [" + spec.knob + (spec.knob.empty() ? "" : " ") + spec.point + "]";
     return text;
 }
 
@@ -57,14 +58,25 @@ int child(const Study& study, const CommonOptions& common, const StudyOptions& o
     complete_run(facts_of(scene), run);
     Record record = make_run(scene, run.spec);
     for (const auto& [key, value] : method_facts(study, run)) record.environment[key] = value;
+    // The report reads these from the summary; their single ticks would only make the records too large to publish.
+    if (run.spec.mode == "work_precision" || run.spec.mode == "ablation" || run.spec.mode == "paced")
+        record.rows.clear();
     shorten_rows(record);
     write_whole(*options.child_output, to_json_line(record) + "\n");
     return done;
 }
 
+std::string duration_text(double seconds) {
+    if (seconds < 120.0) return fmt::format("{:.0f} s", seconds);
+    if (seconds < 7200.0) return fmt::format("{:.0f} min", seconds / 60.0);
+    return fmt::format("{:.1f} h", seconds / 3600.0);
+}
+
 int print_plan(const Study& study, const std::vector<PlannedRun>& plan, bool json) {
+    double rough_seconds = 0.0;
+    for (const PlannedRun& run : plan) rough_seconds += run.settled ? 0.0 : run.rough_seconds;
     if (json) {
-        Json document{{"study", study.name}, {"runs", Json::array()}};
+        Json document{{"study", study.name}, {"rough_seconds", rough_seconds}, {"runs", Json::array()}};
         for (const PlannedRun& run : plan) {
             const RunSpec& spec = run.spec;
             document["runs"].push_back({{"mode", spec.mode},
@@ -90,6 +102,9 @@ int print_plan(const Study& study, const std::vector<PlannedRun>& plan, bool jso
                    run.spec.scene.empty() ? "all scenes" : run.spec.scene, contestant(run.spec), run.spec.ticks,
                    settled);
     }
+    fmt::print(
+        "{} runs, roughly {} on a quiet machine (slow rivals take longer), each ended after {:g} s at the latest\n",
+        plan.size(), duration_text(rough_seconds), study.time_limit_s);
     return done;
 }
 
@@ -153,6 +168,12 @@ int study(const CommonOptions& common, const StudyOptions& options) {
         fmt::print(stderr,
                    "\ntrocar study: interrupted; {} of {} runs are kept in {}, the same command goes on there\n",
                    result.made + result.found, plan.size(), runner.directory.string());
+        if (common.json) {
+            const Json document{{"study", study.name}, {"directory", runner.directory.string()},
+                                {"interrupted", true}, {"runs", plan.size()},
+                                {"made", result.made}, {"found", result.found}};
+            fmt::print("{}\n", document.dump());
+        }
         return interrupted;
     }
     const Report report = write_report(runner.directory);

@@ -64,6 +64,7 @@ struct RunOptions {
     std::string contacts = "canonical";  ///< canonical | native
     std::optional<std::int64_t> ticks;
     std::optional<std::filesystem::path> record;
+    bool paced = false;  ///< released by the clock, not judged
 };
 int run(const CommonOptions& common, const RunOptions& options);
 

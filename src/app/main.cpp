@@ -59,6 +59,8 @@ int main(int argc, char** argv) {
     sub->add_option("--contacts", run_options.contacts, "Contact source: canonical or native")->capture_default_str();
     sub->add_option("--ticks", run_options.ticks, "Ticks to run instead of the scene's number");
     sub->add_option("--record", run_options.record, "Write the frames as a recording");
+    sub->add_flag("--paced", run_options.paced,
+                  "Release one tick per dt by the clock, without judging; beside an empty loop");
     line.on(sub, run_options, run);
 
     StudyOptions study_options;
@@ -136,10 +138,10 @@ int main(int argc, char** argv) {
     line.on(sub, list_options, list);
 
     SchemaOptions schema_options;
-    sub = line.add("schema", "The file formats: scene, study or recording", "trocar schema scene");
-    sub->add_option("what", schema_options.what, "scene, study or recording")
+    sub = line.add("schema", "The file formats: scene, study or recording; the list of figures", "trocar schema scene");
+    sub->add_option("what", schema_options.what, "scene, study, recording or figures")
         ->required()
-        ->check(CLI::IsMember({"scene", "study", "recording"}));
+        ->check(CLI::IsMember({"scene", "study", "recording", "figures"}));
     line.on(sub, schema_options, schema);
 
     try {

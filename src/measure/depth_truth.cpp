@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <vector>
 
@@ -390,7 +391,7 @@ DepthTruth::DepthTruth(const Topology& topology, const Frame& first, std::span<c
 DepthTruth::~DepthTruth() = default;
 
 DepthTruth::Result DepthTruth::measure(const Frame& frame) {
-    if (!frame.all_finite()) return {std::nan(""), std::nan(""), -1};
+    if (!frame.all_finite()) return {std::nan(""), std::nan(""), -1, -1};
     State& s = *state_;
     s.advance_to(frame.position);
     Result result;
@@ -404,6 +405,7 @@ DepthTruth::Result DepthTruth::measure(const Frame& frame) {
             if (direction.wrong[i] == 0) continue;
             const double depth = s.distance(direction.into, s.point(direction.from, i, s.position));
             ++result.wrong_side;
+            if (i < vertex_count) ++result.wrong_side_vertices;
             result.max_depth = std::max(result.max_depth, depth);
             if (i < vertex_count) continue;
             weighted_depth += s.samples(direction.from).area_weight * depth;
@@ -412,6 +414,21 @@ DepthTruth::Result DepthTruth::measure(const Frame& frame) {
     }
     if (weight > 0.0) result.mean_depth = weighted_depth / weight;
     return result;
+}
+
+double DepthTruth::clearance() const {
+    State& s = *state_;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Direction& direction : s.directions) {
+        if (!direction.counted) continue;
+        const Box& surface = s.samples(direction.into).box;
+        for (std::size_t i = 0; i < direction.wrong.size(); ++i) {
+            const Vector3 p = s.point(direction.from, i, s.position);
+            const Vector3 beside = (surface.min - p).cwiseMax(p - surface.max).cwiseMax(0.0);
+            if (beside.norm() < nearest) nearest = std::min(nearest, s.distance(direction.into, p));
+        }
+    }
+    return nearest;
 }
 
 double DepthTruth::depth_of_vertex(Index vertex, Index into) const {

@@ -33,9 +33,10 @@ public:
     static constexpr Index default_area_samples = 1000;  ///< per body
 
     struct Result {
-        double max_depth = 0.0;       ///< m, over the samples of all counted body pairs
-        double mean_depth = 0.0;      ///< m, area mean over penetrating area samples, 0 when none
-        std::int64_t wrong_side = 0;  ///< samples inside a closed body or beyond a sheet
+        double max_depth = 0.0;                ///< m, over the samples of all counted body pairs
+        double mean_depth = 0.0;               ///< m, area mean over penetrating area samples, 0 when none
+        std::int64_t wrong_side = 0;           ///< samples inside a closed body or beyond a sheet
+        std::int64_t wrong_side_vertices = 0;  ///< of these, vertices
     };
     /// Feed the frames in order: sheets need the history. A frame with a non-finite number gives NaN and −1, and leaves
     /// the history as it was.
@@ -44,6 +45,10 @@ public:
     /// Depth of one vertex against body `into` on the last measured frame, m; 0 when it is on the right side. NaN when
     /// the two bodies are not tested against each other.
     [[nodiscard]] double depth_of_vertex(Index vertex, Index into) const;
+
+    /// Smallest distance between a sample of one body and the surface of the other on the last measured frame, over the
+    /// counted pairs, m; infinite when there is none.
+    [[nodiscard]] double clearance() const;
 
     ~DepthTruth();
     DepthTruth(const DepthTruth&) = delete;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
+#include <numbers>
 
 #include "measure/statistics.hpp"
 
@@ -11,111 +11,6 @@ namespace trocar {
 namespace {
 
 constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
-
-std::vector<SummaryFigure> make_figures() {
-    std::vector<SummaryFigure> list{
-        {"ticks", "1", Better::neither, "Ticks done"},
-        {"failed_ticks", "1", Better::lower, "Ticks whose outcome is not ok"},
-        {"truncated_ticks", "1", Better::lower, "Ticks on which a limit cut the list of pairs"},
-        {"total_median_ns", "ns", Better::lower, "Median time of a tick: all stages present, truth never included"},
-        {"total_p99_ns", "ns", Better::lower, "99 % of the ticks take at most this long; n/a below 1000 timed ticks"},
-        {"total_max_ns", "ns", Better::lower, "Longest tick"},
-        {"total_cold_ns", "ns", Better::lower, "Time of the first tick with a pair, warm-up included"},
-    };
-    for (const char* stage : stage_names) {
-        const std::string name = stage;
-        list.push_back({name + "_median_ns", "ns", Better::lower, "Median time of the stage " + name});
-        list.push_back({name + "_p99_ns", "ns", Better::lower,
-                        "99 % of the ticks spend at most this long in the stage " + name + "; n/a below 1000 ticks"});
-    }
-    const std::vector<SummaryFigure> rest{
-        {"allocations_median", "1", Better::lower, "Median number of heap allocations inside the stages of a tick"},
-        {"allocations_max", "1", Better::lower, "Most heap allocations inside the stages of a tick"},
-        {"work_median", "1", Better::lower,
-         "Median work of a tick: vertices read + cells visited + box tests + triangle tests"},
-        {"work_max", "1", Better::lower, "Largest work of a tick"},
-        {"pairs_median", "1", Better::neither, "Median number of pairs over the ticks that have one"},
-        {"pairs_max", "1", Better::neither, "Most pairs in a tick"},
-        {"judged_ticks", "1", Better::neither, "Ticks on which truth was computed"},
-        {"true_pairs", "1", Better::neither, "True pairs, summed over the judged ticks"},
-        {"missing", "1", Better::lower,
-         "True pairs not reported, summed over the judged ticks (one whose list a limit cut is always judged)"},
-        {"missing_touch", "1", Better::lower, "Of these, pairs that only touch"},
-        {"extra", "1", Better::lower, "Reported pairs that are not true, summed over the judged ticks"},
-        {"precision", "1", Better::higher, "Share of the reported pairs that are true"},
-        {"recall", "1", Better::higher, "Share of the true pairs that are reported, touches included"},
-        {"recall_without_touches", "1", Better::higher, "The same over pairs that do more than touch"},
-        {"f1", "1", Better::higher, "Harmonic mean of precision and recall"},
-        {"true_swept", "1", Better::neither,
-         "Pairs that begin to touch between two frames (space-time oracle), summed over the ticks"},
-        {"missing_swept", "1", Better::lower,
-         "Of these: told neither as begun between frames nor as pair of the frame after"},
-        {"extra_swept", "1", Better::lower, "Contacts said to begin between frames that do not"},
-        {"swept_time_error_max", "1", Better::lower, "Worst error of a told time of first contact, part of a tick"},
-        {"contact_events", "1", Better::neither, "Contacts of two bodies, from first touch until they are apart"},
-        {"contact_events_missed", "1", Better::lower, "Of these: never told, neither at a frame nor between frames"},
-        {"onset_latency_median_s", "s", Better::lower,
-         "Median time from first touch to the frame at which the detector first tells of it, over the events told"},
-        {"onset_latency_max_s", "s", Better::lower, "Largest of the same"},
-        {"depth_error_median_m", "m", Better::lower,
-         "Median over ticks with a contact of the worst difference between a contact's depth and the true depth of the "
-         "penetrating vertex"},
-        {"depth_error_max_m", "m", Better::lower, "Largest of the same"},
-        {"native_depth_error_median_m", "m", Better::lower,
-         "The same for the library's own contacts, against the deepest corner of the two triangles"},
-        {"native_depth_error_max_m", "m", Better::lower, "Largest of the same"},
-        {"residual_median_m", "m", Better::lower,
-         "True depth left after the tick: median over ticks with a pair or a depth"},
-        {"residual_max_m", "m", Better::lower, "Largest true depth left after a tick"},
-        {"residual_last_m", "m", Better::lower, "True depth left after the last judged tick"},
-        {"wrong_side_max", "1", Better::lower, "Most sample points left on the wrong side after a tick"},
-        {"wrong_side_last", "1", Better::lower, "Sample points on the wrong side after the last judged tick"},
-        {"force_rms_n", "N", Better::neither, "Root mean square of the tool force"},
-        {"force_max_n", "N", Better::neither, "Largest tool force (mean over a tick)"},
-        {"force_error_rms_n", "N", Better::lower,
-         "Root mean square difference to the analytic force; n/a without an analytic answer"},
-        {"force_jump_max_n", "N", Better::lower, "Largest change of the tool force from one tick to the next"},
-        {"max_strain", "1", Better::lower, "Largest edge strain of the tissue (1 = doubled length)"},
-        {"ruptures", "1", Better::neither, "Ruptures that the response declared"},
-        {"skipped", "1", Better::neither, "Contacts without a response, summed over the ticks"},
-        {"no_hit", "1", Better::lower, "Projections for which no contact point was found, summed over the ticks"},
-        {"limited_edges", "1", Better::lower, "Edges that the strain limiter acted on, summed over the ticks"},
-        {"iterations", "1", Better::neither, "Triangle-pair study: ticks with at least one pair"},
-        {"pairs_per_iteration", "1", Better::neither, "Triangle-pair study: mean number of pairs in those ticks"},
-    };
-    list.insert(list.end(), rest.begin(), rest.end());
-    // Filled by the comparison with the stored reference (reference/reference.hpp), once for each law of contact.
-    for (const auto& [ending, law] : {std::pair{"_equal_k", "the reference with contact as stiff as the scene says"},
-                                      std::pair{"_hard", "the reference with hard contact"}}) {
-        const std::string end = ending;
-        const std::string against = std::string("; against ") + law + ", n/a without one";
-        list.push_back({"force_error_rms" + end, "N", Better::lower,
-                        "Root mean square error of the tool force below 30 Hz" + against});
-        list.push_back(
-            {"force_error_worst" + end, "N", Better::lower, "Largest error of the tool force below 30 Hz" + against});
-        list.push_back({"impulse_error_worst" + end, "N s", Better::lower,
-                        "Largest error of the tool's impulse over 10 ms" + against});
-        list.push_back({"position_error_rms" + end, "m", Better::lower,
-                        "Root mean square error of the place of the reference's points" + against});
-        list.push_back({"position_error_worst" + end, "m", Better::lower,
-                        "Largest error of the place of the reference's points" + against});
-        list.push_back({"force_bound" + end, "N", Better::neither,
-                        "How far the reference itself may be off, root mean square" + against});
-    }
-    list.push_back({"reference_clears_hard", "1", Better::neither,
-                    "1: the hard reference clears every depth within the strain limit; 0: it cannot; n/a without one"});
-    for (const auto& [variant, span] : {std::pair{"without", "response alone, the intersections given"},
-                                        std::pair{"with", "triangle test of the same pairs and response"}}) {
-        for (const auto& [unit, meaning] :
-             {std::pair{"pair", "one triangle pair"}, std::pair{"iteration", "one iteration"}}) {
-            for (const auto& [kind, word] : {std::pair{"median", "median"}, std::pair{"p99", "99 %"}}) {
-                list.push_back({std::string(variant) + "_per_" + unit + "_" + kind + "_ns", "ns", Better::lower,
-                                std::string("Triangle-pair study: time for ") + meaning + ", " + word + ": " + span});
-            }
-        }
-    }
-    return list;
-}
 
 double ratio(double part, double whole) { return whole > 0.0 ? part / whole : not_known; }
 
@@ -125,18 +20,34 @@ double p99(const std::vector<double>& values) { return tail_quantile(values, 0.9
 
 using Figures = std::map<std::string, double>;
 
-void add_times(const std::vector<StepRow>& rows, Figures& figures) {
+/// ns; stages that are not present count for nothing.
+std::int64_t tick_ns(const StepRow& row, bool replay) {
+    std::int64_t sum = 0;
+    for (std::size_t i = 0; i < stage_count; ++i) {
+        const auto stage = static_cast<Stage>(i);
+        if (replay && stage != Stage::update && stage != Stage::detect) continue;
+        sum += std::max<std::int64_t>(0, row.stage_ns.at(i));
+    }
+    return sum;
+}
+
+void add_times(const std::vector<StepRow>& rows, bool replay, Figures& figures) {
     std::vector<double> total;
     std::array<std::vector<double>, stage_count> stages;
     std::vector<double> allocations;
+    double misses = 0.0;
+    double burst = 0.0;
+    double longest_burst = 0.0;
     for (std::size_t i = 0; i < rows.size(); ++i) {
         const StepRow& row = rows[i];
         if (row.outcome != OutcomeKind::ok) continue;
-        if (row.pairs > 0 && !figures.contains("total_cold_ns")) {
-            figures["total_cold_ns"] = static_cast<double>(row.total_ns());
-        }
+        const auto time = static_cast<double>(tick_ns(row, replay));
+        if (row.pairs > 0 && !figures.contains("total_cold_ns")) figures["total_cold_ns"] = time;
         if (static_cast<std::int64_t>(i) < warm_up_ticks) continue;
-        total.push_back(static_cast<double>(row.total_ns()));
+        total.push_back(time);
+        burst = time > haptic_deadline_ns ? burst + 1.0 : 0.0;
+        longest_burst = std::max(longest_burst, burst);
+        misses += time > haptic_deadline_ns ? 1.0 : 0.0;
         allocations.push_back(row.allocations < 0 ? not_known : static_cast<double>(row.allocations));
         for (std::size_t stage = 0; stage < stage_count; ++stage) {
             const std::int64_t ns = row.stage_ns.at(stage);
@@ -144,9 +55,14 @@ void add_times(const std::vector<StepRow>& rows, Figures& figures) {
         }
     }
     figures.emplace("total_cold_ns", not_known);
+    figures["timed_ticks"] = static_cast<double>(total.size());
     figures["total_median_ns"] = median(total);
+    figures["total_p90_ns"] = quantile(total, 0.9);
     figures["total_p99_ns"] = p99(total);
+    figures["total_p999_ns"] = tail_quantile(total, 0.999).value_or(not_known);
     figures["total_max_ns"] = largest(total);
+    figures["deadline_misses"] = misses;
+    figures["longest_burst"] = longest_burst;
     for (std::size_t stage = 0; stage < stage_count; ++stage) {
         const std::string name = stage_names.at(stage);
         figures[name + "_median_ns"] = median(stages.at(stage));
@@ -159,6 +75,8 @@ void add_times(const std::vector<StepRow>& rows, Figures& figures) {
 void add_pairs(const std::vector<StepRow>& rows, Figures& figures) {
     std::vector<double> work;
     std::vector<double> pairs;
+    double pair_sum = 0;
+    double native_sum = 0;
     double judged = 0;
     double reported = 0;
     double truth = 0;
@@ -168,18 +86,23 @@ void add_pairs(const std::vector<StepRow>& rows, Figures& figures) {
     double extra = 0;
     for (const StepRow& row : rows) {
         work.push_back(static_cast<double>(row.work.work()));
+        pair_sum += static_cast<double>(row.pairs);
+        native_sum += static_cast<double>(row.native_contacts);
         if (row.pairs > 0) pairs.push_back(static_cast<double>(row.pairs));
         if (row.true_pairs < 0) continue;
         judged += 1;
         reported += static_cast<double>(row.pairs);
         truth += static_cast<double>(row.true_pairs);
-        touch += static_cast<double>(row.true_touch);
+        // NaN as soon as one judged tick does not tell.
+        touch += row.true_touch < 0 ? not_known : static_cast<double>(row.true_touch);
         missing += static_cast<double>(row.missing);
         missing_touch += static_cast<double>(row.missing_touch);
         extra += static_cast<double>(row.extra);
     }
     figures["work_median"] = median(work);
     figures["work_max"] = largest(work);
+    figures["pairs_mean"] = ratio(pair_sum, static_cast<double>(rows.size()));
+    figures["native_contacts_mean"] = ratio(native_sum, static_cast<double>(rows.size()));
     figures["pairs_median"] = median(pairs);
     figures["pairs_max"] = pairs.empty() ? 0.0 : largest(pairs);
     figures["judged_ticks"] = judged;
@@ -187,6 +110,7 @@ void add_pairs(const std::vector<StepRow>& rows, Figures& figures) {
     const double precision = ratio(reported - extra, reported);
     const double recall = ratio(truth - missing, truth);
     figures["true_pairs"] = known ? truth : not_known;
+    figures["true_touches"] = known ? touch : not_known;
     figures["missing"] = known ? missing : not_known;
     figures["missing_touch"] = known ? missing_touch : not_known;
     figures["extra"] = known ? extra : not_known;
@@ -221,14 +145,26 @@ void add_geometry(const std::vector<StepRow>& rows, Figures& figures) {
     std::vector<double> errors;
     std::vector<double> native_errors;
     std::vector<double> residual;
+    std::vector<double> area_mean;
     std::vector<double> wrong_side;
+    std::vector<double> wrong_vertices;
+    std::vector<double> volume;
+    std::vector<double> translation;
+    std::vector<double> overshoot;
     std::vector<double> strain;
+    std::vector<double> strain_over;
     double residual_max = not_known;
     double residual_last = not_known;
     for (const StepRow& row : rows) {
         errors.push_back(row.depth_error);
         native_errors.push_back(row.native_depth_error);
         strain.push_back(row.max_strain);
+        strain_over.push_back(row.strain_over);
+        volume.push_back(row.overlap_volume);
+        translation.push_back(row.min_translation);
+        overshoot.push_back(row.overshoot);
+        if (row.mean_depth > 0.0) area_mean.push_back(row.mean_depth);
+        if (row.wrong_side_vertices >= 0) wrong_vertices.push_back(static_cast<double>(row.wrong_side_vertices));
         if (row.wrong_side >= 0) wrong_side.push_back(static_cast<double>(row.wrong_side));
         if (std::isnan(row.max_depth)) continue;
         residual_last = row.max_depth;
@@ -243,16 +179,53 @@ void add_geometry(const std::vector<StepRow>& rows, Figures& figures) {
     figures["residual_median_m"] = residual.empty() && !std::isnan(residual_max) ? 0.0 : median(residual);
     figures["residual_max_m"] = residual_max;
     figures["residual_last_m"] = residual_last;
+    figures["residual_mean_m"] = area_mean.empty() && !std::isnan(residual_max) ? 0.0 : median(area_mean);
+    figures["overlap_volume_max_m3"] = largest(volume);
+    figures["min_translation_max_m"] = largest(translation);
+    // Nothing came free of anything: there was nothing to throw too far.
+    figures["overshoot_max_m"] = largest(overshoot);
+    figures["wrong_side_vertices_max"] = largest(wrong_vertices);
+    figures["wrong_side_vertices_last"] = wrong_vertices.empty() ? not_known : wrong_vertices.back();
+    figures["strain_over_max"] = largest(strain_over);
     figures["wrong_side_max"] = largest(wrong_side);
     figures["wrong_side_last"] = wrong_side.empty() ? not_known : wrong_side.back();
     figures["max_strain"] = largest(strain);
+}
+
+/// Spells of depth: how long each lasted, and whether it came back.
+void add_clearing(const std::vector<StepRow>& rows, double motion_end, Figures& figures) {
+    std::vector<double> ticks;
+    double spells = 0.0;
+    double settled = not_known;
+    bool known = false;
+    std::int64_t since = -1;  // tick of the first depth of the open spell
+    for (const StepRow& row : rows) {
+        if (std::isnan(row.max_depth)) continue;
+        known = true;
+        if (row.time >= motion_end + settle_time) settled = std::fmax(settled, row.max_depth);
+        const bool deep = row.max_depth > clear_depth;
+        if (deep && since < 0) {
+            since = row.tick;
+            spells += 1.0;
+        } else if (!deep && since >= 0) {
+            ticks.push_back(static_cast<double>(row.tick - since));
+            since = -1;
+        }
+    }
+    figures["ticks_to_clear_median"] = median(ticks);
+    figures["ticks_to_clear_max"] = largest(ticks);
+    figures["uncleared"] = known ? (since >= 0 ? 1.0 : 0.0) : not_known;
+    figures["re_penetrations"] = known ? std::max(0.0, spells - 1.0) : not_known;
+    figures["residual_settled_m"] = settled;
 }
 
 void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
     double squares = 0.0;
     double count = 0.0;
     double force_max = not_known;
-    double jump_max = not_known;
+    std::vector<double> jumps;
+    std::vector<Vector3> forces;
+    double flips = 0.0;
     double ruptures = 0.0;
     double skipped = 0.0;
     double no_hit = 0.0;
@@ -267,14 +240,21 @@ void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
         squares += row.tool_force.squaredNorm();
         count += 1.0;
         force_max = std::fmax(force_max, row.tool_force.norm());
+        forces.push_back(row.tool_force);
         if (i > 0 && rows[i - 1].tool_force.allFinite()) {
-            jump_max = std::fmax(jump_max, (row.tool_force - rows[i - 1].tool_force).norm());
+            jumps.push_back((row.tool_force - rows[i - 1].tool_force).norm());
+            flips += row.tool_force.dot(rows[i - 1].tool_force) < 0.0 ? 1.0 : 0.0;
         }
     }
     figures["force_rms_n"] = std::sqrt(ratio(squares, count));
     figures["force_max_n"] = force_max;
-    figures["force_error_rms_n"] = not_known;
-    figures["force_jump_max_n"] = jump_max;
+    figures["force_jump_p99_n"] = p99(jumps);
+    figures["force_jump_max_n"] = largest(jumps);
+    figures["force_flips"] = jumps.empty() ? not_known : flips;
+    const double dt = rows.size() > 1 ? rows[1].time - rows[0].time : 0.0;
+    const FastPart fast = dt > 0.0 ? part_above(forces, dt, force_cutoff_hz) : FastPart{};
+    figures["force_above_30hz_rms_n"] = fast.rms;
+    figures["force_above_30hz_share"] = fast.share;
     figures["ruptures"] = ruptures;
     figures["skipped"] = skipped;
     figures["no_hit"] = no_hit;
@@ -283,19 +263,43 @@ void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
 
 }  // namespace
 
-const std::vector<SummaryFigure>& summary_figures() {
-    static const std::vector<SummaryFigure> list = make_figures();
-    return list;
-}
-
-const SummaryFigure& summary_figure(std::string_view name) {
-    for (const SummaryFigure& figure : summary_figures()) {
-        if (figure.name == name) return figure;
+FastPart part_above(const std::vector<Vector3>& samples, double dt, double cutoff) {
+    FastPart part;
+    const std::size_t count = samples.size();
+    if (count < 2) return part;
+    const auto n = static_cast<double>(count);
+    std::vector<Vector3> rest;
+    rest.reserve(count);
+    double energy = 0.0;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double at = static_cast<double>(i) / (n - 1.0);
+        rest.push_back(samples[i] - (1.0 - at) * samples.front() - at * samples.back());
+        energy += rest.back().squaredNorm();
     }
-    throw std::logic_error("no figure is named " + std::string(name));
+    // Term k of the Fourier sum has k / (n dt) Hz; terms k and n - k are one.
+    const auto last = static_cast<std::size_t>(std::min(cutoff * n * dt * (1.0 + 1e-12), n / 2.0));
+    double slow = 0.0;
+    for (std::size_t k = 0; k <= last; ++k) {
+        const double step = 2.0 * std::numbers::pi * static_cast<double>(k) / n;
+        const Eigen::Vector2d turn(std::cos(step), std::sin(step));
+        Eigen::Vector2d phase(1.0, 0.0);
+        Vector3 real = Vector3::Zero();
+        Vector3 imaginary = Vector3::Zero();
+        for (const Vector3& value : rest) {
+            real += phase.x() * value;
+            imaginary += phase.y() * value;
+            phase = {phase.x() * turn.x() - phase.y() * turn.y(), phase.x() * turn.y() + phase.y() * turn.x()};
+        }
+        const bool single = k == 0 || 2 * k == count;
+        slow += (single ? 1.0 : 2.0) * (real.squaredNorm() + imaginary.squaredNorm()) / n;
+    }
+    const double fast = std::max(0.0, energy - slow);
+    part.rms = std::sqrt(fast / n);
+    part.share = energy > 0.0 ? fast / energy : 0.0;
+    return part;
 }
 
-std::map<std::string, double> summarize(const std::vector<StepRow>& rows) {
+std::map<std::string, double> summarize(const std::vector<StepRow>& rows, const SummaryContext& context) {
     Figures figures;
     figures["ticks"] = static_cast<double>(rows.size());
     double failed = 0;
@@ -306,10 +310,11 @@ std::map<std::string, double> summarize(const std::vector<StepRow>& rows) {
     }
     figures["failed_ticks"] = failed;
     figures["truncated_ticks"] = truncated;
-    add_times(rows, figures);
+    add_times(rows, context.mode == "replay", figures);
     add_pairs(rows, figures);
     add_swept(rows, figures);
     add_geometry(rows, figures);
+    add_clearing(rows, context.motion_end, figures);
     add_forces(rows, figures);
     return figures;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <string>
 #include <string_view>
@@ -14,24 +15,51 @@
 namespace trocar {
 
 enum class Better : std::uint8_t { lower, higher, neither };
+std::string_view name_of(Better better);
 
 struct SummaryFigure {
     std::string name;  ///< key of Record::summary
     std::string unit;  ///< SI or "ns", "1" for a pure number
     Better better = Better::neither;
     std::string meaning;
+    std::string source;  ///< what it is taken from: "clock", "pair truth", "geometry after the tick" …
 };
 
-/// Every key that Record::summary may hold, in the order in which they are printed.
+/// Every key that Record::summary may hold, in the order in which they are printed. Report, results.csv, `run --json`
+/// and `trocar schema figures` print from this list; there is no other.
 const std::vector<SummaryFigure>& summary_figures();
 
 /// Throws std::logic_error for an unknown name.
 const SummaryFigure& summary_figure(std::string_view name);
 
+/// Column header with the unit: "residual_max_m [m]"; a pure number has none.
+std::string header_of(const SummaryFigure& figure);
+
+inline constexpr double clear_depth = 1.0e-4;        ///< m; a depth up to this counts as cleared
+inline constexpr double settle_time = 0.2;           ///< s after the last key of the motion
+inline constexpr double force_cutoff_hz = 30.0;      ///< a hand moves below, a jitter lies above
+inline constexpr double haptic_deadline_ns = 1.0e6;  ///< ns, 1 kHz
+
+/// What the rows do not tell about their run.
+struct SummaryContext {
+    /// Time of a tick in a "replay" is update + detect; in every other kind of run it is all stages present.
+    std::string_view mode = "closed_loop";
+    double motion_end = std::numeric_limits<double>::quiet_NaN();  ///< s, last key of any body's motion
+};
+
 /// Figures of a run from its rows alone; a figure that does not apply is NaN ("n/a"). The first warm_up_ticks rows stay
 /// out of the time figures and the allocation counts, and of nothing else.
-std::map<std::string, double> summarize(const std::vector<StepRow>& rows);
+std::map<std::string, double> summarize(const std::vector<StepRow>& rows, const SummaryContext& context = {});
 /// Figures about contacts between frames, from the events; NaN without any event.
 std::map<std::string, double> summarize(const std::vector<ContactEvent>& events);
+
+/// Part of a signal that lies above `cutoff` Hz: its root mean square, and its share of the signal's energy after the
+/// straight line through first and last sample is taken off (by Parseval's sum over the slow Fourier terms). NaN for
+/// fewer than two samples. `dt`: s between samples.
+struct FastPart {
+    double rms = std::numeric_limits<double>::quiet_NaN();
+    double share = std::numeric_limits<double>::quiet_NaN();
+};
+FastPart part_above(const std::vector<Vector3>& samples, double dt, double cutoff);
 
 }  // namespace trocar

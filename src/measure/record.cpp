@@ -34,6 +34,14 @@ void visit_spec(Spec& spec, Visit&& visit) {
     visit("truth_stride", spec.truth_stride);
 }
 
+/// Members that are only written where they say something.
+template <typename Spec, typename Visit>
+void visit_optional_spec(Spec& spec, Visit&& visit) {
+    visit("overrides", spec.overrides);
+    visit("knob", spec.knob);
+    visit("point", spec.point);
+}
+
 /// Members of StepRow by column name, for both directions.
 template <typename Row, typename Visit>
 void visit_row(Row& row, Visit&& visit) {
@@ -60,6 +68,11 @@ void visit_row(Row& row, Visit&& visit) {
     visit("depth_error", row.depth_error);
     visit("native_depth_error", row.native_depth_error);
     visit("wrong_side", row.wrong_side);
+    visit("wrong_side_vertices", row.wrong_side_vertices);
+    visit("overlap_volume", row.overlap_volume);
+    visit("min_translation", row.min_translation);
+    visit("overshoot", row.overshoot);
+    visit("strain_over", row.strain_over);
     visit("tool_force_x", row.tool_force.x());
     visit("tool_force_y", row.tool_force.y());
     visit("tool_force_z", row.tool_force.z());
@@ -329,6 +342,9 @@ std::vector<ContactEvent> events_from_json(const Reader& reader, const Json& jso
 std::string to_json_line(const Record& record) {
     Json spec = Json::object();
     visit_spec(record.spec, [&spec](const char* name, const auto& value) { spec[name] = to_json(value); });
+    visit_optional_spec(record.spec, [&spec](const char* name, const std::string& value) {
+        if (!value.empty()) spec[name] = value;
+    });
     Json summary = Json::object();
     for (const auto& [name, value] : record.summary) summary[name] = to_json(value);
     Json json{{"spec", spec},
@@ -371,6 +387,10 @@ Record record_from_json_line(const std::string& line, const std::string& file, s
     if (spec.contains("between_ticks")) {
         reader.read(spec["between_ticks"], "/spec/between_ticks", record.spec.between_ticks);
     }
+    visit_optional_spec(record.spec, [&](const char* name, std::string& value) {
+        known.emplace_back(name);
+        if (spec.contains(name)) reader.read(spec[name], std::string("/spec/") + name, value);
+    });
     reader.check_keys(spec, "/spec", known);
     reader.check_keys(
         json, "",

@@ -16,15 +16,15 @@ namespace trocar {
 /// What one run is: everything that decides its result, and thus the key it is stored under.
 struct RunSpec {
     std::string study;
-    std::string mode;             ///< "replay" | "closed_loop" | "triangle_pair"
-    std::string scene;            ///< scene name
-    std::string scene_file;       ///< relative to the study file
-    std::string scene_hash;       ///< 16 hex digits
-    std::string pair_class;       ///< "I2I", "I2R", "I2T", "R2T", "T2T"
-    std::string detector;         ///< NAME[:key=value…]
-    std::string response;         ///< empty in replay
-    std::string contacts;         ///< "canonical" | "native"; empty in replay
-    std::string setting;          ///< "default" | "recommended" | "tuned"
+    std::string mode;        ///< "replay" | "closed_loop" | "triangle_pair" | "work_precision" | "ablation" | "paced"
+    std::string scene;       ///< scene name
+    std::string scene_file;  ///< relative to the study file
+    std::string scene_hash;  ///< 16 hex digits
+    std::string pair_class;  ///< "I2I", "I2R", "I2T", "R2T", "T2T"
+    std::string detector;    ///< NAME[:key=value…]
+    std::string response;    ///< empty in replay
+    std::string contacts;    ///< "canonical" | "native"; empty in replay
+    std::string setting;     ///< "default" | "recommended" | "tuned"
     std::int64_t repetition = 0;  ///< process number
     std::uint64_t seed = 1;
     std::int64_t ticks = 0;
@@ -32,6 +32,11 @@ struct RunSpec {
     std::int64_t truth_stride = 1;
     /// The space-time oracle follows every tick: contacts that begin between frames, and events.
     bool between_ticks = false;
+    /// Changes to the scene, "KEY=VALUE,…" as simulate/overrides.hpp reads them; empty: as the file says.
+    std::string overrides = {};
+    /// Of a work-precision or ablation run: the knob or switch that is turned, and where it stands.
+    std::string knob = {};
+    std::string point = {};
 };
 
 struct Record {

@@ -11,145 +11,91 @@
 namespace trocar {
 namespace {
 
-constexpr double us = 1.0e-3;  // ns to µs
+/// Where each number of RunFigures comes from: a summary figure by its name in measure/metrics.hpp.
+struct Source {
+    double RunFigures::*figure;
+    const char* key;
+};
+constexpr std::array sources{Source{&RunFigures::timed_ticks, "timed_ticks"},
+                             Source{&RunFigures::tick_p50, "total_median_ns"},
+                             Source{&RunFigures::tick_p90, "total_p90_ns"},
+                             Source{&RunFigures::tick_p99, "total_p99_ns"},
+                             Source{&RunFigures::tick_p999, "total_p999_ns"},
+                             Source{&RunFigures::tick_max, "total_max_ns"},
+                             Source{&RunFigures::tick_cold, "total_cold_ns"},
+                             Source{&RunFigures::deadline_misses, "deadline_misses"},
+                             Source{&RunFigures::longest_burst, "longest_burst"},
+                             Source{&RunFigures::work_p50, "work_median"},
+                             Source{&RunFigures::work_max, "work_max"},
+                             Source{&RunFigures::allocations, "allocations_median"},
+                             Source{&RunFigures::true_pairs, "true_pairs"},
+                             Source{&RunFigures::missing, "missing"},
+                             Source{&RunFigures::missing_touch, "missing_touch"},
+                             Source{&RunFigures::true_touch, "true_touches"},
+                             Source{&RunFigures::extra, "extra"},
+                             Source{&RunFigures::depth_error_p50, "depth_error_median_m"},
+                             Source{&RunFigures::depth_error_max, "depth_error_max_m"},
+                             Source{&RunFigures::left_p50, "residual_median_m"},
+                             Source{&RunFigures::left_max, "residual_max_m"},
+                             Source{&RunFigures::left_last, "residual_last_m"},
+                             Source{&RunFigures::left_settled, "residual_settled_m"},
+                             Source{&RunFigures::overlap_volume, "overlap_volume_max_m3"},
+                             Source{&RunFigures::min_translation, "min_translation_max_m"},
+                             Source{&RunFigures::ticks_to_clear_p50, "ticks_to_clear_median"},
+                             Source{&RunFigures::ticks_to_clear_max, "ticks_to_clear_max"},
+                             Source{&RunFigures::uncleared, "uncleared"},
+                             Source{&RunFigures::re_penetrations, "re_penetrations"},
+                             Source{&RunFigures::overshoot, "overshoot_max_m"},
+                             Source{&RunFigures::wrong_vertices_max, "wrong_side_vertices_max"},
+                             Source{&RunFigures::wrong_vertices_last, "wrong_side_vertices_last"},
+                             Source{&RunFigures::native_mean, "native_contacts_mean"},
+                             Source{&RunFigures::pairs_mean, "pairs_mean"},
+                             Source{&RunFigures::pairs_max, "pairs_max"},
+                             Source{&RunFigures::force_max, "force_max_n"},
+                             Source{&RunFigures::force_error_equal_k, "force_error_rms_equal_k"},
+                             Source{&RunFigures::force_error_hard, "force_error_rms_hard"},
+                             Source{&RunFigures::force_worst_equal_k, "force_error_worst_equal_k"},
+                             Source{&RunFigures::force_worst_hard, "force_error_worst_hard"},
+                             Source{&RunFigures::reference_clears, "reference_clears_hard"},
+                             Source{&RunFigures::force_jump_p99, "force_jump_p99_n"},
+                             Source{&RunFigures::force_jump_max, "force_jump_max_n"},
+                             Source{&RunFigures::force_flips, "force_flips"},
+                             Source{&RunFigures::force_fast_rms, "force_above_30hz_rms_n"},
+                             Source{&RunFigures::force_fast_share, "force_above_30hz_share"},
+                             Source{&RunFigures::momentum_share, "momentum_error_share_worst"},
+                             Source{&RunFigures::energy_share, "energy_created_share_worst"},
+                             Source{&RunFigures::energy_created, "energy_created_worst_j"},
+                             Source{&RunFigures::net_work, "net_work_j"},
+                             Source{&RunFigures::energy_given, "energy_given_worst_j"},
+                             Source{&RunFigures::strain_max, "max_strain"},
+                             Source{&RunFigures::strain_over, "strain_over_max"},
+                             Source{&RunFigures::ruptures, "ruptures"},
+                             Source{&RunFigures::truncated_ticks, "truncated_ticks"}};
 
-std::int64_t tick_ns(const StepRow& row, bool replay) {
-    std::int64_t sum = 0;
-    for (std::size_t i = 0; i < stage_count; ++i) {
-        const auto stage = static_cast<Stage>(i);
-        if (replay && stage != Stage::update && stage != Stage::detect) continue;
-        sum += std::max<std::int64_t>(0, row.stage_ns.at(i));
-    }
-    return sum;
-}
-
-void add_times(const Record& record, RunFigures& figures) {
-    const bool replay = record.spec.mode == "replay";
-    std::vector<double> times;
-    std::array<std::vector<double>, stage_count> stages;
-    double burst = 0.0;
-    for (std::size_t i = 0; i < record.rows.size(); ++i) {
-        const StepRow& row = record.rows[i];
-        const auto time = static_cast<double>(tick_ns(row, replay));
-        if (row.outcome != OutcomeKind::ok) continue;
-        if (std::isnan(figures.tick_cold) && row.pairs > 0) figures.tick_cold = time;
-        if (static_cast<std::int64_t>(i) < warm_up_ticks) continue;
-        times.push_back(time);
-        for (std::size_t s = 0; s < stage_count; ++s) {
-            if (row.stage_ns.at(s) >= 0) stages.at(s).push_back(static_cast<double>(row.stage_ns.at(s)));
-        }
-        burst = time > haptic_deadline_ns ? burst + 1.0 : 0.0;
-        figures.longest_burst = std::max(figures.longest_burst, burst);
-        if (time > haptic_deadline_ns) figures.deadline_misses += 1.0;
-    }
-    for (std::size_t s = 0; s < stage_count; ++s) figures.stage_p50.at(s) = quantile(stages.at(s), 0.5);
-    figures.timed_ticks = static_cast<double>(times.size());
-    if (times.empty()) return;
-    figures.tick_p50 = quantile(times, 0.5);
-    figures.tick_p90 = quantile(times, 0.9);
-    figures.tick_p99 = tail_quantile(times, 0.99).value_or(not_known);
-    figures.tick_max = *std::max_element(times.begin(), times.end());
-}
-
-double summary_of(const Record& record, const char* key) {
+double summary_of(const Record& record, const std::string& key) {
     const auto found = record.summary.find(key);
     return found == record.summary.end() ? not_known : found->second;
 }
-
-void add_summary(const Record& record, RunFigures& figures) {
-    figures.work_p50 = summary_of(record, "work_median");
-    figures.work_max = summary_of(record, "work_max");
-    figures.allocations = summary_of(record, "allocations_median");
-    figures.true_pairs = summary_of(record, "true_pairs");
-    figures.missing = summary_of(record, "missing");
-    figures.missing_touch = summary_of(record, "missing_touch");
-    figures.extra = summary_of(record, "extra");
-    figures.depth_error_p50 = summary_of(record, "depth_error_median_m");
-    figures.depth_error_max = summary_of(record, "depth_error_max_m");
-    figures.left_p50 = summary_of(record, "residual_median_m");
-    figures.left_max = summary_of(record, "residual_max_m");
-    figures.left_last = summary_of(record, "residual_last_m");
-    figures.pairs_max = summary_of(record, "pairs_max");
-    figures.force_max = summary_of(record, "force_max_n");
-    figures.force_error = summary_of(record, "force_error_rms_n");
-    figures.force_jump_max = summary_of(record, "force_jump_max_n");
-    figures.strain_max = summary_of(record, "max_strain");
-    figures.ruptures = summary_of(record, "ruptures");
-    figures.truncated_ticks = summary_of(record, "truncated_ticks");
-}
-
-/// What a summary does not hold because only a report needs it.
-void add_from_rows(const Record& record, RunFigures& figures) {
-    std::vector<double> jumps;
-    double pairs = 0.0;
-    double native = 0.0;
-    for (std::size_t i = 0; i < record.rows.size(); ++i) {
-        const StepRow& row = record.rows[i];
-        pairs += static_cast<double>(row.pairs);
-        native += static_cast<double>(row.native_contacts);
-        if (row.true_pairs >= 0) {
-            // NaN as soon as one judged tick does not tell.
-            const double touch = row.true_touch < 0 ? not_known : static_cast<double>(row.true_touch);
-            figures.true_touch = std::isnan(figures.true_touch) ? touch : figures.true_touch + touch;
-        }
-        if (i == 0 || record.spec.mode != "closed_loop") continue;
-        const Vector3& force = row.tool_force;
-        const Vector3& before = record.rows[i - 1].tool_force;
-        if (!force.allFinite() || !before.allFinite()) continue;
-        if (jumps.empty()) figures.force_flips = 0.0;
-        jumps.push_back((force - before).norm());
-        if (force.dot(before) < 0.0) figures.force_flips += 1.0;
-    }
-    figures.force_jump_p99 = tail_quantile(jumps, 0.99).value_or(not_known);
-    if (record.rows.empty()) return;
-    figures.pairs_mean = pairs / static_cast<double>(record.rows.size());
-    figures.native_mean = native / static_cast<double>(record.rows.size());
-}
-
-constexpr std::array column_list{
-    FigureColumn{"timed_ticks", "Ticks that time figures are taken from: all but the first 10 of the run",
-                 [](const RunFigures& f) { return f.timed_ticks; }},
-    FigureColumn{
-        "tick_p50_us",
-        "Median time of a tick. Replay: update + detect; closed loop: move + update + detect + derive + respond "
-        "+ advance. Truth and metrics are never timed",
-        [](const RunFigures& f) { return f.tick_p50 * us; }},
-    FigureColumn{"tick_p90_us", "90 % of the ticks took at most this",
-                 [](const RunFigures& f) { return f.tick_p90 * us; }},
-    FigureColumn{"tick_p99_us", "99 % of the ticks took at most this; only from 1000 timed ticks up",
-                 [](const RunFigures& f) { return f.tick_p99 * us; }},
-    FigureColumn{"tick_max_us", "Longest tick, the machine's own interruptions included",
-                 [](const RunFigures& f) { return f.tick_max * us; }},
-    FigureColumn{"tick_cold_us",
-                 "Time of the first tick with an intersecting pair, warm-up or not: what a surgeon feels first",
-                 [](const RunFigures& f) { return f.tick_cold * us; }},
-    FigureColumn{"deadline_misses", "Timed ticks longer than 1 ms (back-to-back loop)",
-                 [](const RunFigures& f) { return f.deadline_misses; }},
-    FigureColumn{"longest_burst", "Most misses in a row", [](const RunFigures& f) { return f.longest_burst; }},
-    FigureColumn{"true_touches", "Of the true pairs, those that only touch in a vertex or an edge",
-                 [](const RunFigures& f) { return f.true_touch; }},
-    FigureColumn{"pairs_mean", "Reported pairs per tick, mean", [](const RunFigures& f) { return f.pairs_mean; }},
-    FigureColumn{"native_contacts_mean", "The library's own contacts per tick, mean",
-                 [](const RunFigures& f) { return f.native_mean; }},
-    FigureColumn{"force_jump_p99_N", "Change of the tool force from tick to tick, 99 %; only from 1000 ticks up",
-                 [](const RunFigures& f) { return f.force_jump_p99; }},
-    FigureColumn{"force_flips", "Ticks on which the tool force turned by more than 90 degrees",
-                 [](const RunFigures& f) { return f.force_flips; }},
-};
 
 }  // namespace
 
 RunFigures figures_of(const Record& record) {
     RunFigures figures;
     figures.record = &record;
-    figures.stage_p50.fill(not_known);
-    add_times(record, figures);
-    add_summary(record, figures);
-    add_from_rows(record, figures);
+    for (const auto& [figure, key] : sources) figures.*figure = summary_of(record, key);
+    for (std::size_t s = 0; s < stage_count; ++s) {
+        const std::string name = stage_names.at(s);
+        figures.stage_p50.at(s) = summary_of(record, name + "_median_ns");
+        figures.stage_p99.at(s) = summary_of(record, name + "_p99_ns");
+    }
+    if (record.summary.empty()) {  // a run that never began has missed nothing and cut nothing
+        for (const auto count : {&RunFigures::timed_ticks, &RunFigures::deadline_misses, &RunFigures::longest_burst,
+                                 &RunFigures::ruptures, &RunFigures::truncated_ticks}) {
+            figures.*count = 0.0;
+        }
+    }
     return figures;
 }
-
-std::span<const FigureColumn> figure_columns() { return column_list; }
 
 Estimate across_processes(const std::vector<double>& by_process) {
     Estimate result;
@@ -214,7 +160,8 @@ Results::Results(const std::vector<Record>& records) {
     for (const Record& record : records) {
         runs_.push_back(figures_of(record));
         const RunSpec& spec = record.spec;
-        if (spec.scene.empty()) continue;  // told once for all scenes: an unanswerable combination
+        if (spec.scene.empty()) continue;   // told once for all scenes: an unanswerable combination
+        if (!spec.point.empty()) continue;  // a knob that is turned makes another run, not another process of the same
         by_contestant_[{spec.mode, spec.detector, spec.response, spec.contacts}][spec.scene].runs.push_back(
             runs_.back());
         if (!spec.pair_class.empty()) class_of_scene_[spec.scene] = spec.pair_class;

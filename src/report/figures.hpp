@@ -15,25 +15,27 @@
 
 namespace trocar {
 
-inline constexpr int processes_for_interval = 10;    ///< fewer: minimum to maximum over processes
-inline constexpr double haptic_deadline_ns = 1.0e6;  ///< ns, 1 kHz
+inline constexpr int processes_for_interval = 10;  ///< fewer: minimum to maximum over processes
 inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 
-/// What one run says. Time of a tick: update + detect in a replay, all stages in a closed loop. NaN = n/a.
+/// What one run says, in the words of the report; every number is the run's summary figure of measure/metrics.hpp that
+/// figures.cpp names beside it. NaN = n/a.
 struct RunFigures {
     const Record* record = nullptr;
-    double timed_ticks = 0.0;
+    double timed_ticks = not_known;
     double tick_p50 = not_known;                  ///< ns
     double tick_p90 = not_known;                  ///< ns
     double tick_p99 = not_known;                  ///< ns; NaN below 1000 timed ticks
+    double tick_p999 = not_known;                 ///< ns; NaN below 100 000 timed ticks
     double tick_max = not_known;                  ///< ns
     double tick_cold = not_known;                 ///< ns, first tick with a pair
-    double deadline_misses = 0.0;                 ///< timed ticks longer than 1 ms
-    double longest_burst = 0.0;                   ///< longest run of such ticks
+    double deadline_misses = not_known;           ///< timed ticks longer than 1 ms
+    double longest_burst = not_known;             ///< longest run of such ticks
     std::array<double, stage_count> stage_p50{};  ///< ns; NaN: stage not present
+    std::array<double, stage_count> stage_p99{};  ///< ns
     double work_p50 = not_known;
     double work_max = not_known;
-    double allocations = not_known;  ///< mean per tick after the warm-up
+    double allocations = not_known;  ///< median per tick after the warm-up
     double true_pairs = not_known;   ///< sums over judged ticks
     double missing = not_known;
     double missing_touch = not_known;
@@ -44,29 +46,43 @@ struct RunFigures {
     double left_p50 = not_known;         ///< m, over ticks with a pair or a depth
     double left_max = not_known;         ///< m
     double left_last = not_known;        ///< m, after the last tick
-    double native_mean = 0.0;            ///< native contacts per tick
-    double pairs_mean = 0.0;             ///< per tick
-    double pairs_max = 0.0;
-    double force_max = not_known;       ///< N
-    double force_error = not_known;     ///< N, RMS difference to the analytic force
+    double left_settled = not_known;     ///< m, from 200 ms after the last key on
+    double overlap_volume = not_known;   ///< m³
+    double min_translation = not_known;  ///< m
+    double ticks_to_clear_p50 = not_known;
+    double ticks_to_clear_max = not_known;
+    double uncleared = not_known;
+    double re_penetrations = not_known;
+    double overshoot = not_known;  ///< m
+    double wrong_vertices_max = not_known;
+    double wrong_vertices_last = not_known;
+    double native_mean = not_known;  ///< native contacts per tick
+    double pairs_mean = not_known;   ///< per tick
+    double pairs_max = not_known;
+    double force_max = not_known;            ///< N
+    double force_error_equal_k = not_known;  ///< N, RMS below 30 Hz to the reference of equal stiffness
+    double force_error_hard = not_known;     ///< N, the same to hard contact
+    double force_worst_equal_k = not_known;  ///< N
+    double force_worst_hard = not_known;     ///< N
+    double reference_clears = not_known;
     double force_jump_p99 = not_known;  ///< N per tick
     double force_jump_max = not_known;  ///< N per tick
     double force_flips = not_known;     ///< ticks on which the force turned by more than 90 degrees
+    double force_fast_rms = not_known;  ///< N, above 30 Hz
+    double force_fast_share = not_known;
+    double momentum_share = not_known;
+    double energy_share = not_known;
+    double energy_created = not_known;  ///< J
+    double net_work = not_known;        ///< J
+    double energy_given = not_known;    ///< J
     double strain_max = not_known;
-    double ruptures = 0.0;
-    double truncated_ticks = 0.0;
+    double strain_over = not_known;
+    double ruptures = not_known;
+    double truncated_ticks = not_known;
     [[nodiscard]] bool ok() const { return record->outcome.ok(); }
 };
 
 RunFigures figures_of(const Record& record);
-
-/// A figure of a run by name: the one list behind results.csv and the glossary.
-struct FigureColumn {
-    std::string_view key;  ///< column name with the unit: "tick_p50_us"
-    std::string_view meaning;
-    double (*of)(const RunFigures&);
-};
-std::span<const FigureColumn> figure_columns();
 
 /// The same figure from several processes: the median, and 95 % (from 10 processes up) or minimum to maximum.
 struct Estimate {

@@ -23,8 +23,12 @@ Report compose(const std::vector<Record>& records) {
     add_detection(draft);
     add_between_ticks(draft);
     add_latency(draft);
+    add_paced(draft);
     add_stages(draft);
     add_contacts_and_forces(draft);
+    add_outcome(draft);
+    add_work_precision(draft);
+    add_ablation(draft);
     add_failures(draft);
     add_thesis_table(draft);
     add_table_2_1(draft);

@@ -3,19 +3,24 @@
 #include <fmt/format.h>
 
 #include <set>
+#include <vector>
 
 #include "measure/metrics.hpp"
 
 namespace trocar {
 namespace {
 
-std::set<std::string> summary_keys(const Draft& draft) {
+/// The figures that any run of the study has, in the order of the one list.
+std::vector<const SummaryFigure*> used_figures(const Draft& draft) {
     std::set<std::string> keys;
     for (const Record& record : draft.records) {
         for (const auto& [key, value] : record.summary) keys.insert(key);
     }
-    for (const FigureColumn& column : figure_columns()) keys.erase(std::string(column.key));
-    return keys;
+    std::vector<const SummaryFigure*> used;
+    for (const SummaryFigure& figure : summary_figures()) {
+        if (keys.contains(figure.name)) used.push_back(&figure);
+    }
+    return used;
 }
 
 }  // namespace
@@ -24,16 +29,11 @@ void add_glossary(Draft& draft) {
     draft.heading(2, "What the words mean");
     Table table;
     table.caption = "Columns of results.csv";
-    table.columns = {{"column", false}, {"meaning", false}};
+    table.columns = {{"figure", false}, {"unit", false}, {"better", false}, {"meaning", false}, {"taken from", false}};
     table.folded = true;
-    for (const FigureColumn& column : figure_columns()) {
-        table.rows.push_back({.cells = {code(std::string(column.key)), std::string(column.meaning)}});
-    }
-    const std::set<std::string> used = summary_keys(draft);
-    for (const SummaryFigure& figure : summary_figures()) {
-        if (!used.contains(figure.name)) continue;
-        table.rows.push_back(
-            {.cells = {code(figure.name), figure.meaning + (figure.unit == "1" ? "" : " (" + figure.unit + ")")}});
+    for (const SummaryFigure* figure : used_figures(draft)) {
+        table.rows.push_back({.cells = {code(figure->name), figure->unit, std::string(name_of(figure->better)),
+                                        figure->meaning, figure->source}});
     }
     draft.add(std::move(table));
     draft.paragraph(
@@ -58,9 +58,8 @@ std::string results_csv(const Draft& draft) {
     std::string csv =
         "study,mode,scene,class,detector,response,contacts,setting,repetition,seed,ticks,outcome,message,"
         "scene_hash,frames_hash,state_hash";
-    const std::set<std::string> keys = summary_keys(draft);
-    for (const FigureColumn& column : figure_columns()) csv += "," + std::string(column.key);
-    for (const std::string& key : keys) csv += "," + csv_field(key);
+    const std::vector<const SummaryFigure*> figures = used_figures(draft);
+    for (const SummaryFigure* figure : figures) csv += "," + csv_field(header_of(*figure));
     csv += "\n";
     for (const RunFigures& run : draft.results.runs()) {
         const Record& record = *run.record;
@@ -72,11 +71,7 @@ std::string results_csv(const Draft& draft) {
         csv +=
             fmt::format("{},{},{},{},{},{},{},{}", spec.repetition, spec.seed, spec.ticks, name_of(record.outcome.kind),
                         csv_field(record.outcome.message), spec.scene_hash, record.frames_hash, record.state_hash);
-        const bool measured = !record.rows.empty();
-        for (const FigureColumn& column : figure_columns()) {
-            csv += "," + (measured ? format_exact(column.of(run)) : std::string());
-        }
-        for (const std::string& key : keys) csv += "," + format_exact(summary_of(record, key));
+        for (const SummaryFigure* figure : figures) csv += "," + format_exact(summary_of(record, figure->name));
         csv += "\n";
     }
     return csv;

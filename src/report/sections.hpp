@@ -75,6 +75,8 @@ void add_contacts_and_forces(Draft& draft);
 
 // between_ticks_section.cpp
 void add_between_ticks(Draft& draft);
+// outcome_section.cpp
+void add_outcome(Draft& draft);
 
 // time_section.cpp
 void add_latency(Draft& draft);
@@ -83,6 +85,12 @@ void add_work_profile(Draft& draft);
 
 // failure_section.cpp
 void add_failures(Draft& draft);
+
+// knob_section.cpp
+/// The loop released by the clock: part of the haptic table.
+void add_paced(Draft& draft);
+void add_work_precision(Draft& draft);
+void add_ablation(Draft& draft);
 
 // thesis_section.cpp
 void add_thesis_table(Draft& draft);

@@ -83,7 +83,8 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
         ++row.scenes_ok;
         take_larger(row.depth_error_max, result->first(&RunFigures::depth_error_max));
         take_larger(row.left_max, result->first(&RunFigures::left_max));
-        take_larger(row.force_error, result->first(&RunFigures::force_error));
+        take_larger(row.force_error_equal_k, result->first(&RunFigures::force_error_equal_k));
+        take_larger(row.force_error_hard, result->first(&RunFigures::force_error_hard));
         if (const double value = result->first(&RunFigures::depth_error_p50); !std::isnan(value)) {
             depth_errors.push_back(value);
         }
@@ -261,7 +262,7 @@ Table verdict_table(const Verdict& verdict, const std::string& caption, double n
                                    {"pairs missed / extra of true", true},
                                    {"depth error, median / worst (mm)", true},
                                    {"left after the tick, median / max (mm)", true},
-                                   {"force error to the analytic answer (N RMS)", true},
+                                   {"force error, equal k / hard (N RMS)", true},
                                    {"tick p50 (µs)", true},
                                    {"tick p99 (µs)", true},
                                    {"ratio to reference", true},
@@ -279,17 +280,18 @@ Table verdict_table(const Verdict& verdict, const std::string& caption, double n
             cells.push_back("`" + row.contestant.response + "`");
             cells.push_back(row.contestant.contacts);
         }
-        const std::vector<std::string> figures{
-            kind_text(row),
-            pairs_text(row),
-            two_numbers(row.depth_error_p50, row.depth_error_max, mm),
-            left,
-            std::isnan(row.force_error) ? (closed_loop ? "no reference" : "n/a") : format_number(row.force_error),
-            time_text(row, row.p50, false),
-            time_text(row, row.p99, true),
-            ratio_text(row, noise_floor),
-            fmt::format("{:.0f} of {:.0f}", row.deadline_misses, row.timed_ticks),
-            failures_text(row, static_cast<int>(verdict.scenes.size()))};
+        const std::vector<std::string> figures{kind_text(row),
+                                               pairs_text(row),
+                                               two_numbers(row.depth_error_p50, row.depth_error_max, mm),
+                                               left,
+                                               std::isnan(row.force_error_equal_k) && std::isnan(row.force_error_hard)
+                                                   ? (closed_loop ? "no reference" : "n/a")
+                                                   : two_numbers(row.force_error_equal_k, row.force_error_hard, 1.0),
+                                               time_text(row, row.p50, false),
+                                               time_text(row, row.p99, true),
+                                               ratio_text(row, noise_floor),
+                                               fmt::format("{:.0f} of {:.0f}", row.deadline_misses, row.timed_ticks),
+                                               failures_text(row, static_cast<int>(verdict.scenes.size()))};
         cells.insert(cells.end(), figures.begin(), figures.end());
         table.rows.push_back({.cells = std::move(cells)});
         TableRow& printed = table.rows.back();

@@ -24,15 +24,16 @@ struct VerdictRow {
     double missing = not_known;
     double truncated_ticks = 0.0;  ///< in which a limit cut the list of pairs
     double extra = not_known;
-    double depth_error_p50 = not_known;  ///< m, median over scenes of the median
-    double depth_error_max = not_known;  ///< m, worst over scenes
-    double left_p50 = not_known;         ///< m, median over scenes of the median
-    double left_max = not_known;         ///< m, worst over scenes
-    double force_error = not_known;      ///< N RMS to the analytic answer, worst over scenes
-    Estimate p50;                        ///< ns
-    Estimate p99;                        ///< ns; NaN: n too small, or a scene failed
-    Estimate ratio;                      ///< of p50 to the reference detector with the same response
-    double deadline_misses = 0.0;        ///< of all processes
+    double depth_error_p50 = not_known;      ///< m, median over scenes of the median
+    double depth_error_max = not_known;      ///< m, worst over scenes
+    double left_p50 = not_known;             ///< m, median over scenes of the median
+    double left_max = not_known;             ///< m, worst over scenes
+    double force_error_equal_k = not_known;  ///< N RMS to the reference of equal stiffness, worst over scenes
+    double force_error_hard = not_known;     ///< N RMS to hard contact, worst over scenes
+    Estimate p50;                            ///< ns
+    Estimate p99;                            ///< ns; NaN: n too small, or a scene failed
+    Estimate ratio;                          ///< of p50 to the reference detector with the same response
+    double deadline_misses = 0.0;            ///< of all processes
     double timed_ticks = 0.0;
     int identical_to = -1;   ///< row with the same motion, bit by bit, on every scene; -1: none
     bool dominated = false;  ///< another row is at least as fast and as good, and better in one

@@ -79,7 +79,13 @@ void add_verdict_page(Draft& draft, const Verdict& overall) {
     if (!draft.sentence.empty()) draft.paragraph(draft.sentence, Paragraph::Style::quote);
     warnings(draft);
     if (overall.rows.empty()) {
-        draft.paragraph("No run of a detector or response could be made; see the failures and what is absent.");
+        const bool planned = std::any_of(draft.records.begin(), draft.records.end(), [](const Record& record) {
+            return record.spec.mode == "closed_loop" || record.spec.mode == "replay";
+        });
+        if (planned) {
+            draft.paragraph("No run of a detector or response could be made; see the failures and what is absent.");
+        }
+        draft.paragraph(origin(draft), Paragraph::Style::small);
         return;
     }
     Table table = verdict_table(overall, fmt::format("Verdict over all {} scenes", overall.scenes.size()),

@@ -7,8 +7,11 @@
 
 namespace trocar {
 
-Judge::Judge(const Topology& topology, const Frame& first, std::span<const std::uint8_t> yielding)
+Judge::Judge(const Topology& topology, const Frame& first, std::span<const std::uint8_t> yielding,
+             const Materials* materials)
     : topology_(&topology),
+      materials_(materials),
+      yielding_(yielding.begin(), yielding.end()),
       anything_yields_(std::any_of(yielding.begin(), yielding.end(), [](std::uint8_t flag) { return flag != 0; })),
       depth_(topology, first, yielding) {}
 
@@ -63,12 +66,47 @@ void Judge::judge_detection(const Frame& seen, const ContactSet& contacts, StepR
     row.native_depth_error = worst_error(contacts.native);
 }
 
-void Judge::judge_outcome(const Frame& after, StepRow& row) {
+void Judge::judge_overlap(const Frame& after, StepRow& row) {
+    bool any = false;
+    Overlap worst;
+    for (std::size_t pair = 0; pair < topology_->body_pairs.size(); ++pair) {
+        const auto [a, b] = topology_->body_pairs[pair];
+        const bool closed = topology_->bodies[static_cast<std::size_t>(a)].closed &&
+                            topology_->bodies[static_cast<std::size_t>(b)].closed;
+        if (!closed || yielding_[pair] == 0) continue;
+        any = true;
+        const Overlap overlap = overlap_.measure(*topology_, after.position, a, b);
+        worst.volume += overlap.volume;
+        worst.min_translation = std::fmax(worst.min_translation, overlap.min_translation);
+    }
+    if (!any) return;
+    row.overlap_volume = worst.volume;
+    row.min_translation = worst.min_translation;
+}
+
+void Judge::judge_outcome(const Frame& after, StepRow& row, double scripted_path) {
     const DepthTruth::Result left = depth_.measure(after);
+    if (materials_ != nullptr && !materials_->springs.empty()) {
+        row.strain_over = 0.0;
+        for (const Spring& spring : materials_->springs) {
+            const double length = (after.position.col(spring.j) - after.position.col(spring.i)).norm();
+            row.strain_over = std::max(row.strain_over, length / spring.rest - 1.0 - materials_->strain_limit);
+        }
+    }
     if (!anything_yields_) return;
     row.max_depth = left.max_depth;
     row.mean_depth = left.mean_depth;
     row.wrong_side = left.wrong_side;
+    row.wrong_side_vertices = left.wrong_side_vertices;
+    judge_overlap(after, row);
+    if (left.wrong_side != 0 || row.pairs > 0) {
+        if (left.wrong_side > 0) {
+            last_depth_tick_ = row.tick;
+            last_depth_path_ = scripted_path;
+        }
+    } else if (last_depth_tick_ >= 0 && row.tick <= last_depth_tick_ + overshoot_window) {
+        row.overshoot = std::max(0.0, depth_.clearance() - (scripted_path - last_depth_path_));
+    }
 }
 
 }  // namespace trocar

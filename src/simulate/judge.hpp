@@ -7,6 +7,7 @@
 
 #include "contact/contact_set.hpp"
 #include "measure/depth_truth.hpp"
+#include "measure/overlap.hpp"
 #include "measure/step_row.hpp"
 #include "scene/world.hpp"
 
@@ -14,25 +15,38 @@ namespace trocar {
 
 class Judge {
 public:
-    /// `yielding`: one flag per body pair, those that count for the depth left over. The topology outlives the judge.
-    Judge(const Topology& topology, const Frame& first, std::span<const std::uint8_t> yielding);
+    /// `yielding`: one flag per body pair, those that count for the depth left over. `materials`: of the tissue, for
+    /// its strain; null or without springs: none. Topology and materials outlive the judge.
+    Judge(const Topology& topology, const Frame& first, std::span<const std::uint8_t> yielding,
+          const Materials* materials = nullptr);
 
     /// Fills the pair errors and the depth errors of the row.
     void judge_detection(const Frame& seen, const ContactSet& contacts, StepRow& row);
-    /// Fills the depth left over; leaves it unset when no body pair yields.
-    void judge_outcome(const Frame& after, StepRow& row);
+    /// Fills what is left over: depth, wrong sides, overlap, overshoot, strain over the limit; leaves depths unset when
+    /// no body pair yields. `scripted_path`: how far scripts alone have moved bodies since the start, m, so that a gap
+    /// which the script opened is no overshoot.
+    void judge_outcome(const Frame& after, StepRow& row, double scripted_path = 0.0);
+
+    /// Ticks after the last depth in which a gap counts as overshoot.
+    static constexpr std::int64_t overshoot_window = 20;
 
     /// Worst |depth - true depth| of contacts on the frame judged last, m; NaN when none claims a depth.
     [[nodiscard]] double worst_error(std::span<const Contact> contacts) const;
 
 private:
     [[nodiscard]] double true_depth(const Contact& contact) const;
+    void judge_overlap(const Frame& after, StepRow& row);
 
     const Topology* topology_;
+    const Materials* materials_;
+    std::vector<std::uint8_t> yielding_;
     bool anything_yields_ = false;
     DepthTruth depth_;
     std::vector<TrianglePair> truth_;
     std::vector<Index> touches_;
+    OverlapTruth overlap_;
+    std::int64_t last_depth_tick_ = -1;  ///< -1: nothing has been inside yet
+    double last_depth_path_ = 0.0;
 };
 
 }  // namespace trocar

@@ -15,8 +15,11 @@
 #include "measure/statistics.hpp"
 #include "method/registry.hpp"
 #include "reference/reference.hpp"
+#include "simulate/balance.hpp"
 #include "simulate/frame_source.hpp"
 #include "simulate/judge.hpp"
+#include "simulate/overrides.hpp"
+#include "simulate/paced.hpp"
 #include "simulate/simulation.hpp"
 
 namespace trocar {
@@ -132,6 +135,53 @@ private:
     ContactEvents events_;
 };
 
+/// How far scripts alone have moved bodies since the start, m: per tick the farthest way of any corner of a led body's
+/// box. What an operator adds to or takes from his script is not in it.
+class ScriptedPath {
+public:
+    explicit ScriptedPath(const Scene& scene) {
+        for (const SceneBody& body : scene.bodies) {
+            if (!body.motion || body.local.cols() == 0) continue;
+            Led led{&*body.motion, Matrix3X(3, 8), Matrix3X(3, 8)};
+            const Vector3 low = body.local.rowwise().minCoeff();
+            const Vector3 high = body.local.rowwise().maxCoeff();
+            for (int i = 0; i < 8; ++i) {
+                led.corners.col(i) = Vector3((i & 1) != 0 ? high.x() : low.x(), (i & 2) != 0 ? high.y() : low.y(),
+                                             (i & 4) != 0 ? high.z() : low.z());
+            }
+            led.at = placed(led, 0.0);
+            led_.push_back(std::move(led));
+            motion_end_ = std::fmax(motion_end_, body.motion->last_key_time());
+        }
+    }
+    /// To be asked with ascending times.
+    double up_to(double time) {
+        double farthest = 0.0;
+        for (Led& led : led_) {
+            const Matrix3X now = placed(led, time);
+            farthest = std::max(farthest, (now - led.at).colwise().norm().maxCoeff());
+            led.at = now;
+        }
+        return path_ += farthest;
+    }
+    /// s, last key of any motion; NaN without one.
+    [[nodiscard]] double motion_end() const { return motion_end_; }
+
+private:
+    struct Led {
+        const Motion* motion;
+        Matrix3X corners;  ///< m, body frame
+        Matrix3X at;       ///< m, world
+    };
+    static Matrix3X placed(const Led& led, double time) {
+        const Pose pose = led.motion->pose_at(time);
+        return (pose.rotation.toRotationMatrix() * led.corners).colwise() + pose.translation;
+    }
+    std::vector<Led> led_;
+    double path_ = 0.0;
+    double motion_end_ = std::nan("");
+};
+
 std::string stream_text() {
     return fmt::format(
         "the scene driven without any contestant: pairs from overlapping boxes and the exact test, one spring of {} "
@@ -142,10 +192,32 @@ std::string stream_text() {
 }  // namespace
 
 Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
+    if (!spec.overrides.empty()) {
+        Scene turned = scene;
+        apply_overrides(spec.overrides, turned);
+        RunSpec plain = spec;
+        plain.overrides.clear();
+        Record record = make_run(turned, plain, limits);
+        record.spec.overrides = spec.overrides;
+        if (override_value(spec.overrides, "k") > 0.0) {
+            // The reference of equal stiffness was made for the scene's own: against another it says nothing.
+            for (auto& [name, value] : record.summary) {
+                if (name.ends_with("_equal_k")) value = std::nan("");
+            }
+        }
+        return record;
+    }
+    if (spec.mode == "paced") return run_paced_loop(scene, spec, limits);
+    if (spec.mode == "work_precision" || spec.mode == "ablation") {
+        Record record = spec.response.empty() ? run_replay(scene, spec, limits) : run_closed_loop(scene, spec, limits);
+        record.environment["run.dt_s"] = fmt::format("{}", scene.dt);
+        return record;
+    }
     if (spec.mode == "replay") return run_replay(scene, spec, limits);
     if (spec.mode == "closed_loop") return run_closed_loop(scene, spec, limits);
     if (spec.mode == "triangle_pair") return run_triangle_pair(scene, spec, limits);
-    throw InputError("run", "/mode", "replay, closed_loop or triangle_pair", fmt::format("'{}'", spec.mode));
+    throw InputError("run", "/mode", "replay, closed_loop, triangle_pair, work_precision, ablation or paced",
+                     fmt::format("'{}'", spec.mode));
 }
 
 Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
@@ -171,7 +243,7 @@ Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limi
         record.rows.push_back(row);
     }
     record.frames_hash = hash.text();
-    record.summary = summarize(record.rows);
+    record.summary = summarize(record.rows, {.mode = "replay"});
     between.add_to(record);
     return record;
 }
@@ -191,7 +263,9 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
         record.outcome = {OutcomeKind::unsupported, response.name + " reads native contacts only"};
     }
     Simulation simulation(scene, detector_of(spec), response_of(spec), source);
-    Judge judge(scene.topology, scene.first, simulation.yielding_pairs());
+    Judge judge(scene.topology, scene.first, simulation.yielding_pairs(), &scene.materials);
+    Balance balance(scene);
+    ScriptedPath script(scene);
     const FoundReference reference = find_reference(scene);
     record.environment["reference"] = reference.message;
     ReferenceComparison comparison(reference, scene.dt);
@@ -201,7 +275,10 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
         const bool judged = is_judged(spec, tick, ticks);
         if (record.outcome.ok() && (judged || is_cut(spec, row))) {
             judge.judge_detection(simulation.seen(), simulation.contacts(), row);
-            if (judged) judge.judge_outcome(simulation.frame(), row);
+            if (judged) judge.judge_outcome(simulation.frame(), row, script.up_to(row.time));
+        }
+        if (record.outcome.ok()) {
+            balance.observe(row.pairs > 0, simulation.seen(), simulation.frame(), simulation.body_forces());
         }
         if (record.outcome.ok()) comparison.observe(row.time, row.tool_force, simulation.frame().position);
         if (limits.observe) limits.observe(simulation, row);
@@ -211,8 +288,32 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
         record.outcome.message = fmt::format("tick {}: {}", record.rows.back().tick, record.outcome.message);
     }
     record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
-    record.summary = summarize(record.rows);
+    record.summary = summarize(record.rows, {.motion_end = script.motion_end()});
+    record.summary.merge(balance.figures());
     record.summary.merge(comparison.figures());
+    return record;
+}
+
+Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
+    const std::int64_t ticks = ticks_of(scene, spec);
+    Record record = start_record(spec, ticks);
+    const auto period_ns = static_cast<std::int64_t>(std::llround(scene.dt * 1e9));
+    Simulation simulation(scene, detector_of(spec), response_of(spec), contact_source_from(spec.contacts));
+    const PacedTimes empty = run_paced(ticks, period_ns, [] { return true; });
+    std::int64_t tick = 0;
+    const PacedTimes times = run_paced(ticks, period_ns, [&] {
+        if (!go_on(limits, tick++)) return false;
+        record.rows.push_back(simulation.step());
+        return simulation.outcome().ok();
+    });
+    record.outcome = simulation.outcome();
+    if (!record.outcome.ok() && !record.rows.empty()) {
+        record.outcome.message = fmt::format("tick {}: {}", record.rows.back().tick, record.outcome.message);
+    }
+    record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
+    record.summary = summarize(record.rows);
+    record.summary.merge(paced_figures("paced", times, period_ns));
+    record.summary.merge(paced_figures("empty", empty, period_ns));
     return record;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <set>
 #include <sstream>
@@ -11,6 +12,7 @@
 #include "geometry/input_error.hpp"
 #include "method/registry.hpp"
 #include "scene/json_node.hpp"
+#include "simulate/overrides.hpp"
 
 namespace trocar {
 namespace {
@@ -186,6 +188,63 @@ bool runs_on(const StudyMethod& method, const std::string& scene) {
     return method.scenes.empty() || std::find(method.scenes.begin(), method.scenes.end(), scene) != method.scenes.end();
 }
 
+/// The method with one parameter set, whatever it was before.
+StudyMethod with_parameter(const StudyMethod& method, const std::string& key, const std::string& value) {
+    StudyMethod changed = method;
+    MethodSpec spec = parse_method(method.text);
+    spec.parameters[key] = value;
+    changed.text = spec.text();
+    return changed;
+}
+
+void add_sweeps(const Study& study, std::int64_t repetition, std::vector<PlannedRun>& runs) {
+    if (!study.work_precision || repetition >= study.work_precision->repetitions) return;
+    const WorkPrecisionPart& part = *study.work_precision;
+    for (const WorkPrecisionPart::Sweep& sweep : part.sweeps) {
+        const std::string owner = sweep.knob.substr(0, sweep.knob.find('.'));
+        const std::string key = sweep.knob.substr(std::min(sweep.knob.find('.') + 1, sweep.knob.size()));
+        const std::vector<StudyMethod> responses =
+            sweep.responses.empty() ? std::vector<StudyMethod>{StudyMethod{}} : sweep.responses;
+        for (const std::string& scene : sweep.scenes) {
+            for (const StudyMethod& detector : sweep.detectors) {
+                for (const StudyMethod& response : responses) {
+                    for (const std::string& value : sweep.values) {
+                        PlannedRun run =
+                            planned(study, "work_precision", scene, part.ticks, part.truth_stride, repetition,
+                                    owner == "detector" ? with_parameter(detector, key, value) : detector,
+                                    owner == "response" ? with_parameter(response, key, value) : response,
+                                    sweep.responses.empty() ? "" : sweep.contacts);
+                        if (owner == sweep.knob) run.spec.overrides = sweep.knob + "=" + value;
+                        run.spec.knob = sweep.knob;
+                        run.spec.point = value;
+                        if (!run.settled || repetition == 0) runs.push_back(std::move(run));
+                    }
+                }
+            }
+        }
+    }
+}
+
+void add_ablation(const Study& study, std::int64_t repetition, std::vector<PlannedRun>& runs) {
+    if (!study.ablation || repetition >= study.ablation->repetitions) return;
+    const AblationPart& part = *study.ablation;
+    for (const std::string& scene : part.scenes) {
+        const auto add = [&](const StudyMethod& response, const std::string& knob, const std::string& point) {
+            PlannedRun run = planned(study, "ablation", scene, part.ticks, part.truth_stride, repetition, part.detector,
+                                     response, "canonical");
+            run.spec.knob = knob;
+            run.spec.point = point;
+            if (!run.settled || repetition == 0) runs.push_back(std::move(run));
+        };
+        add(part.from, "", "from");
+        add(part.to, "", "to");
+        for (const AblationPart::Switch& one : part.switches) {
+            add(with_parameter(part.from, one.parameter, one.to), one.parameter, "from with " + one.to);
+            add(with_parameter(part.to, one.parameter, one.from), one.parameter, "to with " + one.from);
+        }
+    }
+}
+
 /// The runs of one repetition; an unanswerable combination is told once, in the first repetition, not per scene.
 std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
     std::vector<PlannedRun> runs;
@@ -241,6 +300,20 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
             if (wanted(run)) runs.push_back(std::move(run));
         }
     }
+    add_sweeps(study, repetition, runs);
+    add_ablation(study, repetition, runs);
+    if (study.paced && repetition < study.paced->repetitions) {
+        for (const std::string& scene : study.paced->scenes) {
+            for (const StudyMethod& detector : study.paced->detectors) {
+                for (const StudyMethod& response : study.paced->responses) {
+                    if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
+                    PlannedRun run = planned(study, "paced", scene, study.paced->ticks, 0, repetition, detector,
+                                             response, "canonical");
+                    if (wanted(run)) runs.push_back(std::move(run));
+                }
+            }
+        }
+    }
     return runs;
 }
 
@@ -276,6 +349,88 @@ void add_method_facts(const std::string& prefix, const StudyMethod& method, std:
     if (method.absent_reason) facts[prefix + "absent"] = *method.absent_reason;
 }
 
+/// Checks a parameter of every method of the list by making the method with it.
+void check_parameter(const JsonNode& node, const std::vector<StudyMethod>& methods, bool is_detector,
+                     const std::string& key, const std::string& value) {
+    for (const StudyMethod& method : methods) {
+        if (method.absent_reason) continue;
+        const MethodSpec spec = parse_method(with_parameter(method, key, value).text);
+        try {
+            if (is_detector) {
+                const DetectorEntry& entry = registry().detector(spec.name);
+                const ParameterValues checked(entry.name, entry.parameters, spec.parameters);
+            } else {
+                const ResponseEntry& entry = registry().response(spec.name);
+                const ParameterValues checked(entry.name, entry.parameters, spec.parameters);
+            }
+        } catch (const InputError& error) {
+            node.fail("a parameter and value of trocar list", error.what());
+        }
+    }
+}
+
+WorkPrecisionPart read_sweeps(const JsonNode& node, const std::filesystem::path& file, std::int64_t repetitions) {
+    expect_object(node, {"sweeps", "ticks", "repetitions", "truth_stride"}, {"sweeps"});
+    WorkPrecisionPart part;
+    read_counts(node, repetitions, part);
+    for (const JsonNode& item : items_of(node.at("sweeps"))) {
+        expect_object(item, {"scenes", "detectors", "responses", "contacts", "knob", "values"},
+                      {"scenes", "detectors", "knob", "values"});
+        WorkPrecisionPart::Sweep sweep;
+        sweep.scenes = read_scenes(item.at("scenes"), file);
+        sweep.detectors = read_methods(item.at("detectors"), true, sweep.scenes);
+        if (item.has("responses")) sweep.responses = read_methods(item.at("responses"), false, sweep.scenes);
+        if (item.has("contacts")) sweep.contacts = item.at("contacts").word({"canonical", "native"});
+        const JsonNode knob = item.at("knob");
+        sweep.knob = knob.text();
+        const bool of_detector = sweep.knob.rfind("detector.", 0) == 0;
+        const bool of_response = sweep.knob.rfind("response.", 0) == 0;
+        const auto& knobs = scene_knobs();
+        const bool of_scene =
+            std::any_of(knobs.begin(), knobs.end(), [&sweep](const SceneKnob& one) { return one.name == sweep.knob; });
+        if (!of_detector && !of_response && !of_scene) {
+            knob.fail("dt, k, substeps, detector.KEY or response.KEY", "'" + sweep.knob + "'");
+        }
+        if (!of_detector && sweep.responses.empty()) {
+            item.fail("the key 'responses': this knob acts in the closed loop only", "none");
+        }
+        for (const JsonNode& value : items_of(item.at("values"))) {
+            sweep.values.push_back(value.is_text() ? value.text() : fmt::format("{}", value.number()));
+            const std::string& text = sweep.values.back();
+            const std::string key = sweep.knob.substr(sweep.knob.find('.') + 1);
+            if (of_detector) check_parameter(value, sweep.detectors, true, key, text);
+            if (of_response) check_parameter(value, sweep.responses, false, key, text);
+            if (!of_scene) continue;
+            try {
+                (void)override_value(sweep.knob + "=" + text, sweep.knob);
+            } catch (const InputError& error) {
+                value.fail("a value of the knob " + sweep.knob, error.what());
+            }
+        }
+        part.sweeps.push_back(std::move(sweep));
+    }
+    return part;
+}
+
+AblationPart read_ablation(const JsonNode& node, const std::filesystem::path& file, std::int64_t repetitions) {
+    expect_object(node, {"scenes", "detector", "from", "to", "switches", "ticks", "repetitions", "truth_stride"},
+                  {"scenes", "detector", "from", "to", "switches"});
+    AblationPart part;
+    read_counts(node, repetitions, part);
+    part.scenes = read_scenes(node.at("scenes"), file);
+    part.detector = read_method(node.at("detector"), true);
+    part.from = read_method(node.at("from"), false);
+    part.to = read_method(node.at("to"), false);
+    for (const JsonNode& item : items_of(node.at("switches"))) {
+        expect_object(item, {"parameter", "from", "to"}, {"parameter", "from", "to"});
+        AblationPart::Switch one{item.at("parameter").text(), item.at("from").text(), item.at("to").text()};
+        check_parameter(item, {part.from}, false, one.parameter, one.to);
+        check_parameter(item, {part.to}, false, one.parameter, one.from);
+        part.switches.push_back(std::move(one));
+    }
+    return part;
+}
+
 }  // namespace
 
 Study read_study(const std::filesystem::path& file) {
@@ -284,7 +439,7 @@ Study read_study(const std::filesystem::path& file) {
     const JsonNode root(document, file_name);
     expect_object(root,
                   {"format", "name", "seed", "repetitions", "time_limit_s", "reference", "replay", "closed_loop",
-                   "triangle_pair"},
+                   "triangle_pair", "work_precision", "ablation", "paced"},
                   {"format", "name"});
     root.at("format").expect_word(study_format);
 
@@ -341,8 +496,23 @@ Study read_study(const std::filesystem::path& file) {
         read_counts(node, repetitions, part);
         study.triangle_pair = std::move(part);
     }
-    if (!study.replay && !study.closed_loop && !study.triangle_pair) {
-        root.fail("at least one of the keys replay, closed_loop, triangle_pair", "none of them");
+    if (root.has("work_precision")) study.work_precision = read_sweeps(root.at("work_precision"), file, repetitions);
+    if (root.has("ablation")) study.ablation = read_ablation(root.at("ablation"), file, repetitions);
+    if (root.has("paced")) {
+        const JsonNode node = root.at("paced");
+        expect_object(node, {"scenes", "detectors", "responses", "ticks", "repetitions"},
+                      {"scenes", "detectors", "responses"});
+        PacedPart part;
+        part.scenes = read_scenes(node.at("scenes"), file);
+        part.detectors = read_methods(node.at("detectors"), true, part.scenes);
+        part.responses = read_methods(node.at("responses"), false, part.scenes);
+        read_counts(node, repetitions, part);
+        study.paced = std::move(part);
+    }
+    if (!study.replay && !study.closed_loop && !study.triangle_pair && !study.work_precision && !study.ablation &&
+        !study.paced) {
+        root.fail("at least one of the keys replay, closed_loop, triangle_pair, work_precision, ablation, paced",
+                  "none of them");
     }
     if (root.has("reference")) {
         study.reference = read_method(root.at("reference"), true).text;
@@ -362,6 +532,8 @@ SceneFacts facts_of(const Scene& scene) {
     facts.name = scene.name;
     facts.hash = fmt::format("{:016x}", scene.hash);
     facts.ticks = scene.ticks;
+    facts.dt = scene.dt;
+    facts.triangles = scene.topology.triangle_count();
     std::set<std::string> classes;
     for (const auto& [first, second] : scene.topology.body_pairs) {
         constexpr std::string_view letters = "IRT";
@@ -385,6 +557,9 @@ SceneFacts read_scene_facts(const std::filesystem::path& file, const std::option
 
 std::vector<PlannedRun> make_plan(const Study& study) {
     std::int64_t repetitions = 0;
+    if (study.work_precision) repetitions = std::max(repetitions, study.work_precision->repetitions);
+    if (study.ablation) repetitions = std::max(repetitions, study.ablation->repetitions);
+    if (study.paced) repetitions = std::max(repetitions, study.paced->repetitions);
     if (study.replay) repetitions = std::max(repetitions, study.replay->repetitions);
     if (study.closed_loop) repetitions = std::max(repetitions, study.closed_loop->repetitions);
     if (study.triangle_pair) repetitions = std::max(repetitions, study.triangle_pair->repetitions);
@@ -398,11 +573,34 @@ std::vector<PlannedRun> make_plan(const Study& study) {
     return plan;
 }
 
+namespace {
+
+double rough_seconds(const SceneFacts& facts, const RunSpec& spec) {
+    const auto ticks = static_cast<double>(spec.ticks);
+    const auto triangles = static_cast<double>(facts.triangles);
+    constexpr double start = 0.05;            // s, process and scene
+    constexpr double tick = 1.0e-4;           // s
+    constexpr double tick_triangle = 1.0e-7;  // s per triangle
+    constexpr double judged = 5.0e-4;         // s
+    constexpr double judged_triangle = 1.2e-6;
+    if (spec.mode == "paced") return start + 2.0 * ticks * facts.dt;
+    const double truth =
+        spec.mode == "triangle_pair" || spec.truth_stride == 0 ? 0.0 : ticks / static_cast<double>(spec.truth_stride);
+    return start + ticks * (tick + tick_triangle * triangles) + truth * (judged + judged_triangle * triangles);
+}
+
+}  // namespace
+
 void complete_run(const SceneFacts& facts, PlannedRun& run) {
     run.spec.scene = facts.name;
     run.spec.scene_hash = facts.hash;
     run.spec.pair_class = facts.pair_class;
     if (run.spec.ticks == 0) run.spec.ticks = facts.ticks;
+    if (const double dt = override_value(run.spec.overrides, "dt"); dt > 0.0) {
+        // The same time, in other ticks.
+        run.spec.ticks = std::max(1LL, std::llround(static_cast<double>(run.spec.ticks) * facts.dt / dt));
+    }
+    run.rough_seconds = rough_seconds(facts, run.spec);
     if (facts.lacks_data && !run.settled) {
         run.settled = Outcome{OutcomeKind::unsupported, "no data"};
     }

@@ -54,6 +54,49 @@ struct TrianglePairPart {
     std::int64_t truth_stride = 1;
 };
 
+/// Knobs turned one at a time: one curve of time against error for each scene and method.
+struct WorkPrecisionPart {
+    struct Sweep {
+        std::vector<std::string> scenes;
+        std::vector<StudyMethod> detectors;
+        std::vector<StudyMethod> responses;  ///< empty: the detectors on replayed frames
+        std::string contacts = "canonical";
+        std::string knob;                 ///< dt | k | substeps | detector.KEY | response.KEY
+        std::vector<std::string> values;  ///< as written after KEY=
+    };
+    std::vector<Sweep> sweeps;
+    std::int64_t ticks = 0;  ///< at the scene's own dt
+    std::int64_t repetitions = 1;
+    std::int64_t truth_stride = 1;
+};
+
+/// What each switch between two settings of a response changes: turned on alone in `from`, turned off alone in `to`.
+struct AblationPart {
+    struct Switch {
+        std::string parameter;
+        std::string from;
+        std::string to;
+    };
+    std::vector<std::string> scenes;
+    StudyMethod detector;
+    StudyMethod from;
+    StudyMethod to;
+    std::vector<Switch> switches;
+    std::int64_t ticks = 0;
+    std::int64_t repetitions = 1;
+    std::int64_t truth_stride = 1;
+};
+
+/// The closed loop released by the clock (simulate/paced.hpp).
+struct PacedPart {
+    std::vector<std::string> scenes;
+    std::vector<StudyMethod> detectors;
+    std::vector<StudyMethod> responses;
+    std::int64_t ticks = 0;
+    std::int64_t repetitions = 1;
+    std::int64_t truth_stride = 1;
+};
+
 struct Study {
     std::filesystem::path file;
     std::string name;
@@ -63,6 +106,9 @@ struct Study {
     std::optional<ReplayPart> replay;
     std::optional<ClosedLoopPart> closed_loop;
     std::optional<TrianglePairPart> triangle_pair;
+    std::optional<WorkPrecisionPart> work_precision;
+    std::optional<AblationPart> ablation;
+    std::optional<PacedPart> paced;
 };
 
 /// Reads strictly. Throws InputError with a JSON pointer for an unknown key, a wrong type, an impossible number, a
@@ -78,6 +124,8 @@ struct SceneFacts {
     std::string hash;        ///< 16 hex digits; empty when the scene could not be read
     std::string pair_class;  ///< "I2T", or several joined by "+"
     std::int64_t ticks = 0;  ///< the scene's own number
+    double dt = 0.001;       ///< s
+    std::int64_t triangles = 0;
     bool lacks_data = false;
 };
 
@@ -94,6 +142,9 @@ struct PlannedRun {
     /// Set when the outcome is known without running: absent method, missing data, native contacts of a detector that
     /// has none or for a response that cannot read them.
     std::optional<Outcome> settled;
+    /// s, for the plan alone: a line through the default study's runs in ticks, judged ticks and triangles. A slow
+    /// rival or a busy machine takes several times as long.
+    double rough_seconds = 0.0;
 };
 
 /// The runs in the order in which they are made: one block per repetition, contestants of a block interleaved at random

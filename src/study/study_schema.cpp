@@ -10,7 +10,7 @@ std::string study_schema() {
   "type": "object",
   "additionalProperties": false,
   "required": ["format", "name"],
-  "anyOf": [{"required": ["replay"]}, {"required": ["closed_loop"]}, {"required": ["triangle_pair"]}],
+  "anyOf": [{"required": ["replay"]}, {"required": ["closed_loop"]}, {"required": ["triangle_pair"]}, {"required": ["work_precision"]}, {"required": ["ablation"]}, {"required": ["paced"]}],
   "properties": {
     "format": {"const": "trocar-study-1"},
     "name": {"type": "string", "pattern": "^[A-Za-z0-9_-]+$", "description": "Names the folder of the report"},
@@ -41,7 +41,39 @@ std::string study_schema() {
       "properties": {
         "scenes": {"$ref": "#/$defs/scenes"}, "response": {"$ref": "#/$defs/method"},
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
-        "truth_stride": {"$ref": "#/$defs/truth_stride"}}}
+        "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
+    "work_precision": {
+      "description": "One knob turned at a time: a curve of time against error for each scene and method. Records of these runs hold no single ticks",
+      "type": "object", "additionalProperties": false, "required": ["sweeps"],
+      "properties": {
+        "sweeps": {"type": "array", "minItems": 1, "items": {
+          "type": "object", "additionalProperties": false, "required": ["scenes", "detectors", "knob", "values"],
+          "properties": {
+            "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
+            "responses": {"$ref": "#/$defs/methods", "description": "Absent: the detectors on replayed frames"},
+            "contacts": {"enum": ["canonical", "native"], "default": "canonical"},
+            "knob": {"type": "string", "description": "dt (s, the run keeps its length), k (N/m, contact stiffness), substeps, detector.KEY or response.KEY with a parameter of trocar list"},
+            "values": {"type": "array", "minItems": 1, "items": {"type": ["number", "string"]}}}}},
+        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
+        "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
+    "ablation": {
+      "description": "What each switch between two settings of a response changes: each is turned alone in 'from', and back alone in 'to'. Records of these runs hold no single ticks",
+      "type": "object", "additionalProperties": false, "required": ["scenes", "detector", "from", "to", "switches"],
+      "properties": {
+        "scenes": {"$ref": "#/$defs/scenes"}, "detector": {"$ref": "#/$defs/method"},
+        "from": {"$ref": "#/$defs/method"}, "to": {"$ref": "#/$defs/method"},
+        "switches": {"type": "array", "minItems": 1, "items": {
+          "type": "object", "additionalProperties": false, "required": ["parameter", "from", "to"],
+          "properties": {"parameter": {"type": "string"}, "from": {"type": "string"}, "to": {"type": "string"}}}},
+        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
+        "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
+    "paced": {
+      "description": "The closed loop released by the clock, one tick per dt of the scene, beside an empty loop; takes as long as it simulates, twice. Not judged. Records of these runs hold no single ticks",
+      "type": "object", "additionalProperties": false, "required": ["scenes", "detectors", "responses"],
+      "properties": {
+        "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
+        "responses": {"$ref": "#/$defs/methods"},
+        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"}}}
   },
   "$defs": {
     "scenes": {"type": "array", "minItems": 1, "uniqueItems": true, "items": {"type": "string", "minLength": 1}},

@@ -163,6 +163,7 @@ TEST(DepthTruth, PokeIntoASheetReportsTheKnownDepth) {
             const double expected = std::max(0.0, down - 0.01);
             EXPECT_NEAR(result.max_depth, expected, 1e-15) << down;
             EXPECT_EQ(result.wrong_side, (down > 0.01 ? 1 : 0) + (down > 0.02 ? 1 : 0)) << down;
+            EXPECT_EQ(result.wrong_side_vertices, result.wrong_side) << "the shape has no area";
         }
     }
 }
@@ -238,6 +239,14 @@ TEST(DepthTruth, ToolThroughTheSheetBelongsOnTheDeclaredSide) {
             EXPECT_EQ(truth.measure(world.frame).wrong_side, 12 + DepthTruth::default_area_samples);
         }
     }
+}
+
+TEST(DepthTruth, ClearanceIsTheGapToThePlane) {
+    World world(ball(0.01, 3), sheet(0.1, 10), false);
+    world.place({0, 0, 0.0117});
+    DepthTruth truth(world.topology, world.frame);
+    truth.measure(world.frame);
+    EXPECT_NEAR(truth.clearance(), 0.0017, 1e-15);
 }
 
 TEST(DepthTruth, GoingAroundTheRimIsNoPenetration) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <set>
 #include <stdexcept>
 
@@ -24,6 +25,8 @@ TEST(Summary, EveryFigureIsExplainedOnce) {
         EXPECT_TRUE(names.insert(figure.name).second) << figure.name;
         EXPECT_FALSE(figure.unit.empty()) << figure.name;
         EXPECT_FALSE(figure.meaning.empty()) << figure.name;
+        EXPECT_FALSE(figure.source.empty()) << figure.name;
+        EXPECT_EQ(header_of(figure) == figure.name, figure.unit == "1") << figure.name;
     }
     for (const auto& [name, value] : summarize({row_of(0)})) EXPECT_NO_THROW((void)summary_figure(name)) << name;
     EXPECT_THROW((void)summary_figure("nonsense"), std::logic_error);
@@ -49,7 +52,8 @@ TEST(Summary, PairFiguresFollowTheirDefinitions) {
 TEST(Summary, NothingJudgedIsNotZero) {
     const auto figures = summarize({row_of(0), row_of(1)});
     for (const char* name : {"precision", "recall", "missing", "extra", "residual_max_m", "depth_error_max_m",
-                             "force_error_rms_n", "force_jump_max_n", "max_strain", "wrong_side_last"}) {
+                             "ticks_to_clear_max", "uncleared", "overshoot_max_m", "force_flips",
+                             "force_above_30hz_share", "force_jump_max_n", "max_strain", "wrong_side_last"}) {
         EXPECT_TRUE(std::isnan(figures.at(name))) << name;
     }
 }
@@ -91,6 +95,105 @@ TEST(Summary, ResidualCountsTicksWithAPairOrADepth) {
     const auto figures = summarize(rows);
     EXPECT_EQ(figures.at("residual_median_m"), 2e-3);
     EXPECT_EQ(figures.at("residual_last_m"), 0.0);
+}
+
+TEST(Summary, TimeOfAReplayedTickIsTheDetectorsAlone) {
+    std::vector<StepRow> rows;
+    for (int i = 0; i < 20; ++i) rows.push_back(row_of(0));
+    EXPECT_EQ(summarize(rows).at("total_median_ns"), 107.0) << "move + update + detect + derive";
+    EXPECT_EQ(summarize(rows, {.mode = "replay"}).at("total_median_ns"), 102.0) << "update + detect";
+}
+
+TEST(Summary, MissesAndBurstsAreTicksAboveAMillisecond) {
+    std::vector<StepRow> rows;
+    for (int i = 0; i < 10 + 30; ++i) {
+        rows.push_back(row_of(0));
+        // After the warm-up: ticks 5, 6, 7 and 20 are late.
+        const int timed = i - 10;
+        if (timed == 5 || timed == 6 || timed == 7 || timed == 20) rows.back().stage_ns[2] = 1'000'000;
+    }
+    const auto figures = summarize(rows);
+    EXPECT_EQ(figures.at("timed_ticks"), 30.0);
+    EXPECT_EQ(figures.at("deadline_misses"), 4.0);
+    EXPECT_EQ(figures.at("longest_burst"), 3.0);
+    // 26 of 30 take 107 ns; rank 0.9 * 29 = 26.1 lies among the late ones.
+    EXPECT_EQ(figures.at("total_p90_ns"), 1'000'007.0);
+}
+
+/// A depth in mm on every `stride`-th tick.
+std::vector<StepRow> depths(const std::vector<double>& mm, std::int64_t stride = 1) {
+    std::vector<StepRow> rows;
+    for (std::size_t i = 0; i < mm.size(); ++i) {
+        for (std::int64_t between = 0; between < stride; ++between) {
+            StepRow row;
+            row.tick = static_cast<std::int64_t>(rows.size());
+            row.time = 0.001 * static_cast<double>(row.tick);
+            if (between == 0) row.max_depth = 1e-3 * mm[i];
+            rows.push_back(row);
+        }
+    }
+    return rows;
+}
+
+TEST(Summary, TicksToClearCountFromTheFirstDepthToTheFirstClearTick) {
+    // Two spells above 0.1 mm: ticks 1 to 3 (cleared at 4), 6 to 7 (cleared at 8).
+    const auto figures = summarize(depths({0, 0.5, 2, 0.2, 0.1, 0.05, 0.3, 0.2, 0, 0}));
+    EXPECT_EQ(figures.at("ticks_to_clear_max"), 3.0);
+    EXPECT_EQ(figures.at("ticks_to_clear_median"), 2.5);
+    EXPECT_EQ(figures.at("re_penetrations"), 1.0);
+    EXPECT_EQ(figures.at("uncleared"), 0.0);
+    // The same depths on every 8th tick last eight times as long.
+    EXPECT_EQ(summarize(depths({0, 0.5, 2, 0.2, 0.1, 0.05, 0.3, 0.2, 0, 0}, 8)).at("ticks_to_clear_max"), 24.0);
+}
+
+TEST(Summary, DepthThatStaysIsNotCleared) {
+    const auto figures = summarize(depths({0, 0, 0.5, 0.5, 0.2}));
+    EXPECT_EQ(figures.at("uncleared"), 1.0);
+    EXPECT_TRUE(std::isnan(figures.at("ticks_to_clear_max"))) << "no spell ended";
+    EXPECT_EQ(figures.at("re_penetrations"), 0.0);
+    EXPECT_EQ(summarize(depths({0, 0.09, 0.1, 0})).at("uncleared"), 0.0) << "never above a tenth";
+}
+
+TEST(Summary, SettledResidualStartsTwoHundredMillisecondsAfterTheMotion) {
+    std::vector<double> mm(400, 0.0);
+    mm[250] = 3.0;  // too early to count: the motion ends at 100 ms
+    mm[350] = 0.4;
+    EXPECT_DOUBLE_EQ(summarize(depths(mm), {.motion_end = 0.1}).at("residual_settled_m"), 0.4e-3);
+    EXPECT_DOUBLE_EQ(summarize(depths(mm), {.motion_end = 0.04}).at("residual_settled_m"), 3.0e-3);
+    EXPECT_TRUE(std::isnan(summarize(depths(mm), {.motion_end = 0.3}).at("residual_settled_m"))) << "run too short";
+    EXPECT_TRUE(std::isnan(summarize(depths(mm)).at("residual_settled_m"))) << "nothing moves";
+}
+
+TEST(Summary, FlipsAreTurnsByMoreThanARightAngle) {
+    std::vector<StepRow> rows(5);
+    rows[0].tool_force = Vector3(1, 0, 0);
+    rows[1].tool_force = Vector3(1, 5, 0);
+    rows[2].tool_force = Vector3(5, -2, 0);  // 5 - 10 < 0
+    rows[3].tool_force = Vector3(0, -1, 0);
+    rows[4].tool_force = Vector3(0, 1, 0);
+    EXPECT_EQ(summarize(rows).at("force_flips"), 2.0);
+}
+
+TEST(FastPart, TwoTonesAreToldApart) {
+    // 10 Hz of amplitude 3 and 100 Hz of amplitude 1 over whole periods: mean squares 9/2 and 1/2.
+    constexpr int n = 1001;
+    std::vector<Vector3> force;
+    for (int i = 0; i < n; ++i) {
+        const double t = 2.0 * std::numbers::pi * i / (n - 1);
+        force.emplace_back(3.0 * std::sin(10.0 * t), std::sin(100.0 * t), 2.0);
+    }
+    const FastPart part = part_above(force, 0.001, 30.0);
+    EXPECT_NEAR(part.rms, std::sqrt(0.5), 0.01);
+    EXPECT_NEAR(part.share, 0.1, 0.002);
+    EXPECT_NEAR(part_above(force, 0.001, 200.0).share, 0.0, 1e-3);
+    EXPECT_NEAR(part_above(force, 0.001, 5.0).share, 1.0, 1e-3);
+}
+
+TEST(FastPart, ARampIsSlow) {
+    std::vector<Vector3> force;
+    for (int i = 0; i < 100; ++i) force.emplace_back(0.1 * i, 0.0, -0.3 * i);
+    EXPECT_NEAR(part_above(force, 0.001, 30.0).rms, 0.0, 1e-12);
+    EXPECT_TRUE(std::isnan(part_above({Vector3::Zero()}, 0.001, 30.0).rms));
 }
 
 }  // namespace

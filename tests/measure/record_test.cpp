@@ -26,6 +26,9 @@ Record sample() {
                    .seed = 0xFFFFFFFFFFFFFFFFULL,
                    .ticks = 500,
                    .truth_stride = 7};
+    record.spec.overrides = "dt=0.0005";
+    record.spec.knob = "dt";
+    record.spec.point = "0.0005";
     record.environment = {{"cpu", "a \"quoted\" name"}, {"dirty", "no"}};
     record.outcome = {OutcomeKind::unstable, "blew up at tick 219"};
     record.frames_hash = "0123456789abcdef";
@@ -38,6 +41,8 @@ Record sample() {
         row.stage_ns = {10 + i, 20, 30, 40, -1, -1};
         row.pairs = 5;
         row.max_depth = std::nextafter(1e-3, 1.0);
+        row.overlap_volume = 1e-9 * i;
+        row.overshoot = 0.25;
         row.tool_force = Vector3(1e-300, -0.0, 0.1 + 0.2);
         row.work.cells_visited = 7;
         row.truncated = i == 1;
@@ -61,6 +66,9 @@ TEST(RecordLine, ReadsBackBitForBit) {
     EXPECT_EQ(back.spec.seed, record.spec.seed);
     EXPECT_EQ(back.spec.truth_stride, 7);
     EXPECT_EQ(back.spec.response, "other");
+    EXPECT_EQ(back.spec.overrides, "dt=0.0005");
+    EXPECT_EQ(back.spec.knob, "dt");
+    EXPECT_EQ(back.spec.point, "0.0005");
     EXPECT_EQ(back.environment, record.environment);
     EXPECT_EQ(back.outcome.kind, OutcomeKind::unstable);
     EXPECT_EQ(back.outcome.message, record.outcome.message);
@@ -73,6 +81,8 @@ TEST(RecordLine, ReadsBackBitForBit) {
         const StepRow& b = back.rows[i];
         EXPECT_EQ(b.tick, a.tick);
         EXPECT_EQ(b.stage_ns, a.stage_ns);
+        expect_same_bits(b.overlap_volume, a.overlap_volume);
+        expect_same_bits(b.overshoot, a.overshoot);
         EXPECT_EQ(b.work.cells_visited, 7);
         EXPECT_EQ(b.truncated, a.truncated);
         EXPECT_EQ(b.outcome, a.outcome);

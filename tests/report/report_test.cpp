@@ -68,8 +68,9 @@ TEST(RunFigures, TooFewTicksHaveNoP99) {
 TEST(RunFigures, ReplayCountsOnlyTheDetectorsStages) {
     Record record = synthetic({.mode = "replay", .first_tick_us = 70});
     for (StepRow& row : record.rows) row.stage_ns.at(static_cast<std::size_t>(Stage::derive)) = 5'000'000;
+    record.summary = summarize(record.rows, {.mode = record.spec.mode});
     EXPECT_EQ(figures_of(record).tick_p50, 70e3);
-    record.spec.mode = "closed_loop";
+    record.summary = summarize(record.rows);
     EXPECT_EQ(figures_of(record).tick_p50, 5070e3);
 }
 
@@ -273,12 +274,125 @@ TEST(Report, EveryResponseNamesARowOfTableTwoOneOrNone) {
     }
 }
 
+/// The knob k at 50 and 100 for one response, at 100 for another that is slower and worse.
+std::vector<Record> sweep() {
+    std::vector<Record> records;
+    for (const auto& [response, point, us, left] :
+         {std::tuple{"soft", "50", 100, 2.0}, {"soft", "100", 200, 0.5}, {"slow", "100", 300, 0.75}}) {
+        Record record = synthetic({.mode = "work_precision",
+                                   .response = response,
+                                   .first_tick_us = us,
+                                   .left_mm = left,
+                                   .knob = "k",
+                                   .point = point});
+        record.environment["run.dt_s"] = "0.001";
+        record.rows.clear();
+        records.push_back(record);
+    }
+    return records;
+}
+
+TEST(Report, WorkAndPrecisionMarksDominatedPoints) {
+    const Report report = make_report(sweep());
+    const std::string& markdown = report.files.at("report.md");
+    EXPECT_NE(markdown.find("| `mine + soft` | 50 N/m | 100 | 2.00 | n/a / n/a | ok |"), std::string::npos) << markdown;
+    EXPECT_NE(markdown.find("| `mine + soft` | 100 N/m | 200 | 0.500 |"), std::string::npos);
+    EXPECT_NE(markdown.find("| `mine + slow` | 100 N/m † | 300 | 0.750 |"), std::string::npos);
+    const std::string& chart = report.files.at("charts/work_precision_1.svg");
+    EXPECT_NE(chart.find("mine + soft, k = 50 N/m: 100 µs, 2.00 mm"), std::string::npos);
+    EXPECT_NE(chart.find("1 ms"), std::string::npos);
+}
+
+TEST(Report, AHalvedTickCostsTwiceAsMuchPerSimulatedTime) {
+    std::vector<Record> records = sweep();
+    for (Record& record : records) {
+        record.spec.knob = "dt";
+        record.spec.point = record.spec.point == "50" ? "0.0005" : "0.001";
+        record.environment["run.dt_s"] = record.spec.point;
+    }
+    const std::string markdown = make_report(records).files.at("report.md");
+    EXPECT_NE(markdown.find("| `mine + soft` | 0.0005 s † | 200 | 2.00 |"), std::string::npos) << markdown;
+}
+
+TEST(Report, KnobsThatAreTurnedAreNoNoise) {
+    std::vector<Record> records = sweep();
+    EXPECT_EQ(Results(records).noise_floor(), 1.0);
+    EXPECT_TRUE(Results(records).contestants("work_precision").empty());
+}
+
+TEST(Report, AblationTellsWhatEachSwitchChangesAndWhatItDoesNot) {
+    const auto run = [](const std::string& response, const std::string& knob, const std::string& point, double left,
+                        const std::string& hash) {
+        return synthetic({.mode = "ablation",
+                          .response = response,
+                          .first_tick_us = left < 1.0 ? 200 : 100,
+                          .left_mm = left,
+                          .state_hash = hash,
+                          .knob = knob,
+                          .point = point});
+    };
+    const std::vector<Record> records{run("old", "", "from", 2.0, "a"),
+                                      run("new", "", "to", 0.25, "b"),
+                                      run("old:x=on", "x", "from with on", 0.5, "c"),
+                                      run("new:x=off", "x", "to with off", 1.5, "d"),
+                                      run("old:y=on", "y", "from with on", 2.0, "a"),
+                                      run("new:y=off", "y", "to with off", 0.25, "b")};
+    const std::string markdown = make_report(records).files.at("report.md");
+    EXPECT_NE(markdown.find("| `old` | as it is | 2.00 | no reference | 1 |"), std::string::npos) << markdown;
+    EXPECT_NE(markdown.find("| `old` | `x=on` | 0.500 | no reference | 2.00 |"), std::string::npos);
+    EXPECT_NE(markdown.find("| `old` | `y=on` | same | no reference | 1.00 |"), std::string::npos);
+    EXPECT_NE(markdown.find("| `new` | `x=off` | 1.50 | no reference | 0.500 |"), std::string::npos);
+}
+
+TEST(Report, PacedLoopStandsBesideTheEmptyOne) {
+    Record record = synthetic({.mode = "paced"});
+    record.summary.merge(std::map<std::string, double>{{"paced_median_ns", 110e3},
+                                                       {"paced_p99_ns", 400e3},
+                                                       {"paced_p999_ns", not_known},
+                                                       {"paced_max_ns", 1.5e6},
+                                                       {"paced_misses", 3},
+                                                       {"paced_burst", 2},
+                                                       {"empty_median_ns", 1e3},
+                                                       {"empty_p99_ns", 4e3},
+                                                       {"empty_max_ns", 90e3},
+                                                       {"empty_misses", 0}});
+    const std::string markdown = make_report({record}).files.at("report.md");
+    EXPECT_NE(markdown.find("| poke | `mine + push` | 1100 | 110 | 400 | n too small | 1500 | 3 of 1100 | 2 | 1.00 / "
+                            "4.00 / 90.0 | 0 of 1100 |"),
+              std::string::npos)
+        << markdown;
+}
+
+TEST(Report, ForceErrorsAgainstBothReferencesStandOnPageOne) {
+    std::vector<Record> records = three_contestants();
+    EXPECT_NE(make_report(records).files.at("report.md").find("| no reference |"), std::string::npos);
+    for (Record& record : records) {
+        record.summary["force_error_rms_equal_k"] = 0.125;
+        record.summary["force_error_rms_hard"] = 0.5;
+    }
+    EXPECT_NE(make_report(records).files.at("report.md").find("| 0.125 / 0.500 |"), std::string::npos);
+}
+
+TEST(Report, SettledDepthIsHeldAgainstATenthOfAMillimetre) {
+    Record record = synthetic({.left_mm = 0.05});
+    record.summary["residual_settled_m"] = 0.05e-3;
+    EXPECT_NE(make_report({record}).files.at("report.md").find("| 0.0500 | no reference | 0 | cleared |"),
+              std::string::npos)
+        << make_report({record}).files.at("report.md");
+    record.summary["residual_settled_m"] = 3e-3;
+    record.summary["wrong_side_vertices_last"] = 7;
+    EXPECT_NE(make_report({record}).files.at("report.md").find("7 vertices stay on the wrong side, no rupture told"),
+              std::string::npos);
+    record.summary["ruptures"] = 1;
+    EXPECT_NE(make_report({record}).files.at("report.md").find("| rupture told |"), std::string::npos);
+}
+
 TEST(Report, CsvHasOneRowPerRunAndUnitsInTheHeader) {
     const std::vector<Record> records = three_contestants();
     const std::string csv = make_report(records).files.at("results.csv");
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 7);
     const std::string header = csv.substr(0, csv.find('\n'));
-    for (const char* column : {"tick_p50_us", "residual_max_m", "force_max_n"}) {
+    for (const char* column : {"total_median_ns [ns]", "residual_max_m [m]", "force_max_n [N]"}) {
         EXPECT_NE(header.find(column), std::string::npos) << column;
     }
 }

@@ -26,6 +26,8 @@ struct SyntheticRun {
     std::int64_t missing = 0;
     std::int64_t extra = 0;
     std::string state_hash = "00000000000000aa";
+    std::string knob = {};
+    std::string point = {};
     Outcome outcome = {};
 };
 
@@ -44,6 +46,8 @@ inline Record synthetic(const SyntheticRun& run) {
                    .repetition = run.repetition,
                    .seed = 1,
                    .ticks = run.ticks};
+    record.spec.knob = run.knob;
+    record.spec.point = run.point;
     record.environment = {{"commit", "abc1234"},
                           {"dirty", "no"},
                           {"cpu", "Paper CPU"},
@@ -75,7 +79,7 @@ inline Record synthetic(const SyntheticRun& run) {
         row.tool_force = Vector3(0.0, 0.0, tick % 2 == 0 ? 1.0 : -1.0);
         record.rows.push_back(row);
     }
-    record.summary = summarize(record.rows);
+    record.summary = summarize(record.rows, {.mode = run.mode});
     return record;
 }
 

@@ -148,6 +148,39 @@ TEST_F(JudgeOnAPoke, WrongDepthIsOffByWhatWasAdded) {
     EXPECT_NEAR(judged(contacts).native_depth_error, deepest, 1e-12);
 }
 
+TEST_F(JudgeOnAPoke, GapThatTheScriptDidNotOpenIsOvershoot) {
+    Judge judge(scene_.topology, scene_.first, std::vector<std::uint8_t>{1});
+    const auto outcome = [&](const Vector3& shift, std::int64_t tick, double path) {
+        Frame frame = simulation_.seen();
+        frame.position.middleCols(tool_.first, tool_.count).colwise() += shift;
+        StepRow row;
+        row.tick = tick;
+        judge.judge_outcome(frame, row, path);
+        return row;
+    };
+    EXPECT_TRUE(std::isnan(outcome(Vector3(0, 0, 0.01), 0, 0.0).overshoot)) << "nothing has been inside yet";
+    EXPECT_TRUE(std::isnan(outcome(Vector3::Zero(), 1, 0.0).overshoot)) << "inside";
+    // The sheet is flat: lifted by 3 mm the tool is 3 mm + lowest above it, of which the script did 0.4 mm.
+    const double gap = 0.003 + lowest_;
+    EXPECT_NEAR(outcome(Vector3(0, 0, 0.003), 2, 0.0004).overshoot, gap - 0.0004, 1e-12);
+    EXPECT_EQ(outcome(Vector3(0, 0, 0.003), 3, 0.0030).overshoot, 0.0) << "the script went further than that";
+    EXPECT_TRUE(std::isnan(outcome(Vector3(0, 0, 0.003), 2 + Judge::overshoot_window, 0.0).overshoot)) << "too late";
+}
+
+TEST_F(JudgeOnAPoke, StrainAboveTheLimitIsThatOfTheLongestEdge) {
+    Judge judge(scene_.topology, scene_.first, std::vector<std::uint8_t>{1}, &scene_.materials);
+    Frame frame = scene_.first;
+    StepRow row;
+    judge.judge_outcome(frame, row);
+    EXPECT_EQ(row.strain_over, 0.0);
+    EXPECT_TRUE(std::isnan(row.overlap_volume)) << "a sheet has no volume";
+    // The whole sheet pulled to 2.75 times its size: every edge is strained by 1.75.
+    const Range sheet = scene_.topology.bodies[1].vertices;
+    frame.position.middleCols(sheet.first, sheet.count) *= 2.75;
+    judge.judge_outcome(frame, row);
+    EXPECT_NEAR(row.strain_over, 1.75 - scene_.materials.strain_limit, 1e-12);
+}
+
 TEST_F(JudgeOnAPoke, NothingThatYieldsMeansNothingLeftOver) {
     Judge judge(scene_.topology, scene_.first, std::vector<std::uint8_t>{0});
     StepRow row;

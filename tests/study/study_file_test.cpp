@@ -56,6 +56,70 @@ TEST_F(StudyFile, IsReadAsWritten) {
     EXPECT_EQ(study.triangle_pair->response.text, "thesis");
 }
 
+constexpr const char* knobs = R"({"format":"trocar-study-1","name":"s",
+ "work_precision":{"ticks":1000,"sweeps":[
+   {"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty","thesis"],"knob":"dt","values":[0.0005,0.002]},
+   {"scenes":["a.json","b.json"],"detectors":["ohc"],"knob":"detector.cell","values":[0.01,"auto"]},
+   {"scenes":["a.json"],"detectors":["ohc"],"responses":["thesis:profile=corrected"],"knob":"response.kappa","values":[1e6]}]},
+ "ablation":{"scenes":["a.json"],"detector":"ohc","from":"thesis:profile=faithful","to":"thesis:profile=corrected",
+   "switches":[{"parameter":"clamp","from":"off","to":"on"}]},
+ "paced":{"scenes":["b.json"],"detectors":["ohc"],"responses":["penalty"],"ticks":50}})";
+
+TEST_F(StudyFile, KnobsBecomeRunsOfTheirOwn) {
+    std::set<std::string> runs;
+    for (const PlannedRun& run : make_plan(read(knobs))) {
+        const RunSpec& spec = run.spec;
+        EXPECT_TRUE(runs.insert(spec.mode + "|" + spec.scene + "|" + spec.detector + "|" + spec.response + "|" +
+                                spec.overrides + "|" + spec.knob + "|" + spec.point)
+                        .second);
+    }
+    const std::set<std::string> expected{
+        "work_precision|a|ohc|penalty|dt=0.0005|dt|0.0005",
+        "work_precision|a|ohc|penalty|dt=0.002|dt|0.002",
+        "work_precision|a|ohc|thesis|dt=0.0005|dt|0.0005",
+        "work_precision|a|ohc|thesis|dt=0.002|dt|0.002",
+        "work_precision|a|ohc:cell=0.01|||detector.cell|0.01",
+        "work_precision|a|ohc:cell=auto|||detector.cell|auto",
+        "work_precision|b|ohc:cell=0.01|||detector.cell|0.01",
+        "work_precision|b|ohc:cell=auto|||detector.cell|auto",
+        "work_precision|a|ohc|thesis:kappa=1000000,profile=corrected||response.kappa|1000000",
+        "ablation|a|ohc|thesis:profile=faithful|||from",
+        "ablation|a|ohc|thesis:profile=corrected|||to",
+        "ablation|a|ohc|thesis:clamp=on,profile=faithful||clamp|from with on",
+        "ablation|a|ohc|thesis:clamp=off,profile=corrected||clamp|to with off",
+        "paced|b|ohc|penalty|||"};
+    EXPECT_EQ(runs, expected);
+}
+
+TEST_F(StudyFile, ANewTickKeepsTheTimeOfTheRun) {
+    for (PlannedRun& run : make_plan(read(knobs))) {
+        complete_run({.name = run.spec.scene, .hash = "0", .pair_class = "I2T", .ticks = 300, .dt = 0.001}, run);
+        if (run.spec.overrides == "dt=0.0005") {
+            EXPECT_EQ(run.spec.ticks, 2000);
+        } else if (run.spec.overrides == "dt=0.002") {
+            EXPECT_EQ(run.spec.ticks, 500);
+        } else if (run.spec.mode == "work_precision") {
+            EXPECT_EQ(run.spec.ticks, 1000);
+        }
+    }
+}
+
+TEST_F(StudyFile, BadKnobsAreNamedWithTheirPlace) {
+    const std::string head =
+        R"({"format":"trocar-study-1","name":"s","work_precision":{"sweeps":[{"scenes":["a.json"],)";
+    const std::vector<std::pair<std::string, std::string>> faults{
+        {head + R"("detectors":["ohc"],"responses":["penalty"],"knob":"mass","values":[1]}]}})", "/0/knob"},
+        {head + R"("detectors":["ohc"],"knob":"dt","values":[0.001]}]}})", "responses"},
+        {head + R"("detectors":["ohc"],"responses":["penalty"],"knob":"dt","values":[0.001,-1]}]}})", "/values/1"},
+        {head + R"("detectors":["ohc"],"responses":["penalty"],"knob":"substeps","values":[2.5]}]}})", "/values/0"},
+        {head + R"("detectors":["ohc"],"knob":"detector.cell","values":["wide"]}]}})", "/values/0"},
+        {head + R"("detectors":["ohc"],"knob":"detector.colour","values":[1]}]}})", "/values/0"},
+        {head + R"("detectors":["ohc"],"knob":"detector.cell","values":[]}]}})", "/values"}};
+    for (const auto& [text, place] : faults) {
+        EXPECT_NE(complaint(text).find(place), std::string::npos) << text << "\n" << complaint(text);
+    }
+}
+
 TEST_F(StudyFile, EveryFaultIsNamedWithItsPlace) {
     const std::string head = R"({"format":"trocar-study-1","name":"s",)";
     const std::string replay = R"("replay":{"scenes":["a.json"],"detectors":["ohc"])";

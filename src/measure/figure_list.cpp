@@ -1,0 +1,267 @@
+#include <stdexcept>
+
+#include "measure/metrics.hpp"
+
+namespace trocar {
+namespace {
+
+constexpr const char* clock_source = "clock";
+constexpr const char* counters = "counters";
+constexpr const char* pair_truth = "pair truth";
+constexpr const char* between = "space-time oracle";
+constexpr const char* depth_before = "depth truth, frame that detect saw";
+constexpr const char* geometry = "geometry, frame after the tick";
+constexpr const char* force = "force shown on the first led instrument";
+constexpr const char* books = "trajectories, masses and forces shown";
+constexpr const char* told = "told by the response or the tissue";
+constexpr const char* stored = "stored reference";
+constexpr const char* paced = "paced loop";
+constexpr const char* pair_study = "triangle-pair run";
+
+void add_times(std::vector<SummaryFigure>& list) {
+    list.push_back({"timed_ticks", "1", Better::neither, "Ticks that time figures are taken from: all but the first 10",
+                    clock_source});
+    list.push_back({"total_median_ns", "ns", Better::lower,
+                    "Median time of a tick. Replay: update + detect; closed loop: move + update + detect + derive + "
+                    "respond + advance. Truth is never timed",
+                    clock_source});
+    list.push_back({"total_p90_ns", "ns", Better::lower, "90 % of the ticks take at most this long", clock_source});
+    list.push_back({"total_p99_ns", "ns", Better::lower,
+                    "99 % of the ticks take at most this long; n/a below 1000 timed ticks", clock_source});
+    list.push_back({"total_p999_ns", "ns", Better::lower,
+                    "99.9 % of the ticks take at most this long; n/a below 100 000 timed ticks", clock_source});
+    list.push_back(
+        {"total_max_ns", "ns", Better::lower, "Longest tick, the machine's own interruptions included", clock_source});
+    list.push_back({"total_cold_ns", "ns", Better::lower,
+                    "Time of the first tick with a pair, warm-up or not: what a surgeon feels first", clock_source});
+    list.push_back(
+        {"deadline_misses", "1", Better::lower, "Timed ticks longer than 1 ms (back-to-back loop)", clock_source});
+    list.push_back({"longest_burst", "1", Better::lower, "Most such ticks in a row", clock_source});
+    for (const char* stage : stage_names) {
+        const std::string name = stage;
+        list.push_back({name + "_median_ns", "ns", Better::lower, "Median time of the stage " + name, clock_source});
+        list.push_back({name + "_p99_ns", "ns", Better::lower,
+                        "99 % of the ticks spend at most this long in the stage " + name + "; n/a below 1000 ticks",
+                        clock_source});
+    }
+}
+
+void add_pairs(std::vector<SummaryFigure>& list) {
+    const std::vector<SummaryFigure> more{
+        {"allocations_median", "1", Better::lower, "Median number of heap allocations inside the stages of a tick",
+         counters},
+        {"allocations_max", "1", Better::lower, "Most heap allocations inside the stages of a tick", counters},
+        {"work_median", "1", Better::lower,
+         "Median work of a tick: vertices read + cells visited + box tests + triangle tests", counters},
+        {"work_max", "1", Better::lower, "Largest work of a tick", counters},
+        {"pairs_mean", "1", Better::neither, "Reported pairs per tick, mean over all ticks", counters},
+        {"pairs_median", "1", Better::neither, "Median number of pairs over the ticks that have one", counters},
+        {"pairs_max", "1", Better::neither, "Most pairs in a tick", counters},
+        {"native_contacts_mean", "1", Better::neither, "The library's own contacts per tick, mean", counters},
+        {"judged_ticks", "1", Better::neither, "Ticks on which truth was computed", pair_truth},
+        {"true_pairs", "1", Better::neither, "True pairs, summed over the judged ticks", pair_truth},
+        {"true_touches", "1", Better::neither, "Of these, pairs that only touch in a vertex or an edge", pair_truth},
+        {"missing", "1", Better::lower,
+         "True pairs not reported, summed over the judged ticks (one whose list a limit cut is always judged)",
+         pair_truth},
+        {"missing_touch", "1", Better::lower, "Of these, pairs that only touch", pair_truth},
+        {"extra", "1", Better::lower, "Reported pairs that are not true, summed over the judged ticks", pair_truth},
+        {"precision", "1", Better::higher, "Share of the reported pairs that are true", pair_truth},
+        {"recall", "1", Better::higher, "Share of the true pairs that are reported, touches included", pair_truth},
+        {"recall_without_touches", "1", Better::higher, "The same over pairs that do more than touch", pair_truth},
+        {"f1", "1", Better::higher, "Harmonic mean of precision and recall", pair_truth},
+        {"true_swept", "1", Better::neither, "Pairs that begin to touch between two frames, summed over the ticks",
+         between},
+        {"missing_swept", "1", Better::lower,
+         "Of these: told neither as begun between frames nor as pair of the frame after", between},
+        {"extra_swept", "1", Better::lower, "Contacts said to begin between frames that do not", between},
+        {"swept_time_error_max", "1", Better::lower, "Worst error of a told time of first contact, part of a tick",
+         between},
+        {"contact_events", "1", Better::neither, "Contacts of two bodies, from first touch until they are apart",
+         between},
+        {"contact_events_missed", "1", Better::lower, "Of these: never told, neither at a frame nor between frames",
+         between},
+        {"onset_latency_median_s", "s", Better::lower,
+         "Median time from first touch to the frame at which the detector first tells of it, over the events told",
+         between},
+        {"onset_latency_max_s", "s", Better::lower, "Largest of the same", between},
+        {"depth_error_median_m", "m", Better::lower,
+         "Median over ticks with a contact of the worst difference between a contact's depth and the true depth of the "
+         "penetrating vertex",
+         depth_before},
+        {"depth_error_max_m", "m", Better::lower, "Largest of the same", depth_before},
+        {"native_depth_error_median_m", "m", Better::lower,
+         "The same for the library's own contacts, against the deepest corner of the two triangles", depth_before},
+        {"native_depth_error_max_m", "m", Better::lower, "Largest of the same", depth_before}};
+    list.insert(list.end(), more.begin(), more.end());
+}
+
+void add_outcome(std::vector<SummaryFigure>& list) {
+    const std::vector<SummaryFigure> more{
+        {"residual_median_m", "m", Better::lower,
+         "True depth left after the tick: median over ticks with a pair or a depth", geometry},
+        {"residual_max_m", "m", Better::lower, "Largest true depth left after a tick", geometry},
+        {"residual_mean_m", "m", Better::lower,
+         "Area mean of the depth over the penetrating samples: median over ticks with a depth", geometry},
+        {"residual_last_m", "m", Better::lower, "True depth left after the last judged tick", geometry},
+        {"residual_settled_m", "m", Better::lower,
+         "Largest true depth from 200 ms after the last key of the motion on; n/a when the run ends before", geometry},
+        {"overlap_volume_max_m3", "m³", Better::lower,
+         "Largest volume that two closed bodies both fill after a tick; n/a with open sheets alone", geometry},
+        {"min_translation_max_m", "m", Better::lower,
+         "Longest way that a closed body would have to move to come free of another, along the best of 26 directions "
+         "(axes, face and space diagonals of a cube)",
+         geometry},
+        {"ticks_to_clear_median", "1", Better::lower,
+         "Ticks from a depth above 0.1 mm until it is cleared, median over the spells that were; resolution: the "
+         "judged "
+         "ticks",
+         geometry},
+        {"ticks_to_clear_max", "1", Better::lower, "Longest of the same", geometry},
+        {"uncleared", "1", Better::lower, "1: the run ends with more than 0.1 mm left; 0: it does not", geometry},
+        {"re_penetrations", "1", Better::lower, "Times that a depth above 0.1 mm came back after it had been cleared",
+         geometry},
+        {"overshoot_max_m", "m", Better::lower,
+         "Largest gap within 20 ticks after a depth, less the way that scripts moved bodies meanwhile", geometry},
+        {"wrong_side_max", "1", Better::lower, "Most sample points left on the wrong side after a tick", geometry},
+        {"wrong_side_last", "1", Better::lower, "Sample points on the wrong side after the last judged tick", geometry},
+        {"wrong_side_vertices_max", "1", Better::lower, "Most vertices left on the wrong side after a tick", geometry},
+        {"wrong_side_vertices_last", "1", Better::lower, "Vertices on the wrong side after the last judged tick",
+         geometry},
+        {"strain_over_max", "1", Better::lower, "Largest edge strain above the scene's strain limit", geometry},
+        {"max_strain", "1", Better::lower, "Largest edge strain of the tissue (1 = doubled length)", told},
+        {"ruptures", "1", Better::neither, "Ruptures that the response declared", told},
+        {"skipped", "1", Better::neither, "Contacts without a response, summed over the ticks", told},
+        {"no_hit", "1", Better::lower, "Projections for which no contact point was found, summed over the ticks", told},
+        {"limited_edges", "1", Better::lower, "Edges that the strain limiter acted on, summed over the ticks", told},
+        {"force_rms_n", "N", Better::neither, "Root mean square of the tool force", force},
+        {"force_max_n", "N", Better::neither, "Largest tool force (mean over a tick)", force},
+        {"force_jump_p99_n", "N", Better::lower,
+         "Change of the tool force from tick to tick before any filter, 99 %; n/a below 1000 ticks", force},
+        {"force_jump_max_n", "N", Better::lower,
+         "Largest change of the tool force from one tick to the next, before any filter", force},
+        {"force_flips", "1", Better::lower, "Ticks on which the tool force turned by more than 90 degrees", force},
+        {"force_above_30hz_rms_n", "N", Better::lower,
+         "Root mean square of the part of the tool force above 30 Hz, where no hand moves", force},
+        {"force_above_30hz_share", "1", Better::lower, "Share of the tool force's energy above 30 Hz", force},
+        {"contact_spells", "1", Better::neither, "Stretches of ticks with pairs, gaps of up to 5 ticks bridged", books},
+        {"momentum_error_worst_n_s", "N s", Better::lower,
+         "Momentum that one side of a contact gained and the other did not lose, worst contact spell; n/a with rigid "
+         "bodies",
+         books},
+        {"momentum_error_share_worst", "1", Better::lower,
+         "The same as a share of the spell's summed impulse on the instruments, worst spell", books},
+        {"energy_created_worst_j", "J", Better::lower,
+         "Energy that surely came from nowhere in a contact spell (tissue's gain and the work on the instruments, "
+         "dampers "
+         "left out), worst spell; n/a where an instrument turns",
+         books},
+        {"energy_created_share_worst", "1", Better::lower,
+         "The same as a share of the spell's summed work on the instruments, worst spell", books},
+        {"net_work_j", "J", Better::lower,
+         "Work of the contact force on the tool over a path that ends where it began (within 1 % of its length); above "
+         "0 the contact feeds the hand",
+         books},
+        {"energy_given_worst_j", "J", Better::lower,
+         "Most energy that the tool had been given by contact at any time (passivity observer)", books}};
+    list.insert(list.end(), more.begin(), more.end());
+}
+
+void add_reference(std::vector<SummaryFigure>& list) {
+    // Filled by the comparison with the stored reference (reference/reference.hpp), once for each law of contact.
+    for (const auto& [ending, law] : {std::pair{"_equal_k", "the reference with contact as stiff as the scene says"},
+                                      std::pair{"_hard", "the reference with hard contact"}}) {
+        const std::string end = ending;
+        const std::string against = std::string("; against ") + law + ", n/a without one";
+        list.push_back({"force_error_rms" + end, "N", Better::lower,
+                        "Root mean square error of the tool force below 30 Hz" + against, stored});
+        list.push_back({"force_error_worst" + end, "N", Better::lower,
+                        "Largest error of the tool force below 30 Hz" + against, stored});
+        list.push_back({"impulse_error_worst" + end, "N s", Better::lower,
+                        "Largest error of the tool's impulse over 10 ms" + against, stored});
+        list.push_back({"position_error_rms" + end, "m", Better::lower,
+                        "Root mean square error of the place of the reference's points" + against, stored});
+        list.push_back({"position_error_worst" + end, "m", Better::lower,
+                        "Largest error of the place of the reference's points" + against, stored});
+        list.push_back({"force_bound" + end, "N", Better::neither,
+                        "How far the reference itself may be off, root mean square" + against, stored});
+    }
+    list.push_back({"reference_clears_hard", "1", Better::neither,
+                    "1: the hard reference clears every depth within the strain limit; 0: it cannot; n/a without one",
+                    stored});
+}
+
+void add_paced(std::vector<SummaryFigure>& list) {
+    for (const auto& [start, what] :
+         {std::pair{"paced", "From a tick's scheduled release, one every tick of the scene, to its end"},
+          std::pair{"empty", "The same of an empty loop of the same length in the same run: the machine alone"}}) {
+        const std::string name = start;
+        list.push_back({name + "_median_ns", "ns", Better::lower, std::string(what) + ": median", paced});
+        list.push_back({name + "_p99_ns", "ns", Better::lower, "99 % of the same; n/a below 1000 ticks", paced});
+        list.push_back({name + "_p999_ns", "ns", Better::lower, "99.9 % of the same; n/a below 100 000 ticks", paced});
+        list.push_back({name + "_max_ns", "ns", Better::lower, "Longest of the same", paced});
+        list.push_back({name + "_misses", "1", Better::lower, "Ticks that ended after the next one's release", paced});
+        list.push_back({name + "_burst", "1", Better::lower, "Most such ticks in a row", paced});
+    }
+}
+
+void add_pair_study(std::vector<SummaryFigure>& list) {
+    list.push_back({"iterations", "1", Better::neither, "Ticks with at least one pair", pair_study});
+    list.push_back({"pairs_per_iteration", "1", Better::neither, "Mean number of pairs in those ticks", pair_study});
+    for (const auto& [variant, span] : {std::pair{"without", "response alone, the intersections given"},
+                                        std::pair{"with", "triangle test of the same pairs and response"}}) {
+        for (const auto& [unit, meaning] :
+             {std::pair{"pair", "one triangle pair"}, std::pair{"iteration", "one iteration"}}) {
+            for (const auto& [kind, word] : {std::pair{"median", "median"}, std::pair{"p99", "99 %"}}) {
+                list.push_back({std::string(variant) + "_per_" + unit + "_" + kind + "_ns", "ns", Better::lower,
+                                std::string("Time for ") + meaning + ", " + word + ": " + span, pair_study});
+            }
+        }
+    }
+}
+
+std::vector<SummaryFigure> make_figures() {
+    std::vector<SummaryFigure> list{
+        {"ticks", "1", Better::neither, "Ticks done", counters},
+        {"failed_ticks", "1", Better::lower, "Ticks whose outcome is not ok", counters},
+        {"truncated_ticks", "1", Better::lower, "Ticks on which a limit cut the list of pairs", counters}};
+    add_times(list);
+    add_pairs(list);
+    add_outcome(list);
+    add_reference(list);
+    add_paced(list);
+    add_pair_study(list);
+    return list;
+}
+
+}  // namespace
+
+std::string_view name_of(Better better) {
+    switch (better) {
+        case Better::lower:
+            return "lower";
+        case Better::higher:
+            return "higher";
+        case Better::neither:
+            break;
+    }
+    return "neither";
+}
+
+const std::vector<SummaryFigure>& summary_figures() {
+    static const std::vector<SummaryFigure> list = make_figures();
+    return list;
+}
+
+const SummaryFigure& summary_figure(std::string_view name) {
+    for (const SummaryFigure& figure : summary_figures()) {
+        if (figure.name == name) return figure;
+    }
+    throw std::logic_error("no figure is named " + std::string(name));
+}
+
+std::string header_of(const SummaryFigure& figure) {
+    return figure.unit == "1" ? figure.name : figure.name + " [" + figure.unit + "]";
+}
+
+}  // namespace trocar

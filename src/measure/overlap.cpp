@@ -1,0 +1,220 @@
+#include "measure/overlap.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace trocar {
+namespace {
+
+std::array<Vector3, 13> make_directions() {
+    std::array<Vector3, 13> directions{};
+    std::size_t next = 0;
+    for (int x = 0; x <= 1; ++x) {
+        for (int y = -1; y <= 1; ++y) {
+            for (int z = -1; z <= 1; ++z) {
+                // One of each two opposite vectors.
+                const bool first = x > 0 || y > 0 || (y == 0 && z > 0);
+                if (!first || (x == 0 && y < 0)) continue;
+                directions.at(next++) = Vector3(x, y, z).normalized();
+            }
+        }
+    }
+    return directions;
+}
+
+/// A rotation that turns `direction` to +z.
+Matrix3 turn_to_z(const Vector3& direction) {
+    return Quaternion::FromTwoVectors(direction, Vector3::UnitZ()).toRotationMatrix();
+}
+
+/// Twice the signed area of the projected triangle (p, u, v), the same but for its sign when u and v change places, so
+/// that two triangles never both claim or both lose a line through their common edge.
+double turn(const Matrix3X& turned, Index u, Index v, double x, double y) {
+    const bool swapped = u > v;
+    if (swapped) std::swap(u, v);
+    const double value = (turned(0, u) - x) * (turned(1, v) - y) - (turned(1, u) - y) * (turned(0, v) - x);
+    return swapped ? -value : value;
+}
+
+/// Moves the lines off the round coordinates on which the vertices of generated meshes lie.
+constexpr double line_shift = 0.4833333;
+
+double coordinate(double low, double high, int i) { return low + (high - low) * (i + line_shift) / overlap_lines; }
+
+}  // namespace
+
+std::span<const Vector3> translation_directions() {
+    static const std::array<Vector3, 13> directions = make_directions();
+    return directions;
+}
+
+void OverlapTruth::pierce(const Triangles& triangles, Range range, const Matrix3X& turned, const Bundle& bundle,
+                          Lines& lines) {
+    lines.resize(static_cast<std::size_t>(overlap_lines) * overlap_lines);
+    for (auto& line : lines) line.clear();
+    const double scale_u = overlap_lines / (bundle.high_u - bundle.low_u);
+    const double scale_v = overlap_lines / (bundle.high_v - bundle.low_v);
+    const auto first_at = [](double from, double low, double scale) {
+        return static_cast<int>(std::clamp(std::ceil((from - low) * scale - line_shift), 0.0, 1.0 * overlap_lines));
+    };
+    const auto last_at = [](double to, double low, double scale) {
+        return static_cast<int>(std::clamp(std::floor((to - low) * scale - line_shift), -1.0, overlap_lines - 1.0));
+    };
+    for (Index t = range.first; t < range.end(); ++t) {
+        const Index a = triangles(0, t);
+        const Index b = triangles(1, t);
+        const Index c = triangles(2, t);
+        const auto [low_u, high_u] = std::minmax({turned(0, a), turned(0, b), turned(0, c)});
+        const auto [low_v, high_v] = std::minmax({turned(1, a), turned(1, b), turned(1, c)});
+        const int last_u = last_at(high_u, bundle.low_u, scale_u);
+        const int last_v = last_at(high_v, bundle.low_v, scale_v);
+        for (int j = first_at(low_v, bundle.low_v, scale_v); j <= last_v; ++j) {
+            const double y = coordinate(bundle.low_v, bundle.high_v, j);
+            for (int i = first_at(low_u, bundle.low_u, scale_u); i <= last_u; ++i) {
+                const double x = coordinate(bundle.low_u, bundle.high_u, i);
+                const double at_a = turn(turned, b, c, x, y);
+                const double at_b = turn(turned, c, a, x, y);
+                const double at_c = turn(turned, a, b, x, y);
+                const bool left = at_a > 0.0 && at_b > 0.0 && at_c > 0.0;
+                const bool right = at_a < 0.0 && at_b < 0.0 && at_c < 0.0;
+                if (!left && !right) continue;
+                const double height =
+                    (at_a * turned(2, a) + at_b * turned(2, b) + at_c * turned(2, c)) / (at_a + at_b + at_c);
+                // A triangle that is counter-clockwise seen from above is left by the line going up.
+                lines[static_cast<std::size_t>(j) * overlap_lines + static_cast<std::size_t>(i)].push_back(
+                    {height, left ? -1 : 1});
+            }
+        }
+    }
+}
+
+void OverlapTruth::intervals(std::vector<Crossing>& crossings, std::vector<Interval>& inside) {
+    inside.clear();
+    std::sort(crossings.begin(), crossings.end(),
+              [](const Crossing& x, const Crossing& y) { return x.height < y.height; });
+    int winding = 0;
+    for (const Crossing& crossing : crossings) {
+        const int before = winding;
+        winding += crossing.sign;
+        if (before == 0 && winding != 0) inside.push_back({crossing.height, crossing.height});
+        if (before != 0 && winding == 0) inside.back().high = crossing.height;
+    }
+    // A surface that is not watertight may leave the last interval open: it counts for nothing.
+    if (winding != 0 && !inside.empty()) inside.pop_back();
+}
+
+void OverlapTruth::cast(const Topology& topology, const BodyRange& a, const BodyRange& b, const Bundle& bundle) {
+    pierce(topology.triangles, a.triangles, turned_, bundle, lines_a_);
+    pierce(topology.triangles, b.triangles, turned_, bundle, lines_b_);
+}
+
+double OverlapTruth::pass(const Topology& topology, const BodyRange& a, const BodyRange& b, Bundle& bundle) {
+    cast(topology, a, b, bundle);
+    const double step_u = (bundle.high_u - bundle.low_u) / overlap_lines;
+    const double step_v = (bundle.high_v - bundle.low_v) / overlap_lines;
+    double length = 0.0;
+    constexpr double infinite = std::numeric_limits<double>::infinity();
+    Bundle found{infinite, infinite, -infinite, -infinite};
+    for (int j = 0; j < overlap_lines; ++j) {
+        for (int i = 0; i < overlap_lines; ++i) {
+            const auto line = static_cast<std::size_t>(j) * overlap_lines + static_cast<std::size_t>(i);
+            if (lines_a_[line].empty() || lines_b_[line].empty()) continue;
+            intervals(lines_a_[line], inside_a_);
+            intervals(lines_b_[line], inside_b_);
+            double common = 0.0;
+            for (const Interval& x : inside_a_) {
+                for (const Interval& y : inside_b_) {
+                    common += std::max(0.0, std::min(x.high, y.high) - std::max(x.low, y.low));
+                }
+            }
+            if (common <= 0.0) continue;
+            length += common;
+            const double u = coordinate(bundle.low_u, bundle.high_u, i);
+            const double v = coordinate(bundle.low_v, bundle.high_v, j);
+            found.low_u = std::min(found.low_u, u - step_u);
+            found.low_v = std::min(found.low_v, v - step_v);
+            found.high_u = std::max(found.high_u, u + step_u);
+            found.high_v = std::max(found.high_v, v + step_v);
+        }
+    }
+    if (length > 0.0) {
+        bundle.low_u = std::max(bundle.low_u, found.low_u);
+        bundle.low_v = std::max(bundle.low_v, found.low_v);
+        bundle.high_u = std::min(bundle.high_u, found.high_u);
+        bundle.high_v = std::min(bundle.high_v, found.high_v);
+    }
+    return length * step_u * step_v;
+}
+
+Overlap OverlapTruth::measure(const Topology& topology, const Matrix3X& position, Index body_a, Index body_b) {
+    Overlap result;
+    const BodyRange& a = topology.bodies[static_cast<std::size_t>(body_a)];
+    const BodyRange& b = topology.bodies[static_cast<std::size_t>(body_b)];
+    const auto box_of = [](const BodyRange& body, const Matrix3X& at) {
+        Box box;
+        for (Index v = body.vertices.first; v < body.vertices.end(); ++v) box.add(at.col(v));
+        return box;
+    };
+    if (a.triangles.count == 0 || b.triangles.count == 0 || !box_of(a, position).overlaps(box_of(b, position))) {
+        return result;
+    }
+    turned_.resize(3, position.cols());
+    double shortest = std::numeric_limits<double>::infinity();
+    const std::span<const Vector3> directions = translation_directions();
+    for (std::size_t d = 0; d < directions.size(); ++d) {
+        // World z first: it gives the volume, and tells whether there is anything to come out of.
+        const Vector3& direction = directions[d];
+        const Matrix3 turn = turn_to_z(direction);
+        for (const BodyRange* body : {&a, &b}) {
+            const Range v = body->vertices;
+            turned_.middleCols(v.first, v.count) = turn * position.middleCols(v.first, v.count);
+        }
+        const Box one = box_of(a, turned_);
+        const Box other = box_of(b, turned_);
+        const Bundle shared{std::max(one.min.x(), other.min.x()), std::max(one.min.y(), other.min.y()),
+                            std::min(one.max.x(), other.max.x()), std::min(one.max.y(), other.max.y())};
+        if (!(shared.low_u < shared.high_u && shared.low_v < shared.high_v)) return {};
+        if (d == 0) {
+            Bundle narrowed = shared;
+            result.volume = pass(topology, a, b, narrowed);
+            if (!(result.volume > 0.0)) return {};
+            result.volume = pass(topology, a, b, narrowed);
+        }
+        cast(topology, a, b, shared);
+        // Moving the first body by t along the line brings [a0, a1] and [b0, b1] together for b0 - a1 < t < b1 - a0.
+        forbidden_.clear();
+        for (std::size_t line = 0; line < lines_a_.size(); ++line) {
+            if (lines_a_[line].empty() || lines_b_[line].empty()) continue;
+            intervals(lines_a_[line], inside_a_);
+            intervals(lines_b_[line], inside_b_);
+            for (const Interval& x : inside_a_) {
+                for (const Interval& y : inside_b_) forbidden_.push_back({y.low - x.high, y.high - x.low});
+            }
+        }
+        std::sort(forbidden_.begin(), forbidden_.end(),
+                  [](const Interval& x, const Interval& y) { return x.low < y.low; });
+        double up = 0.0;
+        for (const Interval& span : forbidden_) {
+            if (span.low < up || (up == 0.0 && span.low <= 0.0)) up = std::max(up, span.high);
+        }
+        std::sort(forbidden_.begin(), forbidden_.end(),
+                  [](const Interval& x, const Interval& y) { return x.high > y.high; });
+        double down = 0.0;
+        for (const Interval& span : forbidden_) {
+            if (span.high > down || (down == 0.0 && span.high >= 0.0)) down = std::min(down, span.low);
+        }
+        // A bundle whose lines all miss the overlap says nothing about its direction.
+        if (up == 0.0 && down == 0.0) continue;
+        for (const auto& [way, sense] : {std::pair{up, 1.0}, std::pair{-down, -1.0}}) {
+            if (way < shortest) {
+                shortest = way;
+                result.direction = sense * direction;
+            }
+        }
+    }
+    result.min_translation = std::isfinite(shortest) ? shortest : std::nan("");
+    return result;
+}
+
+}  // namespace trocar

@@ -1,0 +1,71 @@
+#include "simulate/overrides.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+
+#include "geometry/input_error.hpp"
+
+namespace trocar {
+namespace {
+
+std::map<std::string, double> parse(const std::string& text) {
+    std::map<std::string, double> values;
+    for (std::size_t start = 0; start < text.size();) {
+        const std::size_t end = std::min(text.find(',', start), text.size());
+        const std::string item = text.substr(start, end - start);
+        const std::size_t equals = std::min(item.find('='), item.size());
+        const std::string name = item.substr(0, equals);
+        const auto& knobs = scene_knobs();
+        if (std::none_of(knobs.begin(), knobs.end(), [&](const SceneKnob& knob) { return knob.name == name; })) {
+            throw InputError("scene override", name, "dt, k or substeps", "'" + item + "'");
+        }
+        double value = 0.0;
+        const char* last = item.data() + item.size();
+        const bool number = equals < item.size() &&
+                            std::from_chars(item.data() + equals + 1, last, value).ptr == last && std::isfinite(value);
+        if (!number || !(value > 0.0)) throw InputError("scene override", name, "a number > 0", "'" + item + "'");
+        if (name == "substeps" && (value != std::floor(value) || value > 1000.0)) {
+            throw InputError("scene override", name, "a whole number up to 1000", "'" + item + "'");
+        }
+        values[name] = value;
+        start = end + 1;
+    }
+    return values;
+}
+
+}  // namespace
+
+const std::vector<SceneKnob>& scene_knobs() {
+    static const std::vector<SceneKnob> knobs{{"dt", "s", "length of a tick"},
+                                              {"k", "N/m", "contact stiffness between every two bodies"},
+                                              {"substeps", "1", "steps of the tissue's integrator per tick"}};
+    return knobs;
+}
+
+void apply_overrides(const std::string& overrides, Scene& scene) {
+    for (const auto& [name, value] : parse(overrides)) {
+        if (name == "dt") {
+            const double factor = value / scene.dt;
+            scene.materials.substeps =
+                std::max(1, static_cast<int>(std::ceil(scene.materials.substeps * factor - 1e-9)));
+            scene.ticks = std::llround(static_cast<double>(scene.ticks) / factor);
+            scene.dt = value;
+        } else if (name == "k") {
+            for (ContactLaw& law : scene.materials.contact_laws) law.k = value;
+        } else {
+            scene.materials.substeps = static_cast<int>(value);
+        }
+    }
+}
+
+double override_value(const std::string& overrides, const std::string& knob) {
+    const auto values = parse(overrides);
+    const auto found = values.find(knob);
+    return found == values.end() ? 0.0 : found->second;
+}
+
+}  // namespace trocar

@@ -1,0 +1,142 @@
+#include "measure/overlap.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+namespace trocar {
+namespace {
+
+struct Solid {
+    std::vector<Vector3> points;
+    std::vector<std::array<Index, 3>> faces;
+
+    void add(const Solid& other) {
+        const auto base = static_cast<Index>(points.size());
+        points.insert(points.end(), other.points.begin(), other.points.end());
+        for (const auto& [a, b, c] : other.faces) faces.push_back({a + base, b + base, c + base});
+    }
+};
+
+Solid block(const Vector3& low, const Vector3& high) {
+    Solid solid;
+    for (int i = 0; i < 8; ++i) {
+        solid.points.emplace_back((i & 1) != 0 ? high.x() : low.x(), (i & 2) != 0 ? high.y() : low.y(),
+                                  (i & 4) != 0 ? high.z() : low.z());
+    }
+    solid.faces = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                   {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+    return solid;
+}
+
+/// Rings of latitude, fine enough that the ball's volume is 0.2 % off.
+Solid ball(const Vector3& centre, double radius) {
+    constexpr int rings = 40;
+    constexpr int spokes = 80;
+    Solid solid;
+    solid.points.push_back(centre + Vector3(0, 0, radius));
+    for (int i = 1; i < rings; ++i) {
+        const double polar = std::numbers::pi * i / rings;
+        for (int j = 0; j < spokes; ++j) {
+            const double around = 2.0 * std::numbers::pi * j / spokes;
+            solid.points.push_back(centre + radius * Vector3(std::sin(polar) * std::cos(around),
+                                                             std::sin(polar) * std::sin(around), std::cos(polar)));
+        }
+    }
+    solid.points.push_back(centre - Vector3(0, 0, radius));
+    const auto at = [](int ring, int spoke) { return static_cast<Index>(1 + (ring - 1) * spokes + spoke % spokes); };
+    const auto last = static_cast<Index>(solid.points.size()) - 1;
+    for (int j = 0; j < spokes; ++j) {
+        solid.faces.push_back({0, at(1, j), at(1, j + 1)});
+        solid.faces.push_back({last, at(rings - 1, j + 1), at(rings - 1, j)});
+        for (int i = 1; i + 1 < rings; ++i) {
+            solid.faces.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+            solid.faces.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+        }
+    }
+    return solid;
+}
+
+Overlap overlap_of(const Solid& a, const Solid& b) {
+    std::vector<Body> bodies;
+    Matrix3X position(3, static_cast<Eigen::Index>(a.points.size() + b.points.size()));
+    Eigen::Index column = 0;
+    for (const Solid* solid : {&a, &b}) {
+        Triangles triangles(3, static_cast<Eigen::Index>(solid->faces.size()));
+        for (std::size_t t = 0; t < solid->faces.size(); ++t) {
+            for (int corner = 0; corner < 3; ++corner) {
+                triangles(corner, static_cast<Eigen::Index>(t)) = solid->faces[t].at(static_cast<std::size_t>(corner));
+            }
+        }
+        bodies.push_back({.name = solid == &a ? "a" : "b",
+                          .kind = BodyKind::instrument,
+                          .vertex_count = static_cast<Index>(solid->points.size()),
+                          .triangles = triangles});
+        for (const Vector3& p : solid->points) position.col(column++) = p;
+    }
+    OverlapTruth truth;
+    return truth.measure(make_topology(bodies), position, 0, 1);
+}
+
+TEST(Overlap, TwoBlocksShareABlockAndPartOverItsThinnestSide) {
+    const Overlap overlap = overlap_of(block({0, 0, 0}, {1, 1, 1}), block({0.7, 0.2, -0.1}, {1.7, 1.2, 0.9}));
+    EXPECT_NEAR(overlap.volume, 0.3 * 0.8 * 0.9, 0.3 * 0.8 * 0.9 * 0.01);
+    EXPECT_NEAR(overlap.min_translation, 0.3, 1e-12);
+    EXPECT_LT((overlap.direction - Vector3(-1, 0, 0)).norm(), 1e-12) << "the first body leaves towards -x";
+}
+
+TEST(Overlap, TwoBallsShareALens) {
+    const double radius = 0.01;
+    for (const double distance : {0.016, 0.012}) {
+        const Overlap overlap = overlap_of(ball({0, 0, 0}, radius), ball({0, distance, 0}, radius));
+        const double lens = std::numbers::pi * (4 * radius + distance) * std::pow(2 * radius - distance, 2) / 12;
+        EXPECT_NEAR(overlap.volume, lens, 0.02 * lens) << distance;
+        // Lines are 0.42 mm apart and miss the poles by up to 0.3 mm, where each ball is 0.3²/20 = 0.0045 mm thinner;
+        // the balls' chords take 0.008 mm each.
+        EXPECT_LE(overlap.min_translation, 2 * radius - distance + 1e-12) << distance;
+        EXPECT_NEAR(overlap.min_translation, 2 * radius - distance, 4e-5) << distance;
+        EXPECT_LT((overlap.direction - Vector3(0, -1, 0)).norm(), 1e-12);
+    }
+}
+
+TEST(Overlap, BodyInASlotComesOutIntoTheSlot) {
+    Solid slot = block({-5, -2, -5}, {5, -1, 5});
+    slot.add(block({-5, 1, -5}, {5, 2, 5}));
+    // 0.2 deep in the upper wall: a hull of the slot would ask for a way around it.
+    const Overlap overlap = overlap_of(block({-0.5, 0.2, -0.5}, {0.5, 1.2, 0.5}), slot);
+    EXPECT_NEAR(overlap.min_translation, 0.2, 1e-12);
+    EXPECT_LT((overlap.direction - Vector3(0, -1, 0)).norm(), 1e-12);
+    // Too long for the slot: out of the upper wall is into the lower one, so the way leads on through all of it.
+    const Overlap stuck = overlap_of(block({-0.5, -0.95, -0.5}, {0.5, 1.2, 0.5}), slot);
+    EXPECT_NEAR(stuck.min_translation, 2.0 - -0.95, 1e-12) << "up through the upper wall";
+}
+
+TEST(Overlap, ContainedBodyCountsWhole) {
+    const Overlap overlap = overlap_of(block({-0.1, -0.2, -0.3}, {0.1, 0.2, 0.3}), block({-1, -1, -1}, {1, 1, 1}));
+    EXPECT_NEAR(overlap.volume, 0.2 * 0.4 * 0.6, 1e-3 * 0.048);
+    EXPECT_NEAR(overlap.min_translation, 1.1, 1e-12) << "thinnest side first: 1 - -0.1";
+}
+
+TEST(Overlap, ApartIsZero) {
+    const Overlap apart = overlap_of(block({0, 0, 0}, {1, 1, 1}), block({1.1, 0, 0}, {2, 1, 1}));
+    EXPECT_EQ(apart.volume, 0.0);
+    EXPECT_EQ(apart.min_translation, 0.0);
+    // Boxes that overlap without the bodies meeting: two balls at the corners of each other's box.
+    const Overlap corner = overlap_of(ball({0, 0, 0}, 1.0), ball({1.5, 1.5, 1.5}, 1.0));
+    EXPECT_EQ(corner.volume, 0.0);
+    EXPECT_EQ(corner.min_translation, 0.0);
+}
+
+TEST(Overlap, ThirteenDirectionsWithoutAPairOfOpposites) {
+    const auto directions = translation_directions();
+    ASSERT_EQ(directions.size(), 13U);
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+        EXPECT_NEAR(directions[i].norm(), 1.0, 1e-15);
+        for (std::size_t j = 0; j < i; ++j) EXPECT_LT(std::abs(directions[i].dot(directions[j])), 0.9);
+    }
+}
+
+}  // namespace
+}  // namespace trocar

@@ -1,0 +1,82 @@
+#include "simulate/paced.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "geometry/input_error.hpp"
+#include "simulate/overrides.hpp"
+#include "support/scene_samples.hpp"
+
+namespace trocar {
+namespace {
+
+void busy_for(std::chrono::microseconds time) {
+    const auto end = std::chrono::steady_clock::now() + time;
+    while (std::chrono::steady_clock::now() < end) {
+    }
+}
+
+TEST(PacedLoop, ALateTickMakesTheNextOnesLateToo) {
+    // 5 ms period; tick 20 works 13 ms: it misses, and so does tick 21, released while 20 still worked.
+    constexpr std::int64_t period = 5'000'000;
+    int tick = 0;
+    const PacedTimes times = run_paced(30, period, [&tick] {
+        if (tick == 20) busy_for(std::chrono::microseconds(13'000));
+        ++tick;
+        return true;
+    });
+    ASSERT_EQ(times.latency_ns.size(), 30U);
+    EXPECT_GE(times.latency_ns[20], 13e6);
+    EXPECT_GE(times.latency_ns[21], 8e6 - 1e3) << "counted from its release, not from its start";
+    EXPECT_GE(times.latency_ns[22], 3e6 - 1e3);
+    const auto figures = paced_figures("paced", times, period);
+    EXPECT_GE(figures.at("paced_misses"), 2.0);
+    EXPECT_GE(figures.at("paced_burst"), 2.0);
+    EXPECT_GE(figures.at("paced_max_ns"), 13e6);
+    EXPECT_TRUE(std::isnan(figures.at("paced_p99_ns"))) << "20 timed ticks are too few";
+}
+
+TEST(PacedLoop, ReleasesKeepTheClock) {
+    const auto start = std::chrono::steady_clock::now();
+    int count = 0;
+    run_paced(20, 2'000'000, [&count] { return ++count < 1000; });
+    const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    EXPECT_GE(ms, 40.0 - 0.01) << "20 periods of 2 ms: the first release is one period away";
+    EXPECT_EQ(count, 20);
+    EXPECT_EQ(run_paced(20, 1'000'000, [] { return false; }).latency_ns.size(), 1U) << "told to stop";
+}
+
+TEST(PacedFigures, BurstsAreMissesInARow) {
+    PacedTimes times{std::vector<double>(10 + 8, 100.0)};
+    for (const std::size_t late : {11U, 12U, 13U, 16U}) times.latency_ns[late] = 2000.0;
+    times.latency_ns[3] = 1e9;  // warm-up
+    const auto figures = paced_figures("empty", times, 1000);
+    EXPECT_EQ(figures.at("empty_misses"), 4.0);
+    EXPECT_EQ(figures.at("empty_burst"), 3.0);
+    EXPECT_EQ(figures.at("empty_max_ns"), 2000.0);
+}
+
+TEST(Overrides, TickKeepsTheLengthOfRunAndSubStep) {
+    Scene scene = test::scene_from_text(test::poke_text());
+    const int substeps = scene.materials.substeps;
+    const std::uint64_t hash = scene.hash;
+    apply_overrides("dt=0.0005,k=321", scene);
+    EXPECT_EQ(scene.dt, 0.0005);
+    EXPECT_EQ(scene.ticks, 120);
+    EXPECT_EQ(scene.materials.substeps, (substeps + 1) / 2);
+    EXPECT_EQ(scene.hash, hash);
+    for (const ContactLaw& law : scene.materials.contact_laws) EXPECT_EQ(law.k, 321.0);
+    apply_overrides("substeps=9", scene);
+    EXPECT_EQ(scene.materials.substeps, 9);
+    EXPECT_EQ(override_value("dt=0.0005,k=321", "k"), 321.0);
+    EXPECT_EQ(override_value("", "k"), 0.0);
+    for (const char* bad :
+         {"dt", "dt=", "dt=0", "dt=-1", "dt=x", "mass=3", "substeps=1.5", "k=nan", "k=1e999", "k=1x"}) {
+        EXPECT_THROW(apply_overrides(bad, scene), InputError) << bad;
+    }
+}
+
+}  // namespace
+}  // namespace trocar
