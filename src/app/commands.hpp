@@ -92,6 +92,14 @@ struct ReportOptions {
 };
 int report(const CommonOptions& common, const ReportOptions& options);
 
+struct ReferenceOptions {
+    std::vector<std::filesystem::path> scenes;
+    bool check = false;                  ///< only say whether the stored ones fit; nothing is made
+    std::optional<double> time_step_ms;  ///< finest step instead of the scene's own
+    std::string without;                 ///< store that there is none, for this reason; nothing is computed
+};
+int reference(const CommonOptions& common, const ReferenceOptions& options);
+
 struct ListOptions {};
 int list(const CommonOptions& common, const ListOptions& options);
 

@@ -133,6 +133,16 @@ int main(int argc, char** argv) {
     sub->add_option("file", respond_options.file, "Cases (JSON)")->required();
     line.on(sub, respond_options, respond);
 
+    ReferenceOptions reference_options;
+    sub = line.add("reference", "Make the stored references of scenes anew (minutes each), or check them",
+                   "trocar reference scenes/i2t_poke.json scenes/i2t_drag.json");
+    sub->add_option("scenes", reference_options.scenes, "Scene files (JSON); written to reference/ beside them")
+        ->required();
+    sub->add_flag("--check", reference_options.check, "Make nothing; status 1 when one is missing or stale");
+    sub->add_option("--step", reference_options.time_step_ms, "Finest step in ms (default: by the script's speed)");
+    sub->add_option("--without", reference_options.without, "Store that there is none, and this reason");
+    line.on(sub, reference_options, reference);
+
     ListOptions list_options;
     sub = line.add("list", "All methods with their parameters; absent ones with the reason", "trocar list --json");
     line.on(sub, list_options, list);

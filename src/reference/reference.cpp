@@ -21,9 +21,12 @@ Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nul
 /// Stored numbers carry what the reference knows and no more digits.
 double rounded(double value, double grain) { return std::round(value / grain) * grain; }
 
+/// As few digits as tell the value to the grain.
 std::string short_number(double value, double grain) {
-    const std::string text = fmt::format("{:.{}f}", rounded(value, grain), static_cast<int>(-std::log10(grain) + 0.5));
-    return text;
+    std::string text = fmt::format("{:.{}f}", rounded(value, grain), static_cast<int>(-std::log10(grain) + 0.5));
+    while (text.back() == '0') text.pop_back();
+    if (text.back() == '.') text.pop_back();
+    return text == "-0" ? "0" : text;
 }
 
 /// Columns as lists, written by hand: a JSON library would print 0.30000000000000004.
@@ -165,7 +168,7 @@ std::pair<Eigen::Index, double> place_between(double time, double interval, Eige
 std::string law_text(const ReferenceSolution& solution) {
     if (!solution.available) return "no reference (" + solution.reason + ")";
     const auto order = [](double value) {
-        return std::isfinite(value) ? fmt::format("{:.1f}", value) : std::string("not observed");
+        return std::isfinite(value) ? fmt::format("{:.1f}", value) : std::string("n/a (no difference)");
     };
     return fmt::format(
         "order in step {}, in stiffness {}; residual {:.1e}; bound {:.2g} N RMS{}", order(solution.order_time_step),

@@ -1,0 +1,126 @@
+// `trocar reference`: makes the stored reference of scenes anew, or checks whether it still belongs to them.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "app/commands.hpp"
+#include "geometry/input_error.hpp"
+#include "measure/environment.hpp"
+#include "reference/build_reference.hpp"
+
+namespace trocar::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const char* word_of(ReferenceState state) {
+    switch (state) {
+        case ReferenceState::present:
+            return "present";
+        case ReferenceState::stale:
+            return "stale";
+        default:
+            return "missing";
+    }
+}
+
+/// Beside it first, then renamed: a reference is there whole or as it was.
+void write_whole(const std::filesystem::path& file, const std::string& text) {
+    std::error_code error;
+    std::filesystem::create_directories(file.parent_path(), error);
+    std::filesystem::path beside = file;
+    beside += ".new";
+    {
+        std::ofstream stream(beside, std::ios::binary);
+        stream << text;
+        stream.flush();
+        if (!stream) throw InputError(beside.string(), "", "to be writable", "an error");
+    }
+    std::filesystem::rename(beside, file, error);
+    if (error) throw InputError(file.string(), "", "to be writable", error.message());
+}
+
+Json solution_json(const ReferenceSolution& solution) {
+    const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
+    return {{"available", solution.available},
+            {"reason", solution.reason},
+            {"until", number(solution.until)},
+            {"residual", number(solution.residual)},
+            {"order_time_step", number(solution.order_time_step)},
+            {"order_stiffness", number(solution.order_stiffness)},
+            {"force_bound", number(solution.force_bound)},
+            {"position_bound", number(solution.position_bound)},
+            {"max_strain", number(solution.max_strain)},
+            {"clears_within_strain_limit", solution.clears_within_strain_limit}};
+}
+
+Reference computed(const Scene& scene, const ReferenceOptions& options) {
+    ReferencePlan plan;
+    if (options.time_step_ms) plan.time_step = *options.time_step_ms * 1e-3;
+    return build_reference(scene, plan,
+                           [&](const std::string& what) { fmt::print(stderr, "{}: {}\n", scene.name, what); });
+}
+
+/// That a scene has no reference is stored too, with the reason: it then is neither missing nor forgotten.
+Reference declared_absent(const Scene& scene, const std::string& reason) {
+    Reference made;
+    made.scene = scene.name;
+    made.scene_hash = fmt::format("{:016x}", scene.hash);
+    made.origin["settings"] = "none";
+    made.origin["seed"] = "none";
+    made.hard.reason = reason;
+    made.equal_k.reason = reason;
+    return made;
+}
+
+}  // namespace
+
+int reference(const CommonOptions& common, const ReferenceOptions& options) {
+    if (options.time_step_ms && !(*options.time_step_ms > 0.0)) {
+        throw InputError("--step", "", "a number > 0", fmt::format("{}", *options.time_step_ms));
+    }
+    Json answers = Json::array();
+    bool all_fit = true;
+    for (const std::filesystem::path& file : options.scenes) {
+        if (lacks_data(file, common.data)) {
+            fmt::print(stderr, "trocar: {}: left out (no data; name its folder with --data)\n", file.string());
+            continue;
+        }
+        const Scene scene = read_scene(file, common.data);
+        if (!options.check) {
+            Reference made =
+                options.without.empty() ? computed(scene, options) : declared_absent(scene, options.without);
+            const auto origin = environment();
+            for (const char* key : {"commit", "dirty", "version", "compiler"}) made.origin[key] = origin.at(key);
+            made.origin["command"] = fmt::format("trocar reference {}", file.filename().string());
+            if (options.time_step_ms) {
+                made.origin["command"] += fmt::format(" --step {:g}", *options.time_step_ms);
+            }
+            if (!options.without.empty()) made.origin["command"] += " --without";
+            write_whole(reference_file(file), to_json(made));
+        }
+        const FoundReference found = find_reference(scene);
+        all_fit = all_fit && found.state == ReferenceState::present;
+        if (common.json) {
+            Json answer{{"scene", scene.name},
+                        {"file", reference_file(file).string()},
+                        {"state", word_of(found.state)},
+                        {"message", found.message}};
+            if (found.reference) {
+                answer["hard"] = solution_json(found.reference->hard);
+                answer["equal_k"] = solution_json(found.reference->equal_k);
+            }
+            answers.push_back(answer);
+        } else {
+            fmt::print("{:<16} {:<8} {}\n", scene.name, word_of(found.state), found.message);
+        }
+        std::fflush(stdout);
+    }
+    if (common.json) fmt::print("{}\n", Json{{"references", answers}}.dump());
+    return all_fit ? done : comparison_failed;
+}
+
+}  // namespace trocar::app

@@ -1,0 +1,49 @@
+// Signed distance of a point to a triangle surface by the pseudonormal at the closest point (Bærentzen & Aanæs 2005),
+// found through a tree of boxes of its own: what the elastic foundation of the reference needs.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "geometry/types.hpp"
+
+namespace trocar {
+
+struct SurfacePoint {
+    Index triangle = -1;
+    Vector3 weights = Vector3::Zero();  ///< of the closest point in the triangle's corners
+    double signed_distance = std::numeric_limits<double>::infinity();  ///< m, + outside
+    Vector3 normal = Vector3::Zero();  ///< unit gradient of the signed distance in the point
+    bool beyond_rim = false;           ///< the closest point lies on a rim edge of an open surface
+};
+
+class SignedDistance {
+public:
+    /// Orders the triangles of the range and finds its neighbours, once.
+    void prepare(const Triangles& triangles, Range range, const Matrix3X& position);
+    /// Follows moved vertices.
+    void refit(const Triangles& triangles, const Matrix3X& position);
+    [[nodiscard]] bool empty() const { return nodes_.empty(); }
+    [[nodiscard]] Box box() const { return nodes_.empty() ? Box{} : nodes_.front().box; }
+    [[nodiscard]] SurfacePoint nearest(const Triangles& triangles, const Matrix3X& position, const Vector3& p) const;
+
+private:
+    struct Node {
+        Box box;
+        Index first = 0;
+        Index count = 0;   ///< triangles of a leaf; 0 = inner node
+        Index second = 0;  ///< right child; the left one follows its parent
+    };
+    Index build(const std::vector<Vector3>& centres, Index first, Index count);
+
+    Range range_;
+    std::vector<Index> order_;
+    std::vector<Node> nodes_;
+    std::vector<std::array<Index, 3>> neighbour_;  ///< per triangle and edge (corner, corner + 1): across it, -1 rim
+    Index first_vertex_ = 0;
+    Matrix3X face_normal_;    ///< unit
+    Matrix3X vertex_normal_;  ///< sum of face normals by corner angle
+    std::vector<std::uint8_t> on_rim_;
+};
+
+}  // namespace trocar

@@ -1,0 +1,350 @@
+// The implicit solver behind the stored references, held against closed forms, balances and symmetry that no solver of
+// ours has computed.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "contact/effect.hpp"
+#include "reference/build_reference.hpp"
+#include "reference/implicit_solver.hpp"
+#include "support/tissue_samples.hpp"
+#include "tissue/mass_spring.hpp"
+
+namespace trocar {
+namespace {
+
+/// One body of a scene made in memory.
+struct Piece {
+    Body body;
+    Matrix3X local;
+    std::optional<Motion> motion;
+};
+
+Scene make_scene(const std::vector<Piece>& pieces, double k, double mu) {
+    Scene scene;
+    std::vector<Body> bodies;
+    Index vertices = 0;
+    for (const Piece& piece : pieces) {
+        bodies.push_back(piece.body);
+        vertices += piece.body.vertex_count;
+    }
+    scene.topology = make_topology(bodies);
+    scene.first.position.resize(3, vertices);
+    for (std::size_t b = 0; b < pieces.size(); ++b) {
+        SceneBody body;
+        body.local = pieces[b].local;
+        body.motion = pieces[b].motion;
+        const Pose pose = body.motion ? body.motion->pose_at(0.0) : Pose{};
+        place_body(body, scene.topology.bodies[b].vertices, pose, scene.first.position);
+        scene.bodies.push_back(body);
+    }
+    const auto n = static_cast<std::size_t>(vertices);
+    scene.materials.contact_laws.assign(scene.topology.body_pairs.size(), {.k = k, .mu = mu});
+    scene.materials.rest_bias = Matrix3X::Zero(3, vertices);
+    scene.materials.pinned.assign(n, 0);
+    scene.materials.mass.assign(n, 0.0);
+    scene.materials.area.assign(n, 0.0);
+    scene.materials.drag.assign(n, 0.0);
+    scene.ticks = 100;
+    return scene;
+}
+
+Motion moving(const Vector3& from, const Vector3& to, double end) {
+    Motion motion;
+    motion.keys = {{.time = 0.0, .translation = from}, {.time = end, .translation = to}};
+    return motion;
+}
+
+/// A large flat square in the plane z = 0 of its own frame, facing down (the way it is pushed).
+Piece plate(double half, const std::optional<Motion>& motion) {
+    Piece piece;
+    piece.body = {.name = "plate", .kind = BodyKind::instrument, .closed = false, .vertex_count = 4};
+    piece.body.triangles.resize(3, 2);
+    piece.body.triangles << 0, 0, 2, 3, 1, 2;
+    piece.local.resize(3, 4);
+    piece.local << -half, half, half, -half, -half, -half, half, half, 0, 0, 0, 0;
+    piece.motion = motion;
+    return piece;
+}
+
+/// Tissue of one loose triangle whose three corners each hang on a spring from a pinned vertex straight above.
+Piece sprung_triangle() {
+    Piece piece;
+    piece.body = {.name = "tissue", .kind = BodyKind::tissue, .closed = false, .vertex_count = 6};
+    piece.body.triangles.resize(3, 1);
+    piece.body.triangles << 0, 1, 2;
+    piece.local.resize(3, 6);
+    piece.local << 0, 0.01, 0, 0, 0.01, 0, 0, 0, 0.01, 0, 0, 0.01, 0, 0, 0, 0.02, 0.02, 0.02;
+    return piece;
+}
+
+Scene plate_on_springs(double press, double k_spring, double preload, double end, double k, double mu) {
+    Scene scene =
+        make_scene({plate(0.05, moving({0.001, 0.002, 0.001}, {0.001, 0.002, -press}, end)), sprung_triangle()}, k, mu);
+    for (Index i = 0; i < 3; ++i) {
+        scene.materials.springs.push_back(
+            {.i = 4 + i, .j = 7 + i, .rest = 0.02, .k = k_spring, .preload = preload, .damping = 0.02});
+        scene.materials.mass[static_cast<std::size_t>(4 + i)] = 7e-5;
+        scene.materials.mass[static_cast<std::size_t>(7 + i)] = 7e-5;
+        scene.materials.pinned[static_cast<std::size_t>(7 + i)] = 1;
+        scene.materials.rest_bias(2, 4 + i) = -preload;
+    }
+    return scene;
+}
+
+TEST(ImplicitSolver, HardPlateOnThreeSpringsGivesThreeTimesKTimesX) {
+    const double press = 0.003;
+    const double k = 80.0;
+    const Scene scene = plate_on_springs(press, k, 0.1, 0.05, 1000.0, 0.0);
+    SolverSettings settings{.time_step = 0.005, .rest_gap = 1e-5, .quasi_static = true};
+    ImplicitSolver solver(scene, settings);
+    for (int i = 0; i < 10; ++i) ASSERT_TRUE(solver.step()) << solver.message();
+    const Vector3 force = solver.force_on(0);
+    // Along the springs their force is exactly k x; vertices stand at most the rest gap ahead of the plate.
+    EXPECT_NEAR(force.z(), 3.0 * k * press, 3.0 * k * settings.rest_gap);
+    EXPECT_GT(force.z(), 3.0 * k * press);
+    EXPECT_LT(force.head<2>().norm(), 1e-6);
+    EXPECT_GT(solver.smallest_gap(), 0.0);
+    EXPECT_LT(solver.residual(), 1e-6);
+}
+
+TEST(ImplicitSolver, FoundationAndSpringsAreInSeries) {
+    const double press = 0.003;
+    const double k_spring = 80.0;
+    const double k = 500.0;
+    // Mean vertex area: the triangle's 5e-5 m² over the body's six vertices, so kappa A = 6 k on the whole triangle.
+    const Scene scene = plate_on_springs(press, k_spring, 0.0, 0.05, k, 0.0);
+    ImplicitSolver solver(scene, {.law = ReferenceLaw::foundation, .time_step = 0.005, .quasi_static = true});
+    for (int i = 0; i < 10; ++i) ASSERT_TRUE(solver.step()) << solver.message();
+    const double springs = 3.0 * k_spring;
+    const double foundation = 6.0 * k;
+    EXPECT_NEAR(solver.force_on(0).z(), press * springs * foundation / (springs + foundation), 1e-6);
+    EXPECT_NEAR(-solver.smallest_gap(), press * springs / (springs + foundation), 1e-8);
+}
+
+TEST(ImplicitSolver, OscillatorDecaysAsItsClosedForm) {
+    // One vertex on a spring, started by a plate that pushes it down and jumps away would be contact; here the start
+    // is an unbalanced bias: x(t) = x0 (1 - e^(-a t) (cos w t + a/w sin w t)).
+    const double k = 80.0;
+    const double mass = 7e-5;
+    const double drag = 0.004;
+    const double load = 0.05;
+    const auto error_with = [&](double h) {
+        Scene scene = plate_on_springs(-0.5, k, 0.0, 0.05, 1000.0, 0.0);
+        for (auto& spring : scene.materials.springs) spring.damping = 0.0;
+        for (std::size_t v = 4; v < 7; ++v) scene.materials.drag[v] = drag;
+        scene.materials.rest_bias(2, 4) = -load;
+        ImplicitSolver solver(scene, {.time_step = h});
+        const double a = drag / (2.0 * mass);
+        const double w = std::sqrt(k / mass - a * a);
+        double worst = 0.0;
+        while (solver.time() < 0.02 - 1e-9) {
+            EXPECT_TRUE(solver.step()) << solver.message();
+            const double t = solver.time();
+            const double exact = -load / k * (1.0 - std::exp(-a * t) * (std::cos(w * t) + a / w * std::sin(w * t)));
+            worst = std::max(worst, std::abs(solver.position()(2, 4) - exact));
+        }
+        return worst;
+    };
+    const double coarse = error_with(1e-4);
+    const double fine = error_with(5e-5);
+    EXPECT_LT(fine, 0.04 * load / k);
+    // Second order but for the start, where the load is there at once.
+    EXPECT_GT(std::log2(coarse / fine), 1.3);
+}
+
+/// Lattice disc of tissue_samples.hpp with triangles, and a pointed needle above its centre.
+Scene needle_over_disc(double preload, double depth, double end) {
+    const double edge = 0.005;
+    const double k = 100.0;
+    const double radius = 0.05;
+    const test::TissueSample disc = test::make_disc(radius, edge, k, preload, 7e-5);
+    Piece tissue;
+    tissue.local = disc.frame.position;
+    tissue.body = {.name = "disc",
+                   .kind = BodyKind::tissue,
+                   .closed = false,
+                   .vertex_count = static_cast<Index>(disc.frame.position.cols())};
+    std::vector<std::array<Index, 3>> triangles;
+    const auto near = [&](Index i, Index j) { return (tissue.local.col(i) - tissue.local.col(j)).norm() < 1.1 * edge; };
+    for (Index i = 0; i < tissue.body.vertex_count; ++i) {
+        for (Index j = i + 1; j < tissue.body.vertex_count; ++j) {
+            for (Index l = j + 1; near(i, j) && l < tissue.body.vertex_count; ++l) {
+                if (!near(i, l) || !near(j, l)) continue;
+                const double turn =
+                    (tissue.local.col(j) - tissue.local.col(i)).cross(tissue.local.col(l) - tissue.local.col(i)).z();
+                triangles.push_back(turn > 0.0 ? std::array{i, j, l} : std::array{i, l, j});
+            }
+        }
+    }
+    tissue.body.triangles.resize(3, static_cast<Eigen::Index>(triangles.size()));
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            tissue.body.triangles(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(t)) = triangles[t][i];
+        }
+    }
+    Piece needle;
+    needle.body = {.name = "needle", .kind = BodyKind::instrument, .vertex_count = 5};
+    needle.body.triangles.resize(3, 6);
+    needle.body.triangles << 0, 0, 0, 0, 1, 1, 2, 3, 4, 1, 3, 4, 1, 2, 3, 4, 2, 3;
+    // A flat-based pyramid whose point is below.
+    needle.local.resize(3, 5);
+    needle.local << 0, 0.002, 0, -0.002, 0, 0, 0, 0.002, 0, -0.002, 0, 0.02, 0.02, 0.02, 0.02;
+    needle.motion = moving({0, 0, 0.0005}, {0, 0, -depth}, end);
+    Scene scene = make_scene({needle, tissue}, 100.0, 0.0);
+    for (const Spring& spring : disc.materials.springs) {
+        scene.materials.springs.push_back({.i = 5 + spring.i,
+                                           .j = 5 + spring.j,
+                                           .rest = spring.rest,
+                                           .k = spring.k,
+                                           .preload = spring.preload,
+                                           .damping = 0.02});
+    }
+    for (std::size_t v = 0; v < disc.materials.mass.size(); ++v) {
+        scene.materials.mass[5 + v] = disc.materials.mass[v];
+        scene.materials.pinned[5 + v] = disc.materials.pinned[v];
+    }
+    return scene;
+}
+
+TEST(ImplicitSolver, CentreLoadedMembraneSagsByTheLogarithmOfTheRadius) {
+    // METHODS I25: z(r) = F ln(R/r) / (2 pi sigma), sigma = sqrt(3) p k, for r >= 4 edges, within 3 %.
+    const double preload = 0.2;
+    const Scene scene = needle_over_disc(preload, 0.0003, 0.02);
+    ImplicitSolver solver(scene, {.time_step = 0.002, .rest_gap = 2e-6, .quasi_static = true});
+    for (int i = 0; i < 10; ++i) ASSERT_TRUE(solver.step()) << solver.message();
+    const double force = solver.force_on(0).z();
+    ASSERT_GT(force, 0.001);
+    const double sigma = std::sqrt(3.0) * preload * 100.0;
+    // The pinned vertices straddle the radius of 50 mm by half an edge: R is found from the sag and must lie there.
+    const double slope = force / (2.0 * std::numbers::pi * sigma);
+    std::vector<std::pair<double, double>> ring;  // r, z
+    double constant = 0.0;
+    for (Index v = 5; v < scene.topology.vertex_count; ++v) {
+        const double r = scene.first.position.col(v).head<2>().norm();
+        if (r < 0.02 || r > 0.04) continue;
+        ring.emplace_back(r, -solver.position()(2, v));
+        constant += ring.back().second + slope * std::log(r);
+    }
+    ASSERT_GT(ring.size(), 50U);
+    constant /= static_cast<double>(ring.size());
+    const double rim = std::exp(constant / slope);
+    EXPECT_GT(rim, 0.0475);
+    EXPECT_LT(rim, 0.0525);
+    for (const auto& [r, z] : ring) EXPECT_NEAR(z, slope * std::log(rim / r), 0.03 * slope) << "r = " << r;
+}
+
+TEST(ImplicitSolver, ContactSpringsAndPinsBalance) {
+    const Scene scene = needle_over_disc(0.2, 0.004, 0.02);
+    ImplicitSolver solver(scene, {.time_step = 0.002, .rest_gap = 1e-5, .quasi_static = true});
+    for (int i = 0; i < 10; ++i) ASSERT_TRUE(solver.step()) << solver.message();
+    const Vector3 on_needle = solver.force_on(0);
+    const Vector3 on_tissue = solver.force_on(1);
+    ASSERT_GT(on_needle.z(), 0.1);
+    EXPECT_LT((on_needle + on_tissue).norm(), 1e-12);
+    EXPECT_LT((on_tissue - solver.pin_force()).norm(), 1e-4);
+    // The tissue model itself, which shares no code with the solver, finds every free vertex in balance.
+    Matrix3X internal;
+    internal_force(scene.materials, solver.position(), Matrix3X::Zero(3, scene.topology.vertex_count), internal);
+    const Matrix3X contact = solver.contact_forces();
+    double worst = 0.0;
+    for (Index v = 5; v < scene.topology.vertex_count; ++v) {
+        if (scene.materials.pinned[static_cast<std::size_t>(v)] != 0) continue;
+        worst = std::max(worst, (internal.col(v) + contact.col(v)).norm());
+    }
+    EXPECT_LT(worst, 1e-6 * on_needle.norm());
+}
+
+TEST(ImplicitSolver, SymmetricLoadGivesSymmetricTissue) {
+    // The lattice is its own image under half a turn about its centre, and so is the needle. Point on vertex is free
+    // to stand off by the rest gap to any side.
+    const Scene scene = needle_over_disc(0.2, 0.002, 0.02);
+    const SolverSettings settings{.time_step = 0.002, .rest_gap = 2e-6, .quasi_static = true};
+    ImplicitSolver solver(scene, settings);
+    for (int i = 0; i < 10; ++i) ASSERT_TRUE(solver.step()) << solver.message();
+    int compared = 0;
+    double worst = 0.0;
+    for (Index v = 5; v < scene.topology.vertex_count; ++v) {
+        for (Index w = v + 1; w < scene.topology.vertex_count; ++w) {
+            const Vector3 a = scene.first.position.col(v);
+            const Vector3 b = scene.first.position.col(w);
+            if ((a.head<2>() + b.head<2>()).norm() > 1e-9) continue;
+            const Vector3 x = solver.position().col(v);
+            const Vector3 y = solver.position().col(w);
+            worst = std::max(worst, std::hypot(x.x() + y.x(), x.y() + y.y(), x.z() - y.z()));
+            ++compared;
+        }
+    }
+    EXPECT_GT(compared, 100);
+    EXPECT_LT(worst, 3.0 * settings.rest_gap);
+    EXPECT_LT(solver.force_on(0).head<2>().norm(), 0.02 * solver.force_on(0).z());
+}
+
+TEST(ImplicitSolver, MomentumOfAnImpactIsTheImpulseOfItsForces) {
+    // While the needle stabs, what contact and pins give the tissue over the run is its momentum at the end.
+    const Scene scene = needle_over_disc(0.2, 0.003, 0.006);
+    const double h = 1e-4;
+    ImplicitSolver solver(scene, {.time_step = h, .rest_gap = 1e-5});
+    double impulse = 0.0;
+    double absolute = 0.0;
+    std::array<Matrix3X, 3> last{solver.position(), solver.position(), solver.position()};
+    const auto on_tissue = [&] { return (solver.force_on(1) - solver.pin_force()).z(); };
+    double before = 0.0;
+    for (int i = 0; i < 40; ++i) {
+        ASSERT_TRUE(solver.step()) << solver.message();
+        const double now = on_tissue();
+        impulse += 0.5 * h * (before + now);
+        absolute += h * std::abs(solver.force_on(1).z());
+        before = now;
+        last = {last[1], last[2], solver.position()};
+    }
+    const Matrix3X velocity = (3.0 * last[2] - 4.0 * last[1] + last[0]) / (2.0 * h);
+    double momentum = 0.0;
+    for (Index v = 5; v < scene.topology.vertex_count; ++v) {
+        const auto i = static_cast<std::size_t>(v);
+        if (scene.materials.pinned[i] == 0) momentum += scene.materials.mass[i] * velocity(2, v);
+    }
+    ASSERT_GT(absolute, 1e-5);
+    EXPECT_NEAR(impulse, momentum, 0.03 * absolute);
+}
+
+TEST(ImplicitSolver, OperatorAgainstAHardPlateRestsWhereHandSpringAndContactBalance) {
+    // An operator's small plate is led 2 mm beyond a fixed one: it stays, and the hand pulls with k times the rest.
+    Motion motion = moving({0, 0, 0.001}, {0, 0, -0.002}, 0.05);
+    motion.drive = Drive::simulated_operator;
+    Piece led = plate(0.003, motion);
+    led.body.name = "led";
+    Piece fixed = plate(0.05, std::nullopt);
+    fixed.body.kind = BodyKind::rigid;
+    fixed.local.row(0).array() += 0.0007;
+    Scene scene = make_scene({led, fixed}, 1000.0, 2.0);
+    ImplicitSolver solver(scene, {.time_step = 0.002, .rest_gap = 1e-5});
+    for (int i = 0; i < 400; ++i) ASSERT_TRUE(solver.step()) << solver.message();
+    EXPECT_NEAR(solver.force_on(0).z(), 300.0 * 0.002, 300.0 * 1.1e-5);
+    EXPECT_GT(solver.smallest_gap(), 0.0);
+}
+
+TEST(ImplicitSolver, NoStabGoesThroughAHardSheet) {
+    // 2 m/s, 4 mm a step: far more than any thickness. The sheet is carried along or the step is refused.
+    const Scene scene = needle_over_disc(0.2, 0.012, 0.00625);
+    ImplicitSolver solver(scene, {.time_step = 0.002, .rest_gap = 2e-5});
+    for (int i = 0; i < 3; ++i) ASSERT_TRUE(solver.step()) << solver.message();
+    // The centre vertex was straight below the point.
+    EXPECT_LT(solver.position()(2, 5), solver.position()(2, 0) + 1e-9);
+    EXPECT_GT(solver.smallest_gap(), 0.0);
+}
+
+TEST(ObserveOrder, FindsTheOrderOfAPowerLawAndRefusesDivergence) {
+    const Observed second = observe_order(0.04, 0.01, 1e-6);
+    EXPECT_TRUE(second.converges);
+    EXPECT_NEAR(second.order, 2.0, 1e-12);
+    EXPECT_NEAR(second.bound, 0.01 / 3.0, 1e-12);
+    EXPECT_FALSE(observe_order(0.01, 0.02, 1e-6).converges);
+    EXPECT_TRUE(std::isnan(observe_order(0.01, 0.02, 1e-6).order));
+    EXPECT_TRUE(observe_order(1e-7, 2e-7, 1e-6).converges);
+    EXPECT_EQ(observe_order(1e-7, 2e-7, 1e-6).bound, 2e-7);
+}
+
+}  // namespace
+}  // namespace trocar

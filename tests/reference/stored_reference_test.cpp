@@ -1,0 +1,174 @@
+// Stored references: none is missing or stale, files come back as they were written, and errors against one are those
+// of closed forms.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+
+#include "geometry/input_error.hpp"
+#include "reference/reference.hpp"
+#include "support/data.hpp"
+
+namespace trocar {
+namespace {
+
+const std::filesystem::path folder = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes";
+
+std::optional<std::filesystem::path> data_folder() {
+    const std::filesystem::path path = test::data_path(".");
+    return path.empty() ? std::nullopt : std::optional(path);
+}
+
+std::vector<std::string> scene_names() {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+class StoredReference : public testing::TestWithParam<std::string> {};
+
+TEST_P(StoredReference, BelongsToItsSceneAndSaysHowGoodItIs) {
+    const std::filesystem::path file = folder / (GetParam() + ".json");
+    ASSERT_TRUE(std::filesystem::exists(reference_file(file)))
+        << "missing; make it with: trocar reference scenes/" << GetParam() << ".json";
+    const Reference stored = read_reference(reference_file(file));
+    EXPECT_EQ(stored.scene, GetParam());
+    for (const char* key : {"commit", "command", "settings", "seed"})
+        EXPECT_FALSE(stored.origin.at(key).empty()) << key;
+    for (const ReferenceSolution* solution : {&stored.hard, &stored.equal_k}) {
+        if (!solution->available) {
+            EXPECT_FALSE(solution->reason.empty());
+            continue;
+        }
+        EXPECT_LE(solution->residual, 1e-4);
+        EXPECT_TRUE(std::isfinite(solution->force_bound));
+        EXPECT_TRUE(std::isfinite(solution->position_bound));
+        EXPECT_GT(solution->until, 0.0);
+    }
+    EXPECT_FALSE(stored.hard.available && stored.hard.worst_gap <= 0.0);
+    if (lacks_data(file, data_folder())) GTEST_SKIP() << "no data: whether it is stale cannot be told";
+    const Scene scene = read_scene(file, data_folder());
+    EXPECT_EQ(find_reference(scene).state, ReferenceState::present)
+        << "stale; make it anew with: trocar reference scenes/" << GetParam() << ".json";
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, StoredReference, testing::ValuesIn(scene_names()),
+                         [](const auto& the) { return the.param; });
+
+TEST(StoredReferences, NoneIsLeftOverFromASceneThatIsGone) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "reference")) {
+        EXPECT_TRUE(std::filesystem::exists(folder / entry.path().filename())) << entry.path();
+    }
+}
+
+/// 0.2 s of a force that grows by 2 N/s along z and one point that moves by 0.1 m/s along x.
+Reference ramp() {
+    Reference reference;
+    reference.scene = "ramp";
+    reference.origin["seed"] = "1";
+    ReferenceSolution& hard = reference.hard;
+    hard.available = true;
+    hard.until = 0.2;
+    hard.sample_interval = 0.1;
+    hard.position_interval = 0.1;
+    hard.force_bound = 0.001;
+    hard.points = {1};
+    hard.force.resize(3, 3);
+    hard.force << 0, 0, 0, 0, 0, 0, 0, 0.2, 0.4;
+    for (int i = 0; i < 3; ++i) hard.positions.push_back(Vector3(0.01 * i, 0, 0));
+    reference.equal_k.reason = "for a test";
+    return reference;
+}
+
+TEST(StoredReference, ComesBackFromItsFileAndComplainsAboutABrokenOne) {
+    const auto place = std::filesystem::temp_directory_path() / fmt::format("trocar_reference_{}.json", ::getpid());
+    const auto write = [&](const std::string& text) { std::ofstream(place, std::ios::binary) << text; };
+    write(to_json(ramp()));
+    const Reference back = read_reference(place);
+    EXPECT_EQ(back.hard.force, ramp().hard.force);
+    EXPECT_EQ(back.hard.points, ramp().hard.points);
+    ASSERT_EQ(back.hard.positions.size(), 3U);
+    EXPECT_NEAR(back.hard.positions[2](0, 0), 0.02, 1e-12);
+    EXPECT_TRUE(std::isnan(back.hard.order_time_step));
+    EXPECT_FALSE(back.equal_k.available);
+    EXPECT_EQ(back.equal_k.reason, "for a test");
+    std::string text = to_json(ramp());
+    text.replace(text.find("\"available\":true"), 16, "\"available\":3");
+    write(text);
+    try {
+        read_reference(place);
+        ADD_FAILURE() << "a broken file was read";
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("/hard/available"), std::string::npos) << error.what();
+    }
+    write("{");
+    EXPECT_THROW(read_reference(place), InputError);
+    std::filesystem::remove(place);
+}
+
+FoundReference found_ramp() { return {.state = ReferenceState::present, .message = "", .reference = ramp()}; }
+
+TEST(ReferenceComparison, AConstantErrorIsToldAsItIs) {
+    const FoundReference found = found_ramp();
+    ReferenceComparison comparison(found, 0.001);
+    Matrix3X position = Matrix3X::Zero(3, 2);
+    for (int tick = 0; tick < 200; ++tick) {
+        const double time = 0.001 * tick;
+        position.col(1) = Vector3(0.1 * (time + 0.001), 0.002, 0);
+        comparison.observe(time, Vector3(0.3, 0, 2.0 * time - 0.4), position);
+    }
+    const auto figures = comparison.figures();
+    EXPECT_NEAR(figures.at("force_error_rms_hard"), 0.5, 1e-12);
+    EXPECT_NEAR(figures.at("force_error_worst_hard"), 0.5, 1e-12);
+    EXPECT_NEAR(figures.at("impulse_error_worst_hard"), 0.5 * 0.01, 1e-12);
+    EXPECT_NEAR(figures.at("position_error_rms_hard"), 0.002, 1e-12);
+    EXPECT_NEAR(figures.at("position_error_worst_hard"), 0.002, 1e-12);
+    EXPECT_EQ(figures.at("force_bound_hard"), 0.001);
+    for (const auto& [name, value] : figures) {
+        EXPECT_EQ(std::isnan(value), name.ends_with("_equal_k")) << name;
+    }
+}
+
+TEST(ReferenceComparison, SilentAfterTheEndOfTheReferenceAndWithoutOne) {
+    const FoundReference found = found_ramp();
+    ReferenceComparison comparison(found, 0.001);
+    const Matrix3X position = Matrix3X::Zero(3, 2);
+    comparison.observe(0.0, Vector3::Zero(), position);
+    comparison.observe(0.3, Vector3(100, 0, 0), position);
+    EXPECT_NEAR(comparison.figures().at("force_error_worst_hard"), 0.0, 1e-12);
+    const FoundReference nothing;
+    ReferenceComparison none(nothing, 0.001);
+    none.observe(0.0, Vector3(1, 0, 0), position);
+    for (const auto& [name, value] : none.figures()) EXPECT_TRUE(std::isnan(value)) << name;
+}
+
+TEST(LowPass, KeepsSlowTakesFastAndDelaysNothing) {
+    const auto through = [](double frequency) {
+        std::vector<Vector3> samples;
+        for (int i = 0; i < 2000; ++i) {
+            samples.emplace_back(std::sin(2.0 * std::numbers::pi * frequency * 0.001 * i), 0, 0);
+        }
+        const auto filtered = low_pass(samples, 0.001, 30.0);
+        double worst = 0.0;
+        double largest = 0.0;
+        for (std::size_t i = 500; i < 1500; ++i) {
+            worst = std::max(worst, (filtered[i] - samples[i]).norm());
+            largest = std::max(largest, filtered[i].norm());
+        }
+        return std::pair(worst, largest);
+    };
+    // Twice a second-order Butterworth: 1 / (1 + (f / fc)^4), without phase.
+    EXPECT_LT(through(3.0).first, 2e-4);
+    EXPECT_NEAR(through(30.0).second, 0.5, 0.01);
+    EXPECT_NEAR(through(90.0).second, 1.0 / 82.0, 0.003);
+    EXPECT_LT(through(300.0).second, 1e-3);
+}
+
+}  // namespace
+}  // namespace trocar
