@@ -75,6 +75,17 @@ std::vector<SummaryFigure> make_figures() {
         {"force_error_rms_n", "N", Better::lower,
          "Root mean square difference to the analytic force; n/a without an analytic answer"},
         {"force_jump_max_n", "N", Better::lower, "Largest change of the tool force from one tick to the next"},
+        {"tool_moment_max_nm", "N m", Better::neither, "Largest moment about the tip on the tool"},
+        {"tip_force_max_n", "N", Better::neither,
+         "Largest force at the tip by the response's rule, before any limiter"},
+        {"tip_force_jump_max_n", "N", Better::lower, "Largest change of the same from one tick to the next"},
+        {"device_force_max_n", "N", Better::neither, "Largest force shown after the response's limiters"},
+        {"device_force_jump_max_n", "N", Better::lower, "Largest change of the same from one tick to the next"},
+        {"roll_torque_max_nm", "N m", Better::lower,
+         "Largest torque about the shaft, which a 3-DOF device cannot show; n/a without a trocar"},
+        {"saturated_ticks", "1", Better::lower, "Ticks in which the tip force was larger than the device's largest"},
+        {"grasped_max", "1", Better::neither, "Most tissue vertices held by a grasp in a tick"},
+        {"detached", "1", Better::neither, "Grasped vertices that slipped or tore loose"},
         {"max_strain", "1", Better::lower, "Largest edge strain of the tissue (1 = doubled length)"},
         {"ruptures", "1", Better::neither, "Ruptures that the response declared"},
         {"skipped", "1", Better::neither, "Contacts without a response, summed over the ticks"},
@@ -248,17 +259,53 @@ void add_geometry(const std::vector<StepRow>& rows, Figures& figures) {
     figures["max_strain"] = largest(strain);
 }
 
+/// Largest size of a vector over the rows, and its largest change from one to the next.
+struct Extremes {
+    double size = not_known;
+    double jump = not_known;
+    template <typename Of>
+    Extremes(const std::vector<StepRow>& rows, Of&& of) {
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            const Vector3 now = of(rows[i]);
+            if (!now.allFinite()) continue;
+            size = std::fmax(size, now.norm());
+            if (i > 0 && of(rows[i - 1]).allFinite()) jump = std::fmax(jump, (now - of(rows[i - 1])).norm());
+        }
+    }
+};
+
+void add_tip(const std::vector<StepRow>& rows, Figures& figures) {
+    const Extremes tip(rows, [](const StepRow& row) { return row.tip_force; });
+    const Extremes device(rows, [](const StepRow& row) { return row.device_force; });
+    figures["tip_force_max_n"] = tip.size;
+    figures["tip_force_jump_max_n"] = tip.jump;
+    figures["device_force_max_n"] = device.size;
+    figures["device_force_jump_max_n"] = device.jump;
+    figures["tool_moment_max_nm"] = Extremes(rows, [](const StepRow& row) { return row.tool_moment; }).size;
+    double torque = not_known;
+    double saturated = 0.0;
+    double grasped = 0.0;
+    double detached = 0.0;
+    for (const StepRow& row : rows) {
+        torque = std::fmax(torque, std::abs(row.roll_torque));
+        saturated += row.saturated ? 1.0 : 0.0;
+        grasped = std::max(grasped, static_cast<double>(row.grasped));
+        detached += static_cast<double>(row.detached);
+    }
+    figures["roll_torque_max_nm"] = torque;
+    figures["saturated_ticks"] = saturated;
+    figures["grasped_max"] = grasped;
+    figures["detached"] = detached;
+}
+
 void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
     double squares = 0.0;
     double count = 0.0;
-    double force_max = not_known;
-    double jump_max = not_known;
     double ruptures = 0.0;
     double skipped = 0.0;
     double no_hit = 0.0;
     double limited = 0.0;
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        const StepRow& row = rows[i];
+    for (const StepRow& row : rows) {
         ruptures += static_cast<double>(row.ruptures);
         skipped += static_cast<double>(row.skipped);
         no_hit += static_cast<double>(row.no_hit);
@@ -266,15 +313,12 @@ void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
         if (!row.tool_force.allFinite()) continue;
         squares += row.tool_force.squaredNorm();
         count += 1.0;
-        force_max = std::fmax(force_max, row.tool_force.norm());
-        if (i > 0 && rows[i - 1].tool_force.allFinite()) {
-            jump_max = std::fmax(jump_max, (row.tool_force - rows[i - 1].tool_force).norm());
-        }
     }
+    const Extremes tool(rows, [](const StepRow& row) { return row.tool_force; });
     figures["force_rms_n"] = std::sqrt(ratio(squares, count));
-    figures["force_max_n"] = force_max;
+    figures["force_max_n"] = tool.size;
     figures["force_error_rms_n"] = not_known;
-    figures["force_jump_max_n"] = jump_max;
+    figures["force_jump_max_n"] = tool.jump;
     figures["ruptures"] = ruptures;
     figures["skipped"] = skipped;
     figures["no_hit"] = no_hit;
@@ -311,6 +355,7 @@ std::map<std::string, double> summarize(const std::vector<StepRow>& rows) {
     add_swept(rows, figures);
     add_geometry(rows, figures);
     add_forces(rows, figures);
+    add_tip(rows, figures);
     return figures;
 }
 
