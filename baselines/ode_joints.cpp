@@ -173,7 +173,7 @@ public:
             world_.reset();
             throw;
         }
-        show_tip_forces(*topology_, *materials_, frame, false, moment_, effect);
+        show_tip_forces(*topology_, *materials_, frame, moment_, effect);
     }
 
 private:

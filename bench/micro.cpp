@@ -11,6 +11,7 @@
 #include "contact/derive.hpp"
 #include "geometry/box_pairs.hpp"
 #include "geometry/crossing.hpp"
+#include "pair_classes.hpp"
 
 namespace trocar::bench {
 namespace {
@@ -128,6 +129,28 @@ std::vector<MicroResult> run_micro(bool quick, std::vector<Missing>& /*missing*/
             }
             state.counters["items"] = static_cast<double>(contacts.pairs.size());
         });
+    }
+    // Per class and case; back-projection (§3.4.5) looks at every vertex of the tool, whatever the pairs: told apart.
+    const std::vector<PairClass> classes = pair_classes();
+    for (const PairClass& one : classes) {
+        for (const auto& [what, method] :
+             {std::pair{"faithful without back-projection", "thesis:resolution=none,tip_proxy=off"},
+              {"faithful", "thesis:tip_proxy=off"},
+              {"corrected", "thesis:profile=corrected,tip_proxy=off"}}) {
+            add(fmt::format("{}, per pair: thesis {}", one.name, what),
+                [&one, text = std::string(method)](benchmark::State& state) {
+                    const MethodSpec spec = parse_method(text);
+                    const std::unique_ptr<Response> response = make_response(spec.name, spec.parameters);
+                    response->prepare(one.topology, one.materials);
+                    Effect effect;
+                    effect.resize(one.topology.vertex_count, one.topology.body_count());
+                    for ([[maybe_unused]] const auto& round : state) {
+                        response->respond(one.frame, PairClass::dt, one.contacts, effect);
+                        benchmark::DoNotOptimize(effect.contacts.data());
+                    }
+                    state.counters["items"] = static_cast<double>(one.contacts.pairs.size());
+                });
+        }
     }
     const ContactScene small({.tissue_triangles = 2000, .instrument_triangles = 500});
     std::vector<Frame> frames(8);

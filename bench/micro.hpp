@@ -1,5 +1,5 @@
-// Single stages by Google Benchmark: the triangle tests, derive and every registered response per triangle pair, and
-// every registered detector with its defaults on one small scene.
+// Single stages by Google Benchmark: the triangle tests, derive and every registered response per triangle pair, the
+// thesis' response per class and case, and every registered detector with its defaults on one small scene.
 #pragma once
 
 #include <vector>

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
@@ -16,6 +17,7 @@
 
 #include "app/commands.hpp"
 #include "app/isolated_call.hpp"
+#include "app/pair_answer.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_file.hpp"
 #include "geometry/mesh_text.hpp"
@@ -189,11 +191,6 @@ std::vector<Index> touch_positions(const std::vector<TrianglePair>& pairs, const
     return positions;
 }
 
-template <typename T>
-Json or_null(const std::optional<T>& value) {
-    return value ? Json(*value) : Json(nullptr);
-}
-
 struct Verdict {
     std::vector<Answer> answers;
     std::optional<std::vector<TrianglePair>> truth;
@@ -202,24 +199,26 @@ struct Verdict {
 };
 
 void print_json(const Verdict& verdict) {
-    Json detectors = Json::array();
-    for (const Answer& answer : verdict.answers) {
-        Json pairs = Json::array();
-        for (const TrianglePair& pair : answer.pairs) pairs.push_back({pair.a, pair.b - verdict.first_of_b});
-        Json row{{"name", answer.name},
-                 {"outcome", name_of(answer.outcome.kind)},
-                 {"message", answer.outcome.message},
-                 {"pairs", std::move(pairs)},
-                 {"touch", touch_positions(answer.pairs, verdict.touch)},
-                 {"missing", answer.errors ? Json(answer.errors->missing) : Json(nullptr)},
-                 {"extra", answer.errors ? Json(answer.errors->extra) : Json(nullptr)},
-                 {"update_ns", or_null(answer.update_ns)},
-                 {"detect_ns", or_null(answer.detect_ns)}};
-        detectors.push_back(std::move(row));
+    fmt::memory_buffer text;
+    const auto out = std::back_inserter(text);
+    fmt::format_to(out, "{{\"detectors\":[");
+    for (std::size_t d = 0; d < verdict.answers.size(); ++d) {
+        const Answer& answer = verdict.answers[d];
+        const std::vector<Index> touch = touch_positions(answer.pairs, verdict.touch);
+        fmt::format_to(out, "{}{{\"name\":{},\"outcome\":\"{}\",\"message\":{},", d > 0 ? "," : "",
+                       quoted_json(answer.name), name_of(answer.outcome.kind), quoted_json(answer.outcome.message));
+        append_json({.pairs = answer.pairs,
+                     .first_of_b = verdict.first_of_b,
+                     .touch = touch,
+                     .errors = answer.errors,
+                     .update_ns = answer.update_ns,
+                     .detect_ns = answer.detect_ns},
+                    text);
+        fmt::format_to(out, "}}");
     }
-    const Json document{{"detectors", std::move(detectors)},
-                        {"truth", verdict.truth ? Json(verdict.truth->size()) : Json(nullptr)}};
-    fmt::print("{}\n", document.dump());
+    fmt::format_to(out, "],\"truth\":{}}}\n",
+                   verdict.truth ? fmt::format("{}", verdict.truth->size()) : std::string("null"));
+    std::fwrite(text.data(), 1, text.size(), stdout);
 }
 
 std::string milliseconds(const std::optional<std::int64_t>& ns) {

@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <cstring>
 #include <iterator>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -17,6 +16,7 @@
 
 #include "app/commands.hpp"
 #include "app/isolated_call.hpp"
+#include "app/pair_answer.hpp"
 #include "geometry/input_error.hpp"
 #include "measure/pair_truth.hpp"
 #include "method/registry.hpp"
@@ -213,10 +213,6 @@ void judge(RecordingReader& recording, std::vector<DetectorAnswer>& answers, std
     }
 }
 
-std::string quoted(const std::string& text) {
-    return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
-
 /// Only where a detector tells contacts that begin between frames. "pair" is null where it names bodies only.
 void print_swept(const std::vector<SweptContact>& swept, fmt::memory_buffer& text) {
     const auto out = std::back_inserter(text);
@@ -240,26 +236,20 @@ void print_json(std::uint64_t hash, const std::vector<DetectorAnswer>& answers, 
     for (std::size_t d = 0; d < answers.size(); ++d) {
         const DetectorAnswer& answer = answers[d];
         fmt::format_to(out, "{}{{\"name\":{},\"outcome\":\"{}\",\"message\":{},\"frames\":[", d > 0 ? "," : "",
-                       quoted(answer.name), name_of(answer.outcome.kind), quoted(answer.outcome.message));
+                       quoted_json(answer.name), name_of(answer.outcome.kind), quoted_json(answer.outcome.message));
         for (std::size_t tick = 0; tick < answer.frames.size(); ++tick) {
             const FrameAnswer& frame = answer.frames[tick];
-            fmt::format_to(out, "{}{{\"tick\":{},\"outcome\":\"{}\",\"truncated\":{},\"pairs\":[", tick > 0 ? "," : "",
-                           tick, name_of(frame.outcome.kind), frame.truncated);
-            for (std::size_t k = 0; k < frame.pairs.size(); ++k) {
-                fmt::format_to(out, "{}[{},{}]", k > 0 ? "," : "", frame.pairs[k].a, frame.pairs[k].b);
-            }
-            fmt::format_to(out, "],\"touch\":[{}]", fmt::join(frame.touch, ","));
+            fmt::format_to(out, "{}{{\"tick\":{},\"outcome\":\"{}\",\"truncated\":{},", tick > 0 ? "," : "", tick,
+                           name_of(frame.outcome.kind), frame.truncated);
+            const bool ok = frame.outcome.ok();
+            append_json({.pairs = frame.pairs,
+                         .touch = frame.touch,
+                         .errors = frame.errors,
+                         .update_ns = ok ? std::optional(frame.update_ns) : std::nullopt,
+                         .detect_ns = ok ? std::optional(frame.detect_ns) : std::nullopt},
+                        text);
             if (!frame.swept.empty()) print_swept(frame.swept, text);
-            if (frame.errors) {
-                fmt::format_to(out, ",\"missing\":{},\"extra\":{}", frame.errors->missing, frame.errors->extra);
-            } else {
-                fmt::format_to(out, ",\"missing\":null,\"extra\":null");
-            }
-            if (frame.outcome.ok()) {
-                fmt::format_to(out, ",\"update_ns\":{},\"detect_ns\":{}}}", frame.update_ns, frame.detect_ns);
-            } else {
-                fmt::format_to(out, ",\"update_ns\":null,\"detect_ns\":null}}");
-            }
+            fmt::format_to(out, "}}");
         }
         fmt::format_to(out, "]}}");
     }

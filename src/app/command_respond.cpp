@@ -13,6 +13,7 @@
 #include "app/commands.hpp"
 #include "app/respond_laws.hpp"
 #include "geometry/input_error.hpp"
+#include "scene/json_node.hpp"
 
 namespace trocar::app {
 namespace {
@@ -25,13 +26,7 @@ Json read_json(const std::filesystem::path& file) {
     if (!stream) throw InputError(file.string(), "", "a readable file", "none");
     const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
     if (stream.bad()) throw InputError(file.string(), "", "a readable file", "a read error");
-    try {
-        return Json::parse(text);
-    } catch (const Json::parse_error& error) {
-        throw InputError(file.string(), fmt::format("byte {}", error.byte), "JSON", error.what());
-    } catch (const Json::exception& error) {  // a number beyond double
-        throw InputError(file.string(), "", "JSON with finite numbers", error.what());
-    }
+    return parse_ordered_json(text, file.string());
 }
 
 bool is_number_list(const Json& json) {

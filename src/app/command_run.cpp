@@ -71,6 +71,8 @@ private:
     bool visible_;
 };
 
+Json vector_json(const Vector3& v) { return {number(v.x()), number(v.y()), number(v.z())}; }
+
 Json row_json(const StepRow& row) {
     Json stages = Json::object();
     for (std::size_t stage = 0; stage < stage_count; ++stage) {
@@ -81,7 +83,14 @@ Json row_json(const StepRow& row) {
             {"pairs", row.pairs},
             {"contacts", row.contacts},
             {"max_depth", number(row.max_depth)},
-            {"tool_force", {number(row.tool_force.x()), number(row.tool_force.y()), number(row.tool_force.z())}},
+            {"tool_force", vector_json(row.tool_force)},
+            {"tool_moment", vector_json(row.tool_moment)},
+            {"tip_force", vector_json(row.tip_force)},
+            {"device_force", vector_json(row.device_force)},
+            {"roll_torque", number(row.roll_torque)},
+            {"saturated", row.saturated},
+            {"grasped", row.grasped},
+            {"detached", row.detached},
             {"truncated", row.truncated},
             {"stage_ns", stages}};
 }
@@ -134,6 +143,13 @@ void print_text(const Scene& scene, const Record& record) {
                mm("residual_max_m"), mm("residual_last_m"));
     fmt::print("tool force largest {}, root mean square {}, largest jump {}\n", newton("force_max_n"),
                newton("force_rms_n"), newton("force_jump_max_n"));
+    fmt::print(
+        "tip        force largest {}, largest jump {}; moment on the tool largest {}; device saturated in {} ticks\n",
+        newton("tip_force_max_n"), newton("tip_force_jump_max_n"), shown(record, "tool_moment_max_nm", 1.0, " N m"),
+        plain("saturated_ticks"));
+    if (record.summary.at("grasped_max") > 0.0) {
+        fmt::print("grasp      at most {} vertices held, {} slipped\n", plain("grasped_max"), plain("detached"));
+    }
     fmt::print("time       tick: median {}, p99 {}, longest {}\n", us("total_median_ns"), tail("total_p99_ns"),
                us("total_max_ns"));
     for (const char* stage : stage_names) {

@@ -823,7 +823,7 @@ LawAnswer wrench(const Input& input) {
     if (input.has("trocar")) {
         const Vector3 pivot = input.vector("trocar");
         answer.values["F_tip_fulcrum"] =
-            to_json(equations::fulcrum_tip_force(equations::resultant(points, forces, pivot), pivot, tip));
+            to_json(fulcrum_tip_force(equations::resultant(points, forces, pivot), pivot, tip));
     }
     return answer;
 }

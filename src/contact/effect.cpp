@@ -20,6 +20,8 @@ void Effect::clear() {
     no_hit = 0;
     ruptures = 0;
     detached = 0;
+    grasped = 0;
+    tip = {};
     contacts_held = false;
     contacts_explicit = false;
 }

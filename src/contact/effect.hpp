@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "contact/tip_force.hpp"
 #include "geometry/types.hpp"
 
 namespace trocar {
@@ -30,6 +31,11 @@ struct LinearContact {
     /// Vertices that take the reaction when the other side is tissue; all -1 when reaction_body is an instrument.
     std::array<Index, 3> reaction_vertices{-1, -1, -1};
     std::array<double, 3> reaction_weights{0.0, 0.0, 0.0};
+    /// Coulomb friction on tissue: a tangential spring that slides at friction × normal force. 0 = none.
+    double friction = 0.0;
+    double tangent_k = 0.0;                      ///< N/m, of the tangential spring
+    Vector3 surface_velocity = Vector3::Zero();  ///< m/s, of the other surface where no reaction_vertices are set
+    Index slip_key = -1;                         ///< vertex under which the integrator remembers the spring
 };
 
 /// Puts a tissue vertex somewhere before the tissue is integrated.
@@ -40,12 +46,6 @@ struct Placement {
     bool held = false;                   ///< true: it stays there for this tick (a grasp), its velocity acts on dampers
 };
 
-/// Force and moment about the world origin.
-struct Wrench {
-    Vector3 force = Vector3::Zero();   ///< N
-    Vector3 moment = Vector3::Zero();  ///< N m
-};
-
 /// Output of a response, input of tissue, operator and metrics.
 struct Effect {
     std::vector<LinearContact> contacts;
@@ -53,10 +53,12 @@ struct Effect {
     std::vector<Placement> placements;  ///< at most one per vertex
     std::vector<Wrench> wrench;      ///< per body: forces that no linear contact carries (reactions to placements …)
     std::vector<Vector3> tip_force;  ///< per body: force shown at the tip at this frame, before any limiter, N
+    TipSettings tip;                 ///< how the mean load of the tick is shown
     std::int64_t skipped = 0;        ///< pairs without a response (touch, coplanar, degenerate, class not handled)
     std::int64_t no_hit = 0;         ///< projections without a contact point (METHODS §6)
     std::int64_t ruptures = 0;       ///< ruptures in this tick
     std::int64_t detached = 0;       ///< grasped vertices that slipped in this tick
+    std::int64_t grasped = 0;        ///< vertices held by a grasp in this tick
     bool contacts_held = false;      ///< setting `hold`: integrate the forces of the frame over the whole tick
     bool contacts_explicit = false;  ///< setting `explicit`: every sub-step, from the state at its start
 

@@ -219,6 +219,45 @@ void add_clearing(const std::vector<StepRow>& rows, double motion_end, Figures& 
     figures["residual_settled_m"] = settled;
 }
 
+/// Largest size of a vector over the rows, and its largest change from one to the next.
+struct Extremes {
+    double size = not_known;
+    double jump = not_known;
+    template <typename Of>
+    Extremes(const std::vector<StepRow>& rows, Of&& of) {
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            const Vector3 now = of(rows[i]);
+            if (!now.allFinite()) continue;
+            size = std::fmax(size, now.norm());
+            if (i > 0 && of(rows[i - 1]).allFinite()) jump = std::fmax(jump, (now - of(rows[i - 1])).norm());
+        }
+    }
+};
+
+void add_tip(const std::vector<StepRow>& rows, Figures& figures) {
+    const Extremes tip(rows, [](const StepRow& row) { return row.tip_force; });
+    const Extremes device(rows, [](const StepRow& row) { return row.device_force; });
+    figures["tip_force_max_n"] = tip.size;
+    figures["tip_force_jump_max_n"] = tip.jump;
+    figures["device_force_max_n"] = device.size;
+    figures["device_force_jump_max_n"] = device.jump;
+    figures["tool_moment_max_nm"] = Extremes(rows, [](const StepRow& row) { return row.tool_moment; }).size;
+    double torque = not_known;
+    double saturated = 0.0;
+    double grasped = 0.0;
+    double detached = 0.0;
+    for (const StepRow& row : rows) {
+        torque = std::fmax(torque, std::abs(row.roll_torque));
+        saturated += row.saturated ? 1.0 : 0.0;
+        grasped = std::max(grasped, static_cast<double>(row.grasped));
+        detached += static_cast<double>(row.detached);
+    }
+    figures["roll_torque_max_nm"] = torque;
+    figures["saturated_ticks"] = saturated;
+    figures["grasped_max"] = grasped;
+    figures["detached"] = detached;
+}
+
 void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
     double squares = 0.0;
     double count = 0.0;
@@ -316,6 +355,7 @@ std::map<std::string, double> summarize(const std::vector<StepRow>& rows, const 
     add_geometry(rows, figures);
     add_clearing(rows, context.motion_end, figures);
     add_forces(rows, figures);
+    add_tip(rows, figures);
     return figures;
 }
 

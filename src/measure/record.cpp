@@ -42,7 +42,8 @@ void visit_optional_spec(Spec& spec, Visit&& visit) {
     visit("point", spec.point);
 }
 
-/// Members of StepRow by column name, for both directions.
+/// Members of StepRow by column name, for both directions. Moments, tip and device force stay out: ten columns of full
+/// digits would double a published study, whose summaries hold what reports need; `run --json` gives them per tick.
 template <typename Row, typename Visit>
 void visit_row(Row& row, Visit&& visit) {
     visit("tick", row.tick);
@@ -76,8 +77,11 @@ void visit_row(Row& row, Visit&& visit) {
     visit("tool_force_x", row.tool_force.x());
     visit("tool_force_y", row.tool_force.y());
     visit("tool_force_z", row.tool_force.z());
+    visit("saturated", row.saturated);
     visit("max_strain", row.max_strain);
     visit("ruptures", row.ruptures);
+    visit("detached", row.detached);
+    visit("grasped", row.grasped);
     visit("skipped", row.skipped);
     visit("no_hit", row.no_hit);
     visit("limited_edges", row.limited_edges);

@@ -49,8 +49,18 @@ struct StepRow {
     Vector3 tool_force =
         Vector3::Constant(std::numeric_limits<double>::quiet_NaN());  ///< N, on the first instrument with a motion,
                                                                       ///< mean over the tick; NaN in a replay
+    Vector3 tool_moment =
+        Vector3::Constant(std::numeric_limits<double>::quiet_NaN());  ///< N m, of the same load about the tip
+    Vector3 tip_force = Vector3::Constant(
+        std::numeric_limits<double>::quiet_NaN());  ///< N, shown at the tip by the response's rule, no limiter
+    Vector3 device_force =
+        Vector3::Constant(std::numeric_limits<double>::quiet_NaN());  ///< N, the same after the response's limiters
+    double roll_torque = std::numeric_limits<double>::quiet_NaN();    ///< N m, about the shaft; NaN without a trocar
+    bool saturated = false;                                           ///< device_force was cut to the device's largest
     double max_strain = std::numeric_limits<double>::quiet_NaN();     ///< 1
     std::int64_t ruptures = 0;
+    std::int64_t detached = 0;       ///< grasped vertices that slipped
+    std::int64_t grasped = 0;        ///< vertices held by a grasp
     std::int64_t skipped = 0;        ///< contacts without a response (touch, coplanar, degenerate, class not handled)
     std::int64_t no_hit = 0;         ///< projections without a contact point
     std::int64_t limited_edges = 0;  ///< edges that the strain limiter acted on

@@ -61,6 +61,16 @@ void VertexSprings::prepare(const Topology& topology, const Materials& materials
     }
 }
 
+double VertexSprings::largest_strain(const Materials& materials, const Matrix3X& position, Index vertex) const {
+    double largest = 0.0;
+    for (const Index s : of(vertex)) {
+        const Spring& spring = materials.springs[at(s)];
+        if (spring.rest <= 0.0) continue;
+        largest = std::max(largest, (position.col(spring.i) - position.col(spring.j)).norm() / spring.rest - 1.0);
+    }
+    return largest;
+}
+
 LoadPoint LoadPoint::in_triangle(const Topology& topology, Index triangle, const Vector3& weights) {
     LoadPoint point;
     for (int i = 0; i < 3; ++i) {
@@ -97,7 +107,7 @@ double force_at_frame(const LinearContact& contact, const Frame& frame) {
     return contact.adhesive || contact.bilateral ? force : std::max(force, 0.0);
 }
 
-void show_tip_forces(const Topology& topology, const Materials& materials, const Frame& frame, bool fulcrum,
+void show_tip_forces(const Topology& topology, const Materials& materials, const Frame& frame,
                      std::vector<Wrench>& moment, Effect& effect) {
     moment = effect.wrench;
     const auto add = [&moment](Index body, const Vector3& point, const Vector3& force) {
@@ -120,14 +130,13 @@ void show_tip_forces(const Topology& topology, const Materials& materials, const
         Vector3& shown = effect.tip_force[at(body)];
         shown = moment[at(body)].force;
         const bool posed = at(body) < frame.pose.size() && at(body) < materials.tip.size();
-        if (!fulcrum || !posed || at(body) >= materials.trocar_point.size() || !materials.trocar_point[at(body)])
+        if (!effect.tip.fulcrum || !posed || at(body) >= materials.trocar_point.size() ||
+            !materials.trocar_point[at(body)])
             continue;
         const Vector3& pivot = *materials.trocar_point[at(body)];
         const Pose& pose = frame.pose[at(body)];
         const Vector3 tip = pose.rotation * materials.tip[at(body)] + pose.translation;
-        const Wrench about_pivot{.force = moment[at(body)].force,
-                                 .moment = moment[at(body)].moment - pivot.cross(moment[at(body)].force)};
-        shown = equations::fulcrum_tip_force(about_pivot, pivot, tip);
+        shown = fulcrum_tip_force(moved_to(moment[at(body)], pivot), pivot, tip);
     }
 }
 
@@ -151,12 +160,38 @@ Parameter damping_parameter() {
             .words = {"auto"}};
 }
 
-Parameter tip_parameter(const std::string& default_value) {
-    return {.name = "tip",
-            .type = Parameter::Type::choice,
-            .default_value = default_value,
-            .choices = {"sum", "fulcrum"},
-            .meaning = "force shown at the tip: plain sum, or through the trocar as pivot where the body has one"};
+std::vector<Parameter> with_tip_parameters(std::vector<Parameter> parameters, const std::string& default_value) {
+    Parameter rule{
+        .name = "tip",
+        .type = Parameter::Type::choice,
+        .default_value = default_value,
+        .choices = {"sum", "fulcrum"},
+        .meaning = "force shown at the tip: plain sum, or through the trocar as pivot where the body has one"};
+    if (default_value == "auto") {
+        rule.choices.insert(rule.choices.begin(), "auto");
+        rule.meaning = "force shown at the tip: plain sum (faithful), or through the trocar as pivot (corrected)";
+    }
+    const auto limiter = [](const char* name, const char* unit, const char* value, double maximum,
+                            const char* meaning) {
+        return Parameter{
+            .name = name, .unit = unit, .default_value = value, .minimum = 0.0, .maximum = maximum, .meaning = meaning};
+    };
+    const std::vector<Parameter> more{
+        rule, limiter("tip_saturation", "N", "8.5", 1e6, "largest force that the device shows; 0: no limit"),
+        limiter("tip_rate", "N/s", "0", 1e9, "largest change of the device's force (500 is usual); 0: off"),
+        limiter("tip_filter", "Hz", "0", 1e6, "low-pass on the device's force (150 is usual); 0: off"),
+        limiter("tip_ramp", "s", "0", 10.0,
+                "time in which the device's force rises after contact begins (0.005 is usual); 0: off")};
+    parameters.insert(parameters.end(), more.begin(), more.end());
+    return parameters;
+}
+
+TipSettings read_tip_settings(const ParameterValues& values, bool corrected) {
+    return {.fulcrum = values.is("tip", "auto") ? corrected : values.is("tip", "fulcrum"),
+            .saturation = values.number("tip_saturation"),
+            .rate_limit = values.number("tip_rate"),
+            .filter = values.number("tip_filter"),
+            .ramp = values.number("tip_ramp")};
 }
 
 }  // namespace trocar

@@ -69,6 +69,8 @@ public:
         const auto v = static_cast<std::size_t>(vertex);
         return {spring_.data() + first_[v], static_cast<std::size_t>(first_[v + 1] - first_[v])};
     }
+    /// Largest strain (1 = doubled length) of the springs at a vertex; 0 without any.
+    [[nodiscard]] double largest_strain(const Materials& materials, const Matrix3X& position, Index vertex) const;
 
 private:
     std::vector<Index> first_;  ///< N + 1
@@ -88,15 +90,19 @@ struct LoadPoint {
 /// unless adhesive or bilateral, 0 without penetration unless bilateral.
 double force_at_frame(const LinearContact& contact, const Frame& frame);
 
-/// Fills effect.tip_force for every instrument: by plain sum (thesis §3.4.1), or as a 3-DOF device shows it when the
-/// shaft turns about its trocar (METHODS §8) where the body has one. Reads contacts and wrenches of the effect.
-/// `moment` is a buffer of one Wrench per body (about the world origin), overwritten.
-void show_tip_forces(const Topology& topology, const Materials& materials, const Frame& frame, bool fulcrum,
+/// Fills effect.tip_force for every instrument by the rule in effect.tip: plain sum (thesis §3.4.1), or as a 3-DOF
+/// device shows it when the shaft turns about its trocar (METHODS §8) where the body has one. Reads contacts and
+/// wrenches of the effect. `moment` is a buffer of one Wrench per body (about the world origin), overwritten.
+void show_tip_forces(const Topology& topology, const Materials& materials, const Frame& frame,
                      std::vector<Wrench>& moment, Effect& effect);
 
 /// Parameters that most responses share.
 Parameter stiffness_parameter(const std::string& default_meaning);
 Parameter damping_parameter();
-Parameter tip_parameter(const std::string& default_value);
+/// Appends `tip` (sum, fulcrum and, if it is the default, auto) and the device's limiters, all read by
+/// read_tip_settings.
+std::vector<Parameter> with_tip_parameters(std::vector<Parameter> parameters, const std::string& default_value = "sum");
+/// `corrected`: what `auto` means.
+TipSettings read_tip_settings(const ParameterValues& values, bool corrected);
 
 }  // namespace trocar

@@ -213,14 +213,4 @@ Wrench resultant(std::span<const Vector3> points, std::span<const Vector3> force
     return sum;
 }
 
-Vector3 fulcrum_tip_force(const Wrench& wrench_about_pivot, const Vector3& pivot, const Vector3& tip) {
-    constexpr double shortest_lever = 0.03;
-    const Vector3 lever = tip - pivot;
-    const double length = lever.norm();
-    if (length == 0.0) return wrench_about_pivot.force;
-    const Vector3 shaft = lever / length;
-    const Vector3 sideways = wrench_about_pivot.moment.cross(shaft) / std::max(length, shortest_lever);
-    return sideways + shaft.dot(wrench_about_pivot.force) * shaft;
-}
-
 }  // namespace trocar::equations

@@ -128,9 +128,4 @@ std::array<Vector3, 3> distribute_correction(const Vector3& weights, const Vecto
 /// stylus").
 Wrench resultant(std::span<const Vector3> points, std::span<const Vector3> forces, const Vector3& about);
 
-/// Force that a 3-DOF device shows at the tip of an instrument that turns about its trocar (METHODS §8):
-/// (tau × r)/|r|² + (u·F) u with r = tip - pivot. `wrench` holds force and moment about the pivot. |r| is clamped to at
-/// least 30 mm. Power-exact for pitch, yaw and insertion; the torque about the shaft is lost.
-Vector3 fulcrum_tip_force(const Wrench& wrench_about_pivot, const Vector3& pivot, const Vector3& tip);
-
 }  // namespace trocar::equations

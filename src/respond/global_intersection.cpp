@@ -67,7 +67,7 @@ public:
             effect.contacts.push_back(spring_damper(*topology_, *materials_, laws_, frame, contact));
         }
         for (const IntersectionContour& contour : regions_.contours()) attract(frame, contacts.pairs, contour, effect);
-        show_tip_forces(*topology_, *materials_, frame, false, moment_, effect);
+        show_tip_forces(*topology_, *materials_, frame, moment_, effect);
     }
 
 private:

@@ -44,7 +44,7 @@ public:
         for (const PointContact& contact : points_.list()) {
             effect.contacts.push_back(spring_damper(*topology_, *materials_, laws_, frame, contact));
         }
-        show_tip_forces(*topology_, *materials_, frame, false, moment_, effect);
+        show_tip_forces(*topology_, *materials_, frame, moment_, effect);
     }
 
 private:

@@ -16,8 +16,8 @@ constexpr double jaw_radius = 0.0025;  ///< m, half the diagonal of the 4 × 3 m
 
 }  // namespace
 
-void Grasp::prepare(const Topology& topology, bool both_jaws) {
-    both_jaws_ = both_jaws;
+void Grasp::prepare(const Topology& topology, const GraspSettings& settings) {
+    settings_ = settings;
     groups_.clear();
     group_of_body_.assign(at(topology.body_count()), -1);
     for (Index b = 0; b < topology.body_count(); ++b) {
@@ -113,7 +113,7 @@ void Grasp::attach(const Topology& topology, const Materials& materials, const F
     const bool pinched = std::any_of(touches_.begin(), touches_.end(), [this](const Touch& one) {
         return one.piece != touches_.front().piece || one.normal.dot(touches_.front().normal) < 0.0;
     });
-    if (both_jaws_ && !pinched) return;
+    if (settings_.both_jaws && !pinched) return;
     std::sort(touches_.begin(), touches_.end(), [](const Touch& a, const Touch& b) {
         return a.distance != b.distance ? a.distance < b.distance : a.vertex < b.vertex;
     });
@@ -138,6 +138,39 @@ Vector3 Grasp::target_velocity(const Frame& frame, const GraspedVertex& held, do
     if (!group.seen) return Vector3::Zero();
     const Vector3 before = group.last_pose.rotation * held.local + group.last_pose.translation;
     return (target(frame, held) - before) / dt;
+}
+
+void Grasp::hold_by_springs(const Materials& materials, const VertexSprings& springs, const Frame& frame, double dt,
+                            Effect& effect) {
+    for (std::size_t i = held_.size(); i-- > 0;) {
+        const double pull =
+            settings_.stiffness * (target(frame, held_[i]) - frame.position.col(held_[i].vertex)).norm();
+        constexpr double at_limit = 0.999;  // the limiter leaves an edge a rounding below it
+        const bool torn =
+            springs.largest_strain(materials, frame.position, held_[i].vertex) >= at_limit * materials.strain_limit;
+        if (pull <= settings_.slip_force && !torn) continue;
+        detach(i);
+        ++effect.detached;
+    }
+    for (const GraspedVertex& held : held_) {
+        const Vector3 place = target(frame, held);
+        const Vector3 offset = place - frame.position.col(held.vertex);
+        const Vector3 speed = target_velocity(frame, held, dt);
+        for (int axis = 0; axis < 3; ++axis) {
+            LinearContact linear;
+            linear.vertices = {held.vertex, -1, -1};
+            linear.weights = {1.0, 0.0, 0.0};
+            linear.normal = Vector3::Unit(axis);
+            linear.gap = -offset[axis];
+            linear.k = settings_.stiffness;
+            linear.mu = 2.0 * std::sqrt(settings_.stiffness * materials.mass[at(held.vertex)]);
+            linear.face_velocity = speed[axis];
+            linear.bilateral = true;
+            linear.reaction_body = body_of(held.group);
+            linear.reaction_point = place;
+            effect.contacts.push_back(linear);
+        }
+    }
 }
 
 void Grasp::remember(const Frame& frame) {

@@ -8,6 +8,7 @@
 
 #include "contact/contact_set.hpp"
 #include "contact/effect.hpp"
+#include "respond/common.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
@@ -25,11 +26,16 @@ struct RestingTouch {
     Vector3 normal = Vector3::Zero();  ///< unit, from the instrument to the tissue
 };
 
+struct GraspSettings {
+    bool both_jaws = false;    ///< tissue must touch two jaws (separate pieces of the instrument) or two opposing faces
+                               ///< between the jaws, else nothing is grasped; false: one contact is enough
+    double stiffness = 300.0;  ///< N/m, of the spring that holds a vertex
+    double slip_force = 2.0;   ///< N, on one vertex
+};
+
 class Grasp {
 public:
-    /// `both_jaws`: tissue must touch two jaws (separate pieces of the instrument) or two opposing faces between the
-    /// jaws, else nothing is grasped; off: one contact is enough.
-    void prepare(const Topology& topology, bool both_jaws);
+    void prepare(const Topology& topology, const GraspSettings& settings);
     /// Opens and closes: releases above q = 0.3, attaches when q falls through 0.2 (hysteresis). Does nothing in frames
     /// without poses.
     void update(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts,
@@ -45,6 +51,11 @@ public:
     /// Where a held vertex should be, m, and how fast it should move, m/s.
     [[nodiscard]] Vector3 target(const Frame& frame, const GraspedVertex& held) const;
     [[nodiscard]] Vector3 target_velocity(const Frame& frame, const GraspedVertex& held, double dt) const;
+    /// Holds every grasped vertex at its target by a spring and a critical damper, which the integrator takes
+    /// implicitly and whose reaction the tool feels (METHODS §10, corrected). First lets go of those that pull with
+    /// more than the slip force or whose springs have reached the strain limit, and counts them.
+    void hold_by_springs(const Materials& materials, const VertexSprings& springs, const Frame& frame, double dt,
+                         Effect& effect);
     /// Lets one vertex go.
     void detach(std::size_t position);
     /// Remembers the poses of this frame; call at the end of a tick.
@@ -61,7 +72,7 @@ private:
     void attach(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts,
                 std::span<const RestingTouch> resting, Index group);
 
-    bool both_jaws_ = false;
+    GraspSettings settings_;
     std::vector<Group> groups_;
     std::vector<Index> group_of_body_;  ///< -1: not an instrument
     std::vector<Index> piece_;          ///< N; smallest vertex that a vertex of an instrument is connected to

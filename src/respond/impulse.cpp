@@ -3,6 +3,7 @@
 // off by a bias speed. Between non-deformable bodies, whose device mass a response does not know, it acts as `penalty`.
 #include <algorithm>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "method/entry.hpp"
@@ -12,79 +13,44 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-struct Settings {
+struct Choice {
     double restitution = 0.0;
     double bias = 0.2;  ///< part of the depth that the bias speed removes per tick
     int sweeps = 10;
 };
 
-class Impulse final : public Response {
+class Impulse final : public PointResponse {
 public:
-    explicit Impulse(const Settings& settings) : settings_(settings) {}
-
-    void prepare(const Topology& topology, const Materials& materials) override {
-        topology_ = &topology;
-        materials_ = &materials;
-        laws_.prepare(topology, materials, Contact::unset, Contact::unset);
-        points_.prepare(topology);
-        edits_.prepare(topology, materials);
-        moment_.assign(at(topology.body_count()), {});
-    }
-
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, Effect& effect) override {
-        effect.clear();
-        edits_.clear();
-        effect.skipped = points_.gather(*topology_, frame, contacts, true);
-        total_.assign(points_.list().size(), 0.0);
-        target_.assign(points_.list().size(), 0.0);
-        for (std::size_t c = 0; c < points_.list().size(); ++c) {
-            const PointContact& contact = points_.list()[c];
-            if (topology_->bodies[at(contact.body_b)].kind != BodyKind::tissue) {
-                effect.contacts.push_back(spring_damper(*topology_, *materials_, laws_, frame, contact));
-                continue;
-            }
-            const double closing = std::min(separating_speed(frame, contact), 0.0);
-            target_[c] = std::max(-settings_.restitution * closing, settings_.bias * contact.depth / dt);
-        }
-        for (int sweep = 0; sweep < settings_.sweeps; ++sweep) {
-            for (std::size_t c = 0; c < points_.list().size(); ++c) {
-                const PointContact& contact = points_.list()[c];
-                const double mobility = edits_.mobility(contact.a) + edits_.mobility(contact.b);
-                if (mobility == 0.0) continue;
-                // The sum of a contact's impulses never pulls, a single correction may.
-                const double wanted = total_[c] + (target_[c] - separating_speed(frame, contact)) / mobility;
-                const double next = std::max(wanted, 0.0);
-                const Vector3 change = (next - total_[c]) * contact.normal;
-                total_[c] = next;
-                edits_.change_velocity(frame, contact.b, change);
-                edits_.change_velocity(frame, contact.a, -change);
-            }
-        }
-        for (std::size_t c = 0; c < points_.list().size(); ++c) {
-            const PointContact& contact = points_.list()[c];
-            if (total_[c] == 0.0 || topology_->bodies[at(contact.body_a)].kind != BodyKind::instrument) continue;
-            add_reaction(contact.body_a, contact.a.blend(frame.position), -total_[c] / dt * contact.normal, effect);
-        }
-        edits_.write(effect);
-        show_tip_forces(*topology_, *materials_, frame, false, moment_, effect);
-    }
+    Impulse(const Choice& choice, const TipSettings& tip) : PointResponse({.tip = tip}), choice_(choice) {}
 
 private:
-    [[nodiscard]] double separating_speed(const Frame& frame, const PointContact& contact) const {
-        return (edits_.velocity(frame, contact.b) - edits_.velocity(frame, contact.a)).dot(contact.normal);
+    void resolve(const Frame& frame, double dt, Effect& effect) override {
+        total_.assign(list().size(), 0.0);
+        target_.assign(list().size(), 0.0);
+        for (std::size_t c = 0; c < list().size(); ++c) {
+            const PointContact& contact = list()[c];
+            const double closing = std::min(relative_velocity(frame, contact).dot(contact.normal), 0.0);
+            target_[c] = std::max(-choice_.restitution * closing, choice_.bias * contact.depth / dt);
+        }
+        for (int sweep = 0; sweep < choice_.sweeps; ++sweep) {
+            for (std::size_t c = 0; c < list().size(); ++c) {
+                const PointContact& contact = list()[c];
+                if (mobility(contact) == 0.0) continue;
+                const double speed = relative_velocity(frame, contact).dot(contact.normal);
+                // The sum of a contact's impulses never pulls, a single correction may.
+                const double next = std::max(total_[c] + (target_[c] - speed) / mobility(contact), 0.0);
+                push_apart(frame, contact, (next - total_[c]) * contact.normal);
+                total_[c] = next;
+            }
+        }
+        for (std::size_t c = 0; c < list().size(); ++c) {
+            if (total_[c] != 0.0) react(frame, list()[c], total_[c] / dt * list()[c].normal, effect);
+        }
     }
 
-    Settings settings_;
-    const Topology* topology_ = nullptr;
-    const Materials* materials_ = nullptr;
-    PairLaws laws_;
-    PointContacts points_;
-    VertexEdits edits_;
+    Choice choice_;
     std::vector<double> total_;   ///< N s, per contact
     std::vector<double> target_;  ///< m/s, per contact
-    std::vector<Wrench> moment_;
 };
 
 }  // namespace
@@ -110,10 +76,12 @@ ResponseEntry impulse_response() {
          .minimum = 1.0,
          .maximum = 1000.0,
          .meaning = "passes over all contacts per tick"}};
+    entry.parameters = with_tip_parameters(std::move(entry.parameters));
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
-        return std::make_unique<Impulse>(Settings{.restitution = values.number("e"),
-                                                  .bias = values.number("bias"),
-                                                  .sweeps = static_cast<int>(values.integer("sweeps"))});
+        return std::make_unique<Impulse>(Choice{.restitution = values.number("e"),
+                                                .bias = values.number("bias"),
+                                                .sweeps = static_cast<int>(values.integer("sweeps"))},
+                                         read_tip_settings(values, false));
     };
     return entry;
 }

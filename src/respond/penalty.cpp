@@ -1,7 +1,7 @@
 // The plain penalty response that most simulators use: spring and damper along the contact normal, pressing only. It
 // reads canonical contacts as well as a library's own, so that the contact source can be a factor of a study.
 #include <memory>
-#include <vector>
+#include <utility>
 
 #include "method/entry.hpp"
 #include "respond/common.hpp"
@@ -10,43 +10,16 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-struct Settings {
-    bool reduce = true;  ///< one contact per vertex and other body, the deepest
-    bool fulcrum = false;
-    double k = 0.0;   ///< NaN: auto
-    double mu = 0.0;  ///< NaN: auto
-};
-
-class Penalty final : public Response {
+class Penalty final : public PointResponse {
 public:
-    explicit Penalty(const Settings& settings) : settings_(settings) {}
-
-    void prepare(const Topology& topology, const Materials& materials) override {
-        topology_ = &topology;
-        materials_ = &materials;
-        laws_.prepare(topology, materials, settings_.k, settings_.mu);
-        points_.prepare(topology);
-        moment_.assign(at(topology.body_count()), {});
-    }
-
-    void respond(const Frame& frame, double /*dt*/, const ContactSet& contacts, Effect& effect) override {
-        effect.clear();
-        effect.skipped = points_.gather(*topology_, frame, contacts, settings_.reduce);
-        for (const PointContact& contact : points_.list()) {
-            effect.contacts.push_back(spring_damper(*topology_, *materials_, laws_, frame, contact));
-        }
-        show_tip_forces(*topology_, *materials_, frame, settings_.fulcrum, moment_, effect);
-    }
+    explicit Penalty(const Settings& settings) : PointResponse(settings) {}
 
 private:
-    Settings settings_;
-    const Topology* topology_ = nullptr;
-    const Materials* materials_ = nullptr;
-    PairLaws laws_;
-    PointContacts points_;
-    std::vector<Wrench> moment_;
+    void resolve(const Frame& frame, double /*dt*/, Effect& effect) override {
+        for (const PointContact& contact : list()) {
+            if (on_tissue(contact)) effect.contacts.push_back(spring_damper_of(frame, contact));
+        }
+    }
 };
 
 }  // namespace
@@ -64,13 +37,13 @@ ResponseEntry penalty_response() {
          .type = Parameter::Type::choice,
          .default_value = "vertex",
          .choices = {"pair", "vertex"},
-         .meaning = "one contact per triangle pair, or per vertex and other body (the deepest)"},
-        tip_parameter("sum")};
+         .meaning = "one contact per triangle pair, or per vertex and other body (the deepest)"}};
+    entry.parameters = with_tip_parameters(std::move(entry.parameters));
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
-        return std::make_unique<Penalty>(Settings{.reduce = values.is("reduction", "vertex"),
-                                                  .fulcrum = values.is("tip", "fulcrum"),
-                                                  .k = values.number("k"),
-                                                  .mu = values.number("mu")});
+        return std::make_unique<Penalty>(PointResponse::Settings{.k = values.number("k"),
+                                                                 .mu = values.number("mu"),
+                                                                 .reduce = values.is("reduction", "vertex"),
+                                                                 .tip = read_tip_settings(values, false)});
     };
     return entry;
 }

@@ -204,4 +204,55 @@ void add_reaction(Index body, const Vector3& point, const Vector3& force, Effect
     wrench.moment += point.cross(force);
 }
 
+void PointResponse::prepare(const Topology& topology, const Materials& materials) {
+    topology_ = &topology;
+    materials_ = &materials;
+    laws_.prepare(topology, materials, settings_.k, settings_.mu);
+    points_.prepare(topology);
+    edits_.prepare(topology, materials);
+    moment_.assign(at(topology.body_count()), {});
+}
+
+void PointResponse::respond(const Frame& frame, double dt, const ContactSet& contacts, Effect& effect) {
+    effect.clear();
+    effect.tip = settings_.tip;
+    edits_.clear();
+    effect.skipped = points_.gather(*topology_, frame, contacts, settings_.reduce);
+    for (const PointContact& contact : list()) {
+        if (!on_tissue(contact)) effect.contacts.push_back(spring_damper_of(frame, contact));
+    }
+    resolve(frame, dt, effect);
+    edits_.write(effect);
+    show_tip_forces(*topology_, *materials_, frame, moment_, effect);
+}
+
+bool PointResponse::on_tissue(const PointContact& contact) const {
+    return topology_->bodies[at(contact.body_b)].kind == BodyKind::tissue;
+}
+
+Vector3 PointResponse::relative_velocity(const Frame& frame, const PointContact& contact) const {
+    return edits_.velocity(frame, contact.b) - edits_.velocity(frame, contact.a);
+}
+
+double PointResponse::depth_left(const Frame& frame, const PointContact& contact) const {
+    const Vector3 moved = edits_.position(frame, contact.b) - contact.b.blend(frame.position) -
+                          (edits_.position(frame, contact.a) - contact.a.blend(frame.position));
+    return contact.depth - moved.dot(contact.normal);
+}
+
+void PointResponse::push_apart(const Frame& frame, const PointContact& contact, const Vector3& impulse) {
+    edits_.change_velocity(frame, contact.b, impulse);
+    edits_.change_velocity(frame, contact.a, -impulse);
+}
+
+void PointResponse::move_apart(const Frame& frame, const PointContact& contact, const Vector3& impulse) {
+    edits_.change_position(frame, contact.b, impulse);
+    edits_.change_position(frame, contact.a, -impulse);
+}
+
+void PointResponse::react(const Frame& frame, const PointContact& contact, const Vector3& force, Effect& effect) const {
+    if (topology_->bodies[at(contact.body_a)].kind != BodyKind::instrument) return;
+    add_reaction(contact.body_a, contact.a.blend(frame.position), -force, effect);
+}
+
 }  // namespace trocar

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "contact/contact_set.hpp"
+#include "method/response.hpp"
 #include "respond/common.hpp"
 #include "scene/world.hpp"
 
@@ -67,7 +68,57 @@ private:
 LinearContact spring_damper(const Topology& topology, const Materials& materials, const PairLaws& laws,
                             const Frame& frame, const PointContact& contact);
 
-/// -impulse/dt as force on the body of a load point's kinematic side: what the tool feels of an impulse on tissue.
+/// Adds a force at a point to the body's wrench: what a tool feels of an impulse on tissue.
 void add_reaction(Index body, const Vector3& point, const Vector3& force, Effect& effect);
+
+/// What the responses on point contacts share: gathering, the plain penalty law between bodies that do not deform
+/// (whose device mass a response does not know), placements and tip forces. A method adds what it does to contacts on
+/// tissue.
+class PointResponse : public Response {
+public:
+    struct Settings {
+        double k = Contact::unset;   ///< N/m; NaN: auto
+        double mu = Contact::unset;  ///< N s/m; NaN: auto
+        bool reduce = true;          ///< one contact per vertex and other body, the deepest
+        TipSettings tip = {};
+    };
+    void prepare(const Topology& topology, const Materials& materials) final;
+    void respond(const Frame& frame, double dt, const ContactSet& contacts, Effect& effect) final;
+
+protected:
+    explicit PointResponse(const Settings& settings) : settings_(settings) {}
+    /// Answers the contacts of list() for which on_tissue() holds, once per tick.
+    virtual void resolve(const Frame& frame, double dt, Effect& effect) = 0;
+
+    [[nodiscard]] const std::vector<PointContact>& list() const { return points_.list(); }
+    [[nodiscard]] bool on_tissue(const PointContact& contact) const;
+    [[nodiscard]] const PairLaws& laws() const { return laws_; }
+    [[nodiscard]] VertexEdits& edits() { return edits_; }
+    [[nodiscard]] const VertexEdits& edits() const { return edits_; }
+    [[nodiscard]] LinearContact spring_damper_of(const Frame& frame, const PointContact& contact) const {
+        return spring_damper(*topology_, *materials_, laws_, frame, contact);
+    }
+    /// Velocity of b's point against a's, m/s, edits included.
+    [[nodiscard]] Vector3 relative_velocity(const Frame& frame, const PointContact& contact) const;
+    /// Depth left after the edits so far, m.
+    [[nodiscard]] double depth_left(const Frame& frame, const PointContact& contact) const;
+    [[nodiscard]] double mobility(const PointContact& contact) const {
+        return edits_.mobility(contact.a) + edits_.mobility(contact.b);
+    }
+    /// Opposite impulses (N s) on both sides, as change of velocity or, in kg m, of position.
+    void push_apart(const Frame& frame, const PointContact& contact, const Vector3& impulse);
+    void move_apart(const Frame& frame, const PointContact& contact, const Vector3& impulse);
+    /// Force on b's side, N: its opposite is what body a feels if it is an instrument.
+    void react(const Frame& frame, const PointContact& contact, const Vector3& force, Effect& effect) const;
+
+private:
+    Settings settings_;
+    const Topology* topology_ = nullptr;
+    const Materials* materials_ = nullptr;
+    PairLaws laws_;
+    PointContacts points_;
+    VertexEdits edits_;
+    std::vector<Wrench> moment_;
+};
 
 }  // namespace trocar

@@ -3,7 +3,7 @@
 // shown is the momentum it gave. Between non-deformable bodies, whose device mass a response does not know, it acts as
 // `penalty`.
 #include <memory>
-#include <vector>
+#include <utility>
 
 #include "method/entry.hpp"
 #include "respond/common.hpp"
@@ -12,69 +12,34 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-struct Settings {
+struct Choice {
     double bump = 0.0;      ///< 0: no bounce, 1: the normal speed is kept
     double friction = 1.0;  ///< 1: no friction, 0: the particle sticks
 };
 
-class Reflection final : public Response {
+class Reflection final : public PointResponse {
 public:
-    explicit Reflection(const Settings& settings) : settings_(settings) {}
+    Reflection(const Choice& choice, const TipSettings& tip) : PointResponse({.tip = tip}), choice_(choice) {}
 
-    void prepare(const Topology& topology, const Materials& materials) override {
-        topology_ = &topology;
-        materials_ = &materials;
-        laws_.prepare(topology, materials, Contact::unset, Contact::unset);
-        points_.prepare(topology);
-        edits_.prepare(topology, materials);
-        moment_.assign(at(topology.body_count()), {});
-    }
-
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, Effect& effect) override {
-        effect.clear();
-        edits_.clear();
-        effect.skipped = points_.gather(*topology_, frame, contacts, true);
-        for (const PointContact& contact : points_.list()) {
-            if (topology_->bodies[at(contact.body_b)].kind != BodyKind::tissue) {
-                effect.contacts.push_back(spring_damper(*topology_, *materials_, laws_, frame, contact));
-                continue;
-            }
-            const double mobility = edits_.mobility(contact.a) + edits_.mobility(contact.b);
-            if (mobility == 0.0) continue;
-            // What is left of the depth after earlier contacts have moved the same vertices.
-            const Vector3 moved = edits_.position(frame, contact.b) - contact.b.blend(frame.position) -
-                                  (edits_.position(frame, contact.a) - contact.a.blend(frame.position));
-            const double depth = contact.depth - moved.dot(contact.normal);
-            if (depth > 0.0) {
-                edits_.change_position(frame, contact.b, depth / mobility * contact.normal);
-                edits_.change_position(frame, contact.a, -depth / mobility * contact.normal);
-            }
-            const Vector3 relative = edits_.velocity(frame, contact.b) - edits_.velocity(frame, contact.a);
+private:
+    void resolve(const Frame& frame, double dt, Effect& effect) override {
+        for (const PointContact& contact : list()) {
+            const double movable = mobility(contact);
+            if (movable == 0.0) continue;
+            const double depth = depth_left(frame, contact);
+            if (depth > 0.0) move_apart(frame, contact, depth / movable * contact.normal);
+            const Vector3 relative = relative_velocity(frame, contact);
             const double speed = relative.dot(contact.normal);
             if (speed >= 0.0) continue;
             const Vector3 tangential = relative - speed * contact.normal;
-            const Vector3 after = settings_.friction * tangential - settings_.bump * speed * contact.normal;
-            const Vector3 impulse = (after - relative) / mobility;
-            edits_.change_velocity(frame, contact.b, impulse);
-            edits_.change_velocity(frame, contact.a, -impulse);
-            if (topology_->bodies[at(contact.body_a)].kind == BodyKind::instrument) {
-                add_reaction(contact.body_a, contact.a.blend(frame.position), -impulse / dt, effect);
-            }
+            const Vector3 after = choice_.friction * tangential - choice_.bump * speed * contact.normal;
+            const Vector3 impulse = (after - relative) / movable;
+            push_apart(frame, contact, impulse);
+            react(frame, contact, impulse / dt, effect);
         }
-        edits_.write(effect);
-        show_tip_forces(*topology_, *materials_, frame, false, moment_, effect);
     }
 
-private:
-    Settings settings_;
-    const Topology* topology_ = nullptr;
-    const Materials* materials_ = nullptr;
-    PairLaws laws_;
-    PointContacts points_;
-    VertexEdits edits_;
-    std::vector<Wrench> moment_;
+    Choice choice_;
 };
 
 }  // namespace
@@ -97,9 +62,11 @@ ResponseEntry reflection_response() {
                          .minimum = 0.0,
                          .maximum = 1.0,
                          .meaning = "1: none, 0: sticks"}};
+    entry.parameters = with_tip_parameters(std::move(entry.parameters));
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Reflection>(
-            Settings{.bump = values.number("bump"), .friction = values.number("friction")});
+            Choice{.bump = values.number("bump"), .friction = values.number("friction")},
+            read_tip_settings(values, false));
     };
     return entry;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "respond/surface.hpp"
 #include "respond/thesis_settings.hpp"
 #include "respond/tip_proxy.hpp"
+#include "respond/triangle_grid.hpp"
 
 namespace trocar {
 namespace {
@@ -49,12 +51,14 @@ public:
         proxies_.prepare(topology, materials, TipProxies::default_radius);
         if (!has_tissue_) return;
         if (settings_.resolution == Resolution::ledger) ledger_.prepare(topology);
-        grasp_.prepare(topology, settings_.grasp == GraspRule::spring);
+        grasp_.prepare(topology, settings_.grasping);
         inside_.assign(at(topology.vertex_count), 0);
     }
 
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, Effect& effect) override {
+    void respond(const Frame& seen, double dt, const ContactSet& contacts, Effect& effect) override {
+        const Frame& frame = filtered(seen, dt);
         effect.clear();
+        effect.tip = settings_.tip;
         effect.contacts_held = settings_.contacts_held;
         effect.contacts_explicit = settings_.contacts_explicit;
         dt_ = dt;
@@ -78,11 +82,31 @@ public:
         for (const Edit& edit : edits_)
             effect.placements.push_back({edit.vertex, edit.position, edit.velocity, edit.held});
         add_reactions(frame, effect);
-        show_tip_forces(*topology_, *materials_, frame, settings_.fulcrum, moment_, effect);
+        show_tip_forces(*topology_, *materials_, frame, moment_, effect);
         if (has_tissue_ && settings_.grasp != GraspRule::off) grasp_.remember(frame);
     }
 
 private:
+    /// The frame, or a copy of it whose instruments move with low-passed velocity (METHODS §1, option).
+    const Frame& filtered(const Frame& seen, double dt) {
+        if (settings_.velocity_filter == 0.0) return seen;
+        const double gain = 1.0 - std::exp(-2.0 * std::numbers::pi * settings_.velocity_filter * dt);
+        smooth_velocity_.swap(filtered_.velocity);  // copying the frame must not lose what the filter remembers
+        const bool first = smooth_velocity_.cols() != seen.velocity.cols();
+        filtered_ = seen;
+        if (first) return filtered_;
+        smooth_velocity_.swap(filtered_.velocity);
+        for (const BodyRange& body : topology_->bodies) {
+            auto now = filtered_.velocity.middleCols(body.vertices.first, body.vertices.count);
+            const auto measured = seen.velocity.middleCols(body.vertices.first, body.vertices.count);
+            if (body.kind == BodyKind::instrument) {
+                now += gain * (measured - now);
+            } else {
+                now = measured;
+            }
+        }
+        return filtered_;
+    }
     /// Working copy of a tissue vertex that a sequential response has changed in this tick.
     struct Edit {
         Index vertex = -1;
@@ -292,6 +316,16 @@ private:
         return settings_.area_stiffness ? settings_.kappa * surface_.area(vertex) : on_tissue;
     }
 
+    /// Coulomb friction with a tangential spring (METHODS §6, option): `surface` is the other side's velocity, `key`
+    /// the vertex that is in contact.
+    void rub(Index key, const Vector3& surface, LinearContact& linear) const {
+        if (settings_.friction == 0.0) return;
+        linear.friction = settings_.friction;
+        linear.tangent_k = settings_.friction_k;
+        linear.surface_velocity = surface;
+        linear.slip_key = key;
+    }
+
     void finish(LinearContact linear, Effect& effect) const {
         linear.adhesive = !settings_.clamp;
         if (settings_.clamp && linear.k * -linear.gap > settings_.f_max) linear.gap = -settings_.f_max / linear.k;
@@ -365,6 +399,7 @@ private:
         linear.vertices = face.vertices;
         linear.weights = face.weights;
         linear.face_velocity = frame.velocity.col(v.vertex).dot(linear.normal);
+        rub(v.vertex, frame.velocity.col(v.vertex), linear);
         if (kind(v.vertex_body) == BodyKind::instrument) {
             linear.reaction_body = v.vertex_body;
             linear.reaction_point = frame.position.col(v.vertex);
@@ -413,6 +448,7 @@ private:
                                            ? other.blend(frame.velocity)
                                            : Vector3(frame.velocity.col(push_b ? contact.vertex_a : contact.vertex_b));
         linear.face_velocity = other_velocity.dot(linear.normal);
+        if (tissue_a || tissue_b) rub(push_b ? contact.vertex_b : contact.vertex_a, other_velocity, linear);
         if (push_b && kind(body_a) == BodyKind::instrument) {
             linear.reaction_body = body_a;
             linear.reaction_point = a.blend(frame.position);
@@ -427,6 +463,8 @@ private:
         linear.weights = b.weights;
         linear.normal = direction;
         linear.face_velocity = a.blend(frame.velocity).dot(direction);
+        const auto heaviest = std::max_element(b.weights.begin(), b.weights.end());
+        rub(b.vertices[static_cast<std::size_t>(heaviest - b.weights.begin())], a.blend(frame.velocity), linear);
         end_on_time(linear);
         if (kind(body_a) == BodyKind::instrument) {
             linear.reaction_body = body_a;
@@ -528,6 +566,7 @@ private:
         linear.normal = v.normal;
         linear.face_velocity = face_velocity(frame, v).dot(v.normal);
         end_on_time(linear);
+        rub(v.vertex, face_velocity(frame, v), linear);
         if (kind(v.face_body) == BodyKind::instrument) {
             linear.reaction_body = v.face_body;
             linear.reaction_point = LoadPoint::in_triangle(*topology_, v.triangle, v.weights).blend(frame.position);
@@ -715,14 +754,19 @@ private:
                 if (!apart) near_.push_back(t);
             }
         }
+        near_grid_.prepare(*topology_, near_);
+        near_grid_.fill(*topology_, frame.position);
         for (const Path& path : paths_) {
             attracted_.clear();
-            for (const Index t : near_) {
+            crossed_.clear();
+            near_grid_.visit(path.box, [&](Index t) {
                 Box box;
                 for (int i = 0; i < 3; ++i) box.add(frame.position.col(topology_->triangles(i, t)));
-                if (box.overlaps(path.box)) {
-                    attract(frame, path.body, path.vertex, frame.position.col(path.vertex), path.from, t, effect);
-                }
+                if (box.overlaps(path.box)) crossed_.push_back(t);
+            });
+            std::sort(crossed_.begin(), crossed_.end());  // the first triangle of a vertex says how deep it is
+            for (const Index t : crossed_) {
+                attract(frame, path.body, path.vertex, frame.position.col(path.vertex), path.from, t, effect);
             }
         }
     }
@@ -775,6 +819,7 @@ private:
         linear.vertices = anchor.vertices;
         linear.weights = anchor.weights;
         linear.normal = -p.normal;
+        rub(p.vertex, frame.velocity.col(p.vertex), linear);
         // Where the face slopes against the blended normal, a tool that slides sideways needs the surface to follow:
         // n·v_surface = f·v/(f·n). The surface's own sideways speed stays out: it is the last tick's, and fed back
         // through the stiff damper it makes the contact swing from tick to tick.
@@ -857,12 +902,8 @@ private:
     [[nodiscard]] double strain_at(const Frame& frame, Index triangle) const {
         double largest = 0.0;
         for (int i = 0; i < 3; ++i) {
-            for (const Index s : springs_.of(topology_->triangles(i, triangle))) {
-                const Spring& spring = materials_->springs[at(s)];
-                if (spring.rest <= 0.0) continue;
-                const double length = (frame.position.col(spring.i) - frame.position.col(spring.j)).norm();
-                largest = std::max(largest, length / spring.rest - 1.0);
-            }
+            const Index vertex = topology_->triangles(i, triangle);
+            largest = std::max(largest, springs_.largest_strain(*materials_, frame.position, vertex));
         }
         return largest;
     }
@@ -880,60 +921,24 @@ private:
             }
         }
         grasp_.update(*topology_, *materials_, frame, contacts, touches_);
-        constexpr double spring = 300.0;    // N/m
-        constexpr double slip_force = 2.0;  // N
-        for (std::size_t i = 0; i < grasp_.held().size();) {
-            const GraspedVertex held = grasp_.held()[i];
-            const Vector3 target = grasp_.target(frame, held);
-            const Vector3 speed = grasp_.target_velocity(frame, held, dt_);
-            const Index body = grasp_.body_of(held.group);
-            if (settings_.grasp == GraspRule::follow) {
+        if (settings_.grasp == GraspRule::follow) {
+            for (const GraspedVertex& held : grasp_.held()) {
                 Edit& vertex = edit(frame, held.vertex);
-                vertex.position = target;
-                vertex.velocity = speed;
+                vertex.position = grasp_.target(frame, held);
+                vertex.velocity = grasp_.target_velocity(frame, held, dt_);
                 vertex.held = true;
-                vertex.instrument = body;
-                vertex.point = target;
-                ++i;
-                continue;
+                vertex.instrument = grasp_.body_of(held.group);
+                vertex.point = vertex.position;
             }
-            const Vector3 offset = target - frame.position.col(held.vertex);
-            const bool torn = strain_of(frame, held.vertex) >= 0.999 * materials_->strain_limit;
-            if (spring * offset.norm() > slip_force || torn) {
-                grasp_.detach(i);
-                ++effect.detached;
-                continue;
-            }
-            const double mu = 2.0 * std::sqrt(spring * materials_->mass[at(held.vertex)]);
-            for (int axis = 0; axis < 3; ++axis) {
-                LinearContact linear;
-                linear.vertices = {held.vertex, -1, -1};
-                linear.weights = {1.0, 0.0, 0.0};
-                linear.normal = Vector3::Unit(axis);
-                linear.gap = -offset[axis];
-                linear.k = spring;
-                linear.mu = mu;
-                linear.face_velocity = speed[axis];
-                linear.bilateral = true;
-                linear.reaction_body = body;
-                linear.reaction_point = target;
-                effect.contacts.push_back(linear);
-            }
-            ++i;
+        } else {
+            grasp_.hold_by_springs(*materials_, springs_, frame, dt_, effect);
         }
-    }
-    [[nodiscard]] double strain_of(const Frame& frame, Index vertex) const {
-        double largest = 0.0;
-        for (const Index s : springs_.of(vertex)) {
-            const Spring& spring = materials_->springs[at(s)];
-            if (spring.rest <= 0.0) continue;
-            const double length = (frame.position.col(spring.i) - frame.position.col(spring.j)).norm();
-            largest = std::max(largest, length / spring.rest - 1.0);
-        }
-        return largest;
+        effect.grasped = static_cast<std::int64_t>(grasp_.held().size());
     }
 
     ThesisSettings settings_;
+    Frame filtered_;
+    Matrix3X smooth_velocity_;
     const Topology* topology_ = nullptr;
     const Materials* materials_ = nullptr;
     double dt_ = 0.0;
@@ -953,6 +958,8 @@ private:
     std::vector<std::uint8_t> inside_;  ///< N; 1 = in the ledger
     std::vector<Path> paths_;
     std::vector<Index> near_;
+    TriangleGrid near_grid_;
+    std::vector<Index> crossed_;
     std::vector<Index> attracted_;
     std::vector<RestingTouch> touches_;
     std::vector<Resting> resting_;  ///< tissue vertices that a face held in the last tick

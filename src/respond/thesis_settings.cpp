@@ -27,7 +27,7 @@ Parameter number(const std::string& name, const std::string& unit, const std::st
 std::vector<Parameter> thesis_parameters() {
     Parameter restitution =
         number("e", "1", "0", 0.0, 1.0, "restitution in 3.8 and 3.11: 0 the printed equation, 1 the printed words");
-    return {
+    std::vector<Parameter> list{
         {.name = "profile",
          .type = Parameter::Type::choice,
          .default_value = "faithful",
@@ -78,11 +78,13 @@ std::vector<Parameter> thesis_parameters() {
         number("d_max", "m", "0.015", 0.0, 1e3, "depth at which the ledger reports rupture"),
         choice("grasp", {"off", "follow", "spring"},
                "grasped tissue: follows the tool (faithful), or on springs that slip at 2 N (corrected)"),
-        {.name = "tip",
-         .type = Parameter::Type::choice,
-         .default_value = "auto",
-         .choices = {"auto", "sum", "fulcrum"},
-         .meaning = "force shown at the tip: plain sum (faithful), or through the trocar as pivot (corrected)"},
+        number("grasp_k", "N/m", "300", 0.0, 1e6, "stiffness that holds a vertex with grasp=spring"),
+        number("grasp_slip", "N", "2", 0.0, 1e6, "force on one vertex at which it slips with grasp=spring"),
+        number("friction", "1", "0", 0.0, 10.0,
+               "Coulomb friction between tools or bones and tissue (0.1 is usual); 0: none"),
+        number("friction_k", "N/m", "1000", 0.0, 1e6, "tangential spring of a sticking contact with friction > 0"),
+        number("velocity_filter", "Hz", "0", 0.0, 1e6,
+               "low-pass on the instruments' velocity that contacts on tissue see (150 is usual); 0: off"),
         {.name = "tip_proxy",
          .type = Parameter::Type::choice,
          .default_value = "on",
@@ -93,6 +95,7 @@ std::vector<Parameter> thesis_parameters() {
          .default_value = "implicit",
          .choices = {"implicit", "explicit", "hold"},
          .meaning = "contact forces in the tissue's sub-steps: implicit, explicit, or held over the tick"}};
+    return with_tip_parameters(std::move(list), "auto");
 }
 
 ThesisSettings read_thesis_settings(const ParameterValues& values) {
@@ -115,7 +118,7 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.all_rigid_cases = on("rigid_tissue", "all");
     s.impulse_tissue = on("tissue_tissue", "impulse");
     s.tip_proxy = values.is("tip_proxy", "on");
-    s.fulcrum = on("tip", "fulcrum");
+    s.tip = read_tip_settings(values, corrected);
     if (values.is("resolution", "auto")) {
         s.resolution = corrected ? Resolution::ledger : Resolution::back_projection;
     } else if (!values.is("resolution", "none")) {
@@ -126,6 +129,12 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     } else if (!values.is("grasp", "off")) {
         s.grasp = values.is("grasp", "spring") ? GraspRule::spring : GraspRule::follow;
     }
+    s.grasping = {.both_jaws = s.grasp == GraspRule::spring,
+                  .stiffness = values.number("grasp_k"),
+                  .slip_force = values.number("grasp_slip")};
+    s.friction = values.number("friction");
+    s.friction_k = values.number("friction_k");
+    s.velocity_filter = values.number("velocity_filter");
     s.restitution = values.number("e");
     s.tissue_restitution = values.number("e_tissue");
     s.kappa = values.number("kappa");

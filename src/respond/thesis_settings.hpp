@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "contact/tip_force.hpp"
 #include "method/entry.hpp"
+#include "respond/grasp.hpp"
 
 namespace trocar {
 
@@ -28,9 +30,10 @@ struct ThesisSettings {
     bool all_rigid_cases = false;   ///< R2T also where the bone enters the tissue
     bool impulse_tissue = false;    ///< T2T along the contact normal, closing only, with penalty; false: 3.12-3.17
     bool tip_proxy = true;          ///< tip against bone by a god-object; false: by 3.4 and 3.5 like the rest
-    bool fulcrum = false;
+    TipSettings tip;                ///< how the tip force is shown
     Resolution resolution = Resolution::none;
     GraspRule grasp = GraspRule::off;
+    GraspSettings grasping;
     double restitution = 0.0;         ///< e in 3.8 and 3.11
     double tissue_restitution = 0.2;  ///< e between tissues, impulse_tissue only
     double kappa = 3e6;               ///< N/m³
@@ -39,6 +42,9 @@ struct ThesisSettings {
     double l_max = 0.02;              ///< m
     double k = 0.0;                   ///< NaN: auto
     double mu = 0.0;                  ///< NaN: auto
+    double friction = 0.0;            ///< Coulomb coefficient on tissue
+    double friction_k = 1000.0;       ///< N/m, of the tangential spring
+    double velocity_filter = 0.0;     ///< Hz, on the instruments' velocity; 0: off
     double hard_stiffness = 1e5;      ///< N/m, of constraints
     double settle_time = 0.003;       ///< s, time constant with which a constraint clears a depth
     double slip_damping = 10.0;       ///< 1, of the ledger, see steady()

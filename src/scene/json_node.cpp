@@ -44,21 +44,21 @@ std::string place_of(std::string_view text, std::size_t offset) {
     return fmt::format("line {}, column {}", line, column);
 }
 
-}  // namespace
-
-Json parse_json(std::string_view text, const std::string& file) {
+template <typename AnyJson>
+AnyJson parse(std::string_view text, const std::string& file) {
     std::vector<std::set<std::string>> keys;  // of the objects that are open
-    const Json::parser_callback_t watch = [&](int /*depth*/, Json::parse_event_t event, Json& parsed) {
-        if (event == Json::parse_event_t::object_start) keys.emplace_back();
-        if (event == Json::parse_event_t::object_end) keys.pop_back();
-        if (event == Json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second) {
+    using Event = typename AnyJson::parse_event_t;
+    const typename AnyJson::parser_callback_t watch = [&](int /*depth*/, Event event, AnyJson& parsed) {
+        if (event == Event::object_start) keys.emplace_back();
+        if (event == Event::object_end) keys.pop_back();
+        if (event == Event::key && !keys.back().insert(parsed.template get<std::string>()).second) {
             throw InputError(file, "", "every key once in an object",
-                             fmt::format("the key {} twice", quoted(parsed.get<std::string>())));
+                             fmt::format("the key {} twice", quoted(parsed.template get<std::string>())));
         }
         return true;
     };
     try {
-        return Json::parse(text.begin(), text.end(), watch);
+        return AnyJson::parse(text.begin(), text.end(), watch);
     } catch (const Json::parse_error& error) {
         const std::size_t offset = error.byte > 0 ? error.byte - 1 : 0;
         const std::string found =
@@ -67,6 +67,14 @@ Json parse_json(std::string_view text, const std::string& file) {
     } catch (const Json::out_of_range&) {
         throw InputError(file, "", "JSON with numbers that a double can hold", "a number beyond 1.8e308");
     }
+}
+
+}  // namespace
+
+Json parse_json(std::string_view text, const std::string& file) { return parse<Json>(text, file); }
+
+nlohmann::ordered_json parse_ordered_json(std::string_view text, const std::string& file) {
+    return parse<nlohmann::ordered_json>(text, file);
 }
 
 void JsonNode::fail(std::string_view expected) const { fail(expected, shown(*value_)); }

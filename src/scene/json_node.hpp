@@ -18,6 +18,8 @@ using Json = nlohmann::json;
 
 /// Throws InputError with line and column for a syntax error, and for a key given twice.
 Json parse_json(std::string_view text, const std::string& file);
+/// The same with the file's order of keys kept.
+nlohmann::ordered_json parse_ordered_json(std::string_view text, const std::string& file);
 
 /// Refers to document and file name; both outlive it.
 class JsonNode {

@@ -11,17 +11,19 @@ bool same(const Pose& a, const Pose& b) {
     return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs() && a.jaw == b.jaw;
 }
 
-/// Force that contacts without tissue give a body at the frame the response saw, N: nothing integrates them when no
+/// Load that contacts without tissue give a body at the frame the response saw: nothing integrates them when no
 /// operator holds the body.
-Vector3 force_at_frame(const Topology& topology, const Effect& effect, const Frame& frame, Index body) {
-    Vector3 sum = Vector3::Zero();
+Wrench load_at_frame(const Topology& topology, const Effect& effect, const Frame& frame, Index body) {
+    Wrench sum;
     for (const LinearContact& contact : effect.contacts) {
         bool pushes_body = false;
         bool pushes_tissue = false;
         double rate = -contact.face_velocity;
+        Vector3 point = Vector3::Zero();
         for (std::size_t i = 0; i < 3; ++i) {
             const Index vertex = contact.vertices[i];
             if (vertex < 0) continue;
+            point += contact.weights[i] * frame.position.col(vertex);
             const Index owner = topology.body_of_vertex(vertex);
             pushes_body = pushes_body || owner == body;
             pushes_tissue = pushes_tissue || topology.bodies[at(owner)].kind == BodyKind::tissue;
@@ -30,7 +32,9 @@ Vector3 force_at_frame(const Topology& topology, const Effect& effect, const Fra
         if (pushes_tissue || !(pushes_body || contact.reaction_body == body)) continue;
         double force = -contact.k * contact.gap - contact.mu * rate;
         if (!contact.bilateral && (contact.gap > 0.0 || (!contact.adhesive && force < 0.0))) force = 0.0;
-        sum += (pushes_body ? force : -force) * contact.normal;
+        const Vector3 on_body = (pushes_body ? force : -force) * contact.normal;
+        sum.force += on_body;
+        sum.moment += (pushes_body ? point : contact.reaction_point).cross(on_body);
     }
     return sum;
 }
@@ -110,26 +114,48 @@ void Leading::move(double time, Frame& frame) {
     }
 }
 
+Wrench Leading::shown_load(const std::vector<Wrench>& load) const {
+    if (shown_body_ < 0) return {};
+    if (hand_of_body_[at(shown_body_)] >= 0) return load[at(shown_body_)];  // the hand's bodies share its load already
+    const std::vector<BodyRange>& bodies = scene_->topology.bodies;
+    const std::string& instrument = bodies[at(shown_body_)].instrument;
+    Wrench sum;
+    for (std::size_t body = 0; body < bodies.size(); ++body) {
+        const bool same_one = static_cast<Index>(body) == shown_body_;
+        if (!same_one && (instrument.empty() || bodies[body].instrument != instrument)) continue;
+        sum.force += load[body].force;
+        sum.moment += load[body].moment;
+    }
+    return sum;
+}
+
 void Leading::advance(double time, const Effect& effect, const std::vector<Wrench>& reaction, Frame& frame,
-                      std::vector<Vector3>& force) {
+                      std::vector<Wrench>& load) {
     const Topology& topology = scene_->topology;
     const double dt = scene_->dt;
-    for (std::size_t body = 0; body < force.size(); ++body) {
+    for (std::size_t body = 0; body < load.size(); ++body) {
         const auto index = static_cast<Index>(body);
-        force[body] = reaction[body].force + effect.wrench[body].force;
+        Wrench sum = {.force = reaction[body].force + effect.wrench[body].force,
+                      .moment = reaction[body].moment + effect.wrench[body].moment};
         if (hand_of_body_[body] < 0 && topology.bodies[body].kind == BodyKind::instrument) {
-            force[body] += force_at_frame(topology, effect, frame, index);
+            const Wrench more = load_at_frame(topology, effect, frame, index);
+            sum.force += more.force;
+            sum.moment += more.moment;
         }
+        load[body] = sum;
     }
     for (Hand& hand : operators_) {
         const Motion& script = *scene_->bodies[at(hand.bodies.front())].motion;
         const Vector3 target = script.pose_at(time).translation;
         const Vector3 target_velocity = (target - script.pose_at(time - dt).translation) / dt;
-        Vector3 external = Vector3::Zero();
-        for (const Index body : hand.bodies) external += force[at(body)];
-        const Vector3 mean = advance_operator(script.hand, topology, frame, hand.bodies, target, target_velocity,
-                                              effect, external, dt, scene_->materials.substeps, hand.state);
-        for (const Index body : hand.bodies) force[at(body)] = mean;
+        Wrench external;
+        for (const Index body : hand.bodies) {
+            external.force += load[at(body)].force;
+            external.moment += load[at(body)].moment;
+        }
+        const Wrench mean = advance_operator(script.hand, topology, frame, hand.bodies, target, target_velocity, effect,
+                                             external, dt, scene_->materials.substeps, hand.state);
+        for (const Index body : hand.bodies) load[at(body)] = mean;
     }
     for (Index body = 0; body < topology.body_count(); ++body) {
         if (hand_of_body_[at(body)] < 0) continue;

@@ -21,12 +21,15 @@ public:
     void move(double time, Frame& frame);
 
     /// After the response: operators move under hand and contact, and their bodies with them. `reaction` holds what
-    /// tissue gave back per body (N, mean over the tick). Writes the mean force on every body, N, to `force`.
+    /// tissue gave back per body (mean over the tick). Writes the mean load on every body to `load`; moments are about
+    /// the world origin.
     void advance(double time, const Effect& effect, const std::vector<Wrench>& reaction, Frame& frame,
-                 std::vector<Vector3>& force);
+                 std::vector<Wrench>& load);
 
     /// The first instrument that has a motion, else the first instrument, else -1: whose force a row shows.
     [[nodiscard]] Index shown_body() const { return shown_body_; }
+    /// Sum over the bodies of the instrument that the shown body belongs to, from what advance wrote.
+    [[nodiscard]] Wrench shown_load(const std::vector<Wrench>& load) const;
     [[nodiscard]] bool has_operator() const { return !operators_.empty(); }
     /// One flag per Topology::body_pairs entry: tissue or a hand is in the pair.
     [[nodiscard]] std::vector<std::uint8_t> yielding_pairs() const;

@@ -40,9 +40,10 @@ struct Simulation::State {
     ContactSet contacts;
     Effect effect;
     std::vector<Wrench> reaction;  ///< per body, of tissue
-    std::vector<Vector3> force;    ///< per body, N, mean over the tick
-    Outcome prepared;              ///< how prepare ended
-    Outcome outcome;               ///< of the last tick
+    std::vector<Wrench> load;      ///< per body, mean over the tick
+    TipDisplay display;
+    Outcome prepared;  ///< how prepare ended
+    Outcome outcome;   ///< of the last tick
     std::int64_t tick = 0;
 
     /// Runs one stage between two readings of the clock. A method that throws has failed, nothing more.
@@ -78,7 +79,7 @@ struct Simulation::State {
             outcome = tissue->advance(effect, scene.dt, next, reaction);
             if (!outcome.ok()) return;
         }
-        leading.advance(next.time, effect, reaction, next, force);
+        leading.advance(next.time, effect, reaction, next, load);
     }
 
     void check_finite(const Frame& of) {
@@ -94,13 +95,35 @@ struct Simulation::State {
         row.truncated = contacts.truncated;
     }
 
-    void observe(StepRow& row) const {
+    /// Load on the shown instrument as the tool's wrench, the force at its tip and what the device makes of it.
+    void show_load(StepRow& row) {
+        const Wrench sum = leading.shown_load(load);
+        row.tool_force = sum.force;
+        row.tip_force = sum.force;
+        const Index shown = leading.shown_body();
+        const auto body = static_cast<std::size_t>(shown);
+        if (shown >= 0 && body < seen.pose.size() && body < scene.materials.tip.size()) {
+            const Pose& pose = seen.pose[body];
+            const Vector3 tip = pose.rotation * scene.materials.tip[body] + pose.translation;
+            row.tool_moment = moved_to(sum, tip).moment;
+            if (scene.materials.trocar_point[body]) {
+                const Vector3& pivot = *scene.materials.trocar_point[body];
+                row.roll_torque = roll_torque(moved_to(sum, pivot), pivot, tip);
+                if (effect.tip.fulcrum) row.tip_force = fulcrum_tip_force(moved_to(sum, pivot), pivot, tip);
+            }
+        }
+        row.device_force = display.show(row.tip_force, effect.tip, scene.dt);
+        row.saturated = display.saturated();
+    }
+
+    void observe(StepRow& row) {
         row.contacts = static_cast<std::int64_t>(contacts.contacts.size());
         row.outcome = outcome.kind;
         if (!response || !outcome.ok()) return;
-        row.tool_force =
-            leading.shown_body() < 0 ? Vector3::Zero().eval() : force[static_cast<std::size_t>(leading.shown_body())];
+        show_load(row);
         row.ruptures = effect.ruptures;
+        row.detached = effect.detached;
+        row.grasped = effect.grasped;
         row.skipped = effect.skipped;
         row.no_hit = effect.no_hit;
         if (tissue) {
@@ -180,7 +203,7 @@ Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, s
     s.effect.contacts.reserve(4 * room);
     s.effect.placements.reserve(room);
     s.reaction.resize(scene.topology.bodies.size());
-    s.force.resize(scene.topology.bodies.size(), Vector3::Zero());
+    s.load.resize(scene.topology.bodies.size());
     s.contacts.native_wanted = source == ContactSource::native;
     try {
         s.detector->prepare(scene.topology, scene.first);

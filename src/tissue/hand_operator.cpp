@@ -24,27 +24,39 @@ int side_of(const LinearContact& contact, const Topology& topology, std::span<co
     return std::find(bodies.begin(), bodies.end(), contact.reaction_body) != bodies.end() ? -1 : 0;
 }
 
+/// Where the contact loads the instrument, m.
+Vector3 point_of(const LinearContact& contact, int side, const Frame& frame) {
+    if (side < 0) return contact.reaction_point;
+    Vector3 point = Vector3::Zero();
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (contact.vertices[i] >= 0) point += contact.weights[i] * frame.position.col(contact.vertices[i]);
+    }
+    return point;
+}
+
 }  // namespace
 
-Vector3 advance_operator(const OperatorModel& model, const Topology& topology, const Frame& frame,
-                         std::span<const Index> bodies, const Vector3& target, const Vector3& target_velocity,
-                         const Effect& effect, const Vector3& external, double dt, int substeps, OperatorState& state) {
+Wrench advance_operator(const OperatorModel& model, const Topology& topology, const Frame& frame,
+                        std::span<const Index> bodies, const Vector3& target, const Vector3& target_velocity,
+                        const Effect& effect, const Wrench& external, double dt, int substeps, OperatorState& state) {
     const int steps = std::max(1, substeps);
     const double h = dt / steps;
     const Vector3 first_position = state.position;
     const Vector3 first_velocity = state.velocity;
-    Vector3 mean = external;
+    Wrench mean = external;
     for (int step = 0; step < steps; ++step) {
         const Vector3 hand = model.hand_stiffness * (target - state.position) +
                              model.hand_damping * (target_velocity - state.velocity) - model.damping * state.velocity;
-        const Vector3 free_velocity = state.velocity + h / model.mass * (hand + external);
+        const Vector3 free_velocity = state.velocity + h / model.mass * (hand + external.force);
         // All contacts together: (m + h Σ c n nᵀ) v' = m v + h Σ (k d - c offset) n with c = mu + h k, where a
         // contact's rate is offset + v'·n. Those that would pull leave the sum, which is then solved again.
         Vector3 velocity = free_velocity;
+        Vector3 moment = Vector3::Zero();
         constexpr int most_changes = 8;
         for (int change = 0; change < most_changes; ++change) {
             Matrix3 matrix = model.mass * Matrix3::Identity();
             Vector3 right_side = model.mass * free_velocity;
+            moment.setZero();
             for (const LinearContact& contact : effect.contacts) {
                 const int side = side_of(contact, topology, bodies);
                 if (side == 0) continue;
@@ -63,13 +75,16 @@ Vector3 advance_operator(const OperatorModel& model, const Topology& topology, c
                 if (!contact.bilateral && (depth < 0.0 || !(contact.adhesive || presses))) continue;
                 matrix += h * c * n * n.transpose();
                 right_side += h * pressure * n;
+                // Of the solution so far: exact once the rounds have settled.
+                moment += point_of(contact, side, frame).cross((pressure - c * velocity.dot(n)) * n);
             }
             const Vector3 solved = matrix.inverse() * right_side;
             const bool settled = change > 0 && (solved - velocity).norm() <= 1e-12 * solved.norm();
             velocity = solved;
             if (settled) break;
         }
-        mean += model.mass / (h * steps) * (velocity - free_velocity);
+        mean.force += model.mass / (h * steps) * (velocity - free_velocity);
+        mean.moment += moment / steps;
         state.velocity = velocity;
         state.position += h * velocity;
     }

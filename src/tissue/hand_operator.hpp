@@ -19,10 +19,10 @@ struct OperatorState {
 /// damping explicit, contacts implicit. Contacts of the effect act when they push vertices of these bodies, or react on
 /// one of these bodies without moving tissue; contacts with tissue come as `external` (the reaction that
 /// MassSpring::advance returned, plus the effect's own wrenches), constant over the tick. `frame` gives the vertex
-/// velocities for which gaps and face velocities were written. Returns the mean force of contacts and `external` on the
-/// instrument over the tick, N.
-Vector3 advance_operator(const OperatorModel& model, const Topology& topology, const Frame& frame,
-                         std::span<const Index> bodies, const Vector3& target, const Vector3& target_velocity,
-                         const Effect& effect, const Vector3& external, double dt, int substeps, OperatorState& state);
+/// velocities for which gaps and face velocities were written. Returns the mean load of contacts and `external` on the
+/// instrument over the tick, moments about the world origin.
+Wrench advance_operator(const OperatorModel& model, const Topology& topology, const Frame& frame,
+                        std::span<const Index> bodies, const Vector3& target, const Vector3& target_velocity,
+                        const Effect& effect, const Wrench& external, double dt, int substeps, OperatorState& state);
 
 }  // namespace trocar

@@ -152,6 +152,9 @@ MassSpring::MassSpring(const Topology& topology, const Materials& materials) : m
     start_.setZero(3, n);
     force_.setZero(3, n);
     local_.assign(at(n), -1);
+    slip_.setZero(3, n);
+    rubbed_.assign(at(n), 0);
+    rubbing_.reserve(at(n));
     touched_.reserve(free_.size());
     block_inverse_.reserve(free_.size());
     const auto columns = static_cast<Eigen::Index>(free_.size());
@@ -167,6 +170,9 @@ void MassSpring::collect(const Effect& effect, const Frame& frame) {
     touched_.clear();
     active_.clear();
     mean_force_.assign(effect.contacts.size(), 0.0);
+    mean_friction_.assign(effect.contacts.size(), Vector3::Zero());
+    // A contact that was not in the last tick's effect starts with an unstretched tangential spring.
+    std::erase_if(rubbing_, [this](Index v) { return --rubbed_[at(v)] == 0; });
     for (std::size_t c = 0; c < effect.contacts.size(); ++c) {
         const LinearContact& contact = effect.contacts[c];
         Active entry;
@@ -186,6 +192,7 @@ void MassSpring::collect(const Effect& effect, const Frame& frame) {
                 ++entry.count;
             } else {
                 entry.fixed_rate += weight * velocity_.col(vertex).dot(contact.normal);
+                entry.surface -= weight * velocity_.col(vertex);
             }
         };
         for (std::size_t i = 0; i < 3; ++i) add(contact.vertices[i], contact.weights[i]);
@@ -193,8 +200,17 @@ void MassSpring::collect(const Effect& effect, const Frame& frame) {
             for (std::size_t i = 0; i < 3; ++i) add(contact.reaction_vertices[i], -contact.reaction_weights[i]);
         } else {
             entry.fixed_rate -= contact.face_velocity;
+            entry.surface += contact.surface_velocity;
         }
         if (entry.count == 0) continue;
+        if (contact.friction > 0.0 && contact.slip_key >= 0 && rubbed_[at(contact.slip_key)] < 2) {
+            entry.rubs = true;  // one contact per key: the spring has one stretch
+            if (rubbed_[at(contact.slip_key)] == 0) {
+                slip_.col(contact.slip_key).setZero();
+                rubbing_.push_back(contact.slip_key);
+            }
+            rubbed_[at(contact.slip_key)] = 2;
+        }
         const double speed = rate(entry, frame.velocity);
         entry.held = entry.stiffness * entry.depth - contact.mu * speed;
         if (!entry.adhesive && !entry.bilateral) entry.held = std::max(entry.held, 0.0);
@@ -362,6 +378,46 @@ Outcome MassSpring::advance(const Effect& effect, double dt, Frame& frame, std::
     return outcome;
 }
 
+/// Coulomb friction of the contacts that press, after the normal forces of the sub-step are known.
+void MassSpring::rub(double h, const Effect& effect) {
+    for (Active& contact : active_) {
+        if (!contact.rubs) continue;
+        contact.rubbed.setZero();
+        const LinearContact& source = effect.contacts[contact.source];
+        auto slip = slip_.col(source.slip_key);
+        if (contact.force <= 0.0) {
+            slip.setZero();
+            continue;
+        }
+        Vector3 speed = -contact.surface;
+        double mobility = 0.0;
+        for (int i = 0; i < contact.count; ++i) {
+            speed += contact.weight[at(i)] * velocity_.col(contact.vertex[at(i)]);
+            mobility += contact.weight[at(i)] * contact.weight[at(i)] * inverse_mass_[at(contact.vertex[at(i)])];
+        }
+        speed -= speed.dot(contact.normal) * contact.normal;
+        Vector3 stretch = slip;
+        stretch -= stretch.dot(contact.normal) * contact.normal;
+        const double damping = 2.0 * std::sqrt(source.tangent_k / mobility);
+        const Vector3 sticking = -(source.tangent_k * (stretch + h * speed) + damping * speed) /
+                                 (1.0 + h * mobility * (damping + h * source.tangent_k));
+        const double most = source.friction * contact.force;
+        const double wanted = sticking.norm();
+        const bool slides = wanted > most;
+        contact.rubbed = slides ? Vector3(most / wanted * sticking) : sticking;
+        for (int i = 0; i < contact.count; ++i) {
+            const Index v = contact.vertex[at(i)];
+            velocity_.col(v) += h * contact.weight[at(i)] * inverse_mass_[at(v)] * contact.rubbed;
+        }
+        if (slides) {
+            slip = source.tangent_k > 0.0 ? Vector3(-contact.rubbed / source.tangent_k) : Vector3::Zero();
+        } else {
+            slip = stretch + h * (speed + h * mobility * contact.rubbed);
+        }
+        mean_friction_[contact.source] += contact.rubbed / std::max(1, materials_->substeps);
+    }
+}
+
 Outcome MassSpring::integrate(const Effect& effect, double dt, Frame& frame, std::vector<Wrench>& reaction) {
     start_ = position_;
     collect(effect, frame);
@@ -393,6 +449,7 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, Frame& frame, std
         } else if (!active_.empty()) {
             solve_contacts(h);
         }
+        if (!rubbing_.empty()) rub(h, effect);
         for (Active& contact : active_) {
             contact.depth -= h * rate(contact, velocity_);
             mean_force_[contact.source] += contact.force / substeps;
@@ -423,7 +480,7 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, Frame& frame, std
     for (const Active& contact : active_) {
         const LinearContact& source = effect.contacts[contact.source];
         if (source.reaction_body < 0) continue;
-        const Vector3 force = -mean_force_[contact.source] * source.normal;
+        const Vector3 force = -mean_force_[contact.source] * source.normal - mean_friction_[contact.source];
         Wrench& wrench = reaction[at(source.reaction_body)];
         wrench.force += force;
         wrench.moment += source.reaction_point.cross(force);

@@ -66,6 +66,9 @@ public:
     /// backward Euler with a large step would turn negative damping into positive. With Effect::contacts_held the force
     /// at the start of the tick acts throughout; with Effect::contacts_explicit it is re-evaluated in every sub-step
     /// but from the state at its start.
+    /// Friction (LinearContact::friction) follows the normal force of the same sub-step: a tangential spring with a
+    /// critical damper, implicit in its own vertices, that slides at friction × normal force. Its stretch is kept under
+    /// slip_key for as long as a contact of that key is in every tick's effect.
     Outcome advance(const Effect& effect, double dt, Frame& frame, std::vector<Wrench>& reaction);
 
     /// Largest edge strain after the last advance (1 = doubled length), and edges the limiter acted on.
@@ -89,9 +92,12 @@ private:
         double fixed_rate = 0.0;      ///< m/s, normal velocity of P minus that of the face from what does not move here
         double held = 0.0;            ///< N, for contacts_held
         double force = 0.0;           ///< N, of the last sub-step
+        Vector3 surface = Vector3::Zero();  ///< m/s, velocity of the other side from what does not move here
+        Vector3 rubbed = Vector3::Zero();   ///< N, friction of the last sub-step on P
         bool adhesive = false;
         bool bilateral = false;
         bool on = false;
+        bool rubs = false;
     };
 
     Outcome integrate(const Effect& effect, double dt, Frame& frame, std::vector<Wrench>& reaction);
@@ -99,6 +105,7 @@ private:
     [[nodiscard]] double rate(const Active& contact, const Matrix3X& velocity) const;
     void push(const Active& contact, double impulse, Matrix3X& velocity) const;
     void solve_contacts(double h);
+    void rub(double h, const Effect& effect);
     void solve_linear(double h);
     void limit_strain();
 
@@ -114,6 +121,10 @@ private:
     // Contact solve: buffers grow to the largest number of contacts seen and are kept.
     std::vector<Active> active_;
     std::vector<double> mean_force_;
+    std::vector<Vector3> mean_friction_;  ///< N, per contact of the effect
+    Matrix3X slip_;                       ///< 3×N, m: tangential spring of the contact remembered under a vertex
+    std::vector<std::uint8_t> rubbed_;    ///< N; 2: in contact in this tick, 1: in the last one, 0: not
+    std::vector<Index> rubbing_;          ///< vertices with rubbed_ > 0
     std::vector<Index> touched_;
     std::vector<Index> local_;  ///< N; position in touched_ or -1
     std::vector<Matrix3> block_inverse_;

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "support/response_samples.hpp"
 
 namespace trocar {
@@ -79,6 +81,26 @@ TEST(Penalty, BoneAndASecondTissuePushTissueToo) {
     ASSERT_EQ(tissue.effect.contacts.size(), 1U);
     EXPECT_EQ(tissue.effect.contacts[0].vertices[0], 3);
     EXPECT_EQ(tissue.effect.contacts[0].reaction_vertices[0], 0);
+}
+
+TEST(PointResponses, BothTissuesOfAPairGetOppositeMomentum) {
+    // I21: what one side gains the other loses, with masses that differ.
+    for (const char* method : {"impulse", "impulse:e=0.5", "reflection:bump=0.5,friction=0.5", "xpbd"}) {
+        PairSample s = vertex_of_b_in_a(BodyKind::tissue, BodyKind::tissue);
+        for (std::size_t v = 0; v < 6; ++v) s.materials.mass[v] = 1e-3 * static_cast<double>(1 + v);
+        s.frame.velocity.col(3) = Vector3(0.3, 0.1, -0.4);
+        s.respond(method);
+        Vector3 momentum = Vector3::Zero();
+        double largest = 0.0;
+        for (const Placement& placement : s.effect.placements) {
+            const Vector3 change = s.materials.mass[static_cast<std::size_t>(placement.vertex)] *
+                                   (placement.velocity - s.frame.velocity.col(placement.vertex));
+            momentum += change;
+            largest = std::max(largest, change.norm());
+        }
+        EXPECT_GT(largest, 1e-4) << method;
+        EXPECT_LT(momentum.norm(), 1e-14 * (1.0 + largest)) << method;
+    }
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ TEST(HandOperator, RestsWhereHandSpringAndContactBalance) {
         Pair p;
         Effect effect = test::empty_effect(p.topology);
         const Index body = 0;
-        Vector3 force = Vector3::Zero();
+        Wrench load;
         for (int tick = 0; tick < 3000; ++tick) {
             effect.clear();
             LinearContact contact =
@@ -38,11 +38,11 @@ TEST(HandOperator, RestsWhereHandSpringAndContactBalance) {
             if (pushed) p.frame.velocity.col(0) = p.state.velocity;
             if (!pushed) contact.face_velocity = -p.state.velocity.z();
             if (contact.gap < 0.0) effect.contacts.push_back(contact);
-            force = advance_operator(p.model, p.topology, p.frame, {&body, 1}, Vector3(0, 0, -0.004), Vector3::Zero(),
-                                     effect, Vector3::Zero(), 1e-3, 4, p.state);
+            load = advance_operator(p.model, p.topology, p.frame, {&body, 1}, Vector3(0, 0, -0.004), Vector3::Zero(),
+                                    effect, Wrench{}, 1e-3, 4, p.state);
         }
         EXPECT_NEAR(p.state.position.z(), -0.004 * 300.0 / 1300.0, 1e-9) << pushed;
-        EXPECT_NEAR(force.z(), 0.004 * 300.0 / 1300.0 * 1000.0, 1e-6) << pushed;
+        EXPECT_NEAR(load.force.z(), 0.004 * 300.0 / 1300.0 * 1000.0, 1e-6) << pushed;
     }
 }
 
@@ -50,13 +50,29 @@ TEST(HandOperator, ExternalForceMovesItByForceOverHandStiffness) {
     Pair p;
     const Effect effect = test::empty_effect(p.topology);
     const Index body = 0;
-    Vector3 force = Vector3::Zero();
+    Wrench load;
     for (int tick = 0; tick < 3000; ++tick) {
-        force = advance_operator(p.model, p.topology, p.frame, {&body, 1}, Vector3::Zero(), Vector3::Zero(), effect,
-                                 Vector3(0.0, 0.6, 0.0), 1e-3, 1, p.state);
+        load = advance_operator(p.model, p.topology, p.frame, {&body, 1}, Vector3::Zero(), Vector3::Zero(), effect,
+                                {.force = Vector3(0.0, 0.6, 0.0)}, 1e-3, 1, p.state);
     }
     EXPECT_NEAR(p.state.position.y(), 0.002, 1e-9);
-    EXPECT_NEAR(force.y(), 0.6, 1e-12);
+    EXPECT_NEAR(load.force.y(), 0.6, 1e-12);
+}
+
+TEST(HandOperator, MomentIsThatOfTheContactForceAtItsPoint) {
+    Pair p;
+    p.frame.position.col(0) = Vector3(0.03, 0.0, 0.0);
+    const Index body = 0;
+    Wrench load;
+    for (int tick = 0; tick < 3000; ++tick) {
+        Effect effect = test::empty_effect(p.topology);
+        p.frame.velocity.col(0) = p.state.velocity;
+        effect.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), p.state.position.z(), 1000.0, 2.0));
+        load = advance_operator(p.model, p.topology, p.frame, {&body, 1}, Vector3(0, 0, -0.004), Vector3::Zero(),
+                                effect, Wrench{}, 1e-3, 4, p.state);
+    }
+    const double force = 0.004 * 300.0 / 1300.0 * 1000.0;
+    EXPECT_LT((load.moment - Vector3(0.0, -0.03 * force, 0.0)).norm(), 1e-8);
 }
 
 }  // namespace

@@ -1,0 +1,262 @@
+// Scenes with an analytic answer (STUDIES, "Reference for the closed loop"), run through the whole simulation: what
+// `corrected` gives against the closed form, and how far `faithful` is off.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "method/registry.hpp"
+#include "simulate/simulation.hpp"
+#include "support/scene_samples.hpp"
+
+namespace trocar {
+namespace {
+
+constexpr const char* corrected = "thesis:profile=corrected,tip_proxy=off";
+constexpr const char* faithful = "thesis:tip_proxy=off";
+
+Simulation simulate(const Scene& scene, const std::string& method) {
+    const MethodSpec spec = parse_method(method);
+    return Simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
+                      ContactSource::canonical);
+}
+
+/// A needle whose hand wants its point `press` metres below the top of a rigid block, k and mu as given.
+std::string needle_on_block(double press, double k, double mu) {
+    return fmt::format(
+        R"({{"format":"trocar-scene-1","name":"needle","unit":"m","dt":0.0002,"ticks":10,"seed":1,"bodies":[
+      {{"name":"block","kind":"rigid","closed":true,"parts":[{{"shape":"box","size":[0.1,0.1,0.02],"edge":0.01}}],
+       "pose":[0,0,-0.01,0,0,0]}},
+      {{"name":"tool","kind":"instrument","closed":true,"tip":[0,0,0],
+       "parts":[{{"shape":"needle","radius":0.002,"length":0.05,"tip_length":0.02,"edge":0.004}}],
+       "motion":{{"drive":"operator","keys":[{{"time":0,"pose":[0.011,0.017,0.0001,0,0,0]}},
+                                            {{"time":0.0002,"pose":[0.011,0.017,{},0,0,0]}}]}}}}],
+      "contact":[{{"bodies":["tool","block"],"k":{},"mu":{}}}]}})",
+        -press, k, mu);
+}
+
+TEST(Analytic, PointOnAPlaneSpringRestsWhereTheSpringsBalance) {
+    // Hand spring 300 N/m in series with the contact: force = 300 press k / (300 + k). `faithful` answers once per
+    // triangle at the needle's point, so that it acts as a spring that many times as stiff.
+    for (const auto& [press, k] : {std::pair{0.003, 500.0}, {0.002, 1700.0}}) {
+        const Scene scene = test::scene_from_text(needle_on_block(press, k, 1.0));
+        for (const char* method : {corrected, faithful}) {
+            Simulation simulation = simulate(scene, method);
+            StepRow row;
+            for (int tick = 0; tick < 4000; ++tick) row = simulation.step();
+            const double pairs = method == corrected ? 1.0 : static_cast<double>(row.pairs);
+            const double force = 300.0 * press * pairs * k / (300.0 + pairs * k);
+            EXPECT_NEAR(row.tool_force.z(), force, 1e-6 * force) << method;
+            EXPECT_LT(row.tool_force.head<2>().norm(), 1e-9 * force) << method;
+            if (method == faithful) {
+                EXPECT_GT(row.pairs, 2);
+                RecordProperty("faithful_times_as_stiff", static_cast<int>(row.pairs));
+            }
+        }
+    }
+}
+
+TEST(Analytic, ImpactOnAPlaneSpringIsADampedOscillator) {
+    // Operator: 0.1 kg, hand 300 N/m and 3 N s/m towards a target that jumps at t = 0, own damping 1 N s/m. From the
+    // first contact on: m z'' + (1 + 3 + mu) z' + (300 + k) z = 300 z_target, until it parts.
+    const double press = 0.004;
+    const double k = 2000.0;
+    const double mu = 2.0;
+    const Scene scene = test::scene_from_text(needle_on_block(press, k, mu));
+    Simulation simulation = simulate(scene, corrected);
+    const double m = 0.1;
+    const double rest = -300.0 * press / (300.0 + k);
+    const std::complex<double> lambda(-(4.0 + mu) / (2.0 * m),
+                                      std::sqrt((300.0 + k) / m - std::pow((4.0 + mu) / (2.0 * m), 2)));
+    double start = -1.0;
+    double z0 = 0.0;
+    double v0 = 0.0;
+    double worst = 0.0;
+    double deepest = 0.0;
+    const Range tool = scene.topology.bodies[0].vertices;
+    double before = 0.0;
+    for (int tick = 0; tick < 600; ++tick) {
+        const StepRow row = simulation.step();
+        ASSERT_EQ(row.outcome, OutcomeKind::ok);
+        const double time = static_cast<double>(tick + 1) * scene.dt;
+        const double z = simulation.frame().position.row(2).segment(tool.first, tool.count).minCoeff();
+        if (start < 0.0 && row.pairs > 0) {
+            start = time;
+            z0 = z;
+            v0 = (z - before) / scene.dt;
+        } else if (start >= 0.0) {
+            if (row.pairs == 0) break;
+            const double t = time - start;
+            const double a = z0 - rest;
+            const double b = (v0 - lambda.real() * a) / lambda.imag();
+            const double exact = rest + std::exp(lambda.real() * t) *
+                                            (a * std::cos(lambda.imag() * t) + b * std::sin(lambda.imag() * t));
+            worst = std::max(worst, std::abs(z - exact));
+            deepest = std::min(deepest, exact);
+        }
+        before = z;
+    }
+    ASSERT_GT(start, 0.0);
+    EXPECT_LT(deepest, -0.0005);
+    // First order in dt: half a step of the closing speed is the largest phase error that is allowed.
+    EXPECT_LT(worst, 0.05 * -deepest);
+}
+
+/// One triangle of tissue in the plane z = 0 and one that stands on its corner 0.3 mm below it, no pins, no preload.
+std::string two_triangles() {
+    return R"({"format":"trocar-scene-1","name":"impact","unit":"m","dt":0.0001,"ticks":10,"seed":1,"bodies":[
+      {"name":"face","kind":"tissue","closed":false,"side":"front",
+       "parts":[{"shape":"triangle","corners":[[0,0,0],[0.02,0,0],[0,0.02,0]]}],
+       "tissue":{"preload":0,"pinned":"none"}},
+      {"name":"corner","kind":"tissue","closed":false,"side":"front",
+       "parts":[{"shape":"triangle","corners":[[0.005,0.006,-0.0003],[0.002,0.009,0.015],[0.008,0.003,0.015]]}],
+       "tissue":{"preload":0,"pinned":"none"}}]})";
+}
+
+TEST(Analytic, TwoBodyImpactKeepsMomentumAndTheCorrectedOneItsRestitution) {
+    const double speed = 0.4;
+    for (const char* method : {"thesis:profile=corrected,projection=place,k=0,resolution=none", faithful}) {
+        Scene scene = test::scene_from_text(two_triangles());
+        const std::vector<double>& mass = scene.materials.mass;
+        for (Index v = 3; v < 6; ++v) scene.first.velocity.col(v) = Vector3(0.0, 0.0, -speed);
+        Simulation simulation = simulate(scene, method);
+        const StepRow row = simulation.step();
+        ASSERT_EQ(row.outcome, OutcomeKind::ok);
+        ASSERT_EQ(row.pairs, 1);
+        Vector3 before = Vector3::Zero();
+        Vector3 after = Vector3::Zero();
+        for (Index v = 0; v < 6; ++v) {
+            before += mass[static_cast<std::size_t>(v)] * scene.first.velocity.col(v);
+            after += mass[static_cast<std::size_t>(v)] * simulation.frame().velocity.col(v);
+        }
+        // The air drag of METHODS §4 (5 1/s) takes its share of one tick, nothing else does.
+        EXPECT_NEAR(after.z(), before.z() * std::exp(-5.0 * scene.dt), 1e-6 * std::abs(before.z())) << method;
+        const auto after_impact = [&](Index v) {
+            for (const Placement& placement : simulation.effect().placements) {
+                if (placement.vertex == v) return placement.velocity;
+            }
+            return Vector3(scene.first.velocity.col(v));
+        };
+        const std::vector<double>& m = scene.materials.mass;
+        if (method == faithful) {
+            // 3.12-3.17 on the closest corners, here 0 of the face and 3: the two masses change their places.
+            const double sum = m[0] + m[3];
+            EXPECT_NEAR(after_impact(3).z(), -speed * (m[3] - m[0]) / sum, 1e-12);
+            EXPECT_NEAR(after_impact(0).z(), -speed * 2.0 * m[3] / sum, 1e-12);
+            continue;
+        }
+        // Corner against the point (0.005, 0.006) of the face, weights 0.45, 0.25, 0.3.
+        const std::array<double, 3> w{0.45, 0.25, 0.3};
+        double mobility = 1.0 / m[3];
+        for (std::size_t i = 0; i < 3; ++i) mobility += w[i] * w[i] / m[i];
+        const double impulse = 1.2 * speed / mobility;
+        EXPECT_NEAR(after_impact(3).z(), -speed + impulse / m[3], 1e-9);
+        for (Index v = 0; v < 3; ++v) {
+            const auto i = static_cast<std::size_t>(v);
+            EXPECT_NEAR(after_impact(v).z(), -w[i] * impulse / m[i], 1e-9);
+        }
+    }
+}
+
+TEST(Analytic, PressedMembraneSagsAsItsGreensFunction) {
+    // A needle presses a pinned rectangle a × b of equilateral springs: with the force F that the tool shows,
+    // z = -4 F / (sigma a b) sum sin sin sin sin / ((m pi / a)² + (n pi / b)²), sigma = 3/2 p E h; not next to the
+    // point (log-singular).
+    const double a = 0.0595;
+    const double b = 20 * 0.0035 * std::sqrt(0.75);
+    const std::string text = fmt::format(
+        R"({{"format":"trocar-scene-1","name":"membrane","unit":"m","dt":0.001,"ticks":1,"seed":1,"bodies":[
+      {{"name":"skin","kind":"tissue","closed":false,"side":"front",
+       "parts":[{{"shape":"sheet","size":[{},{}],"edge":0.0035}}],
+       "tissue":{{"preload":0.2,"pinned":"rim","youngs_modulus":38000,"thickness":0.003,"drag":60}}}},
+      {{"name":"tool","kind":"instrument","closed":true,
+       "parts":[{{"shape":"needle","radius":0.001,"length":0.03,"tip_length":0.01,"edge":0.002}}],
+       "motion":{{"drive":"prescribed","keys":[{{"time":0,"pose":[0.0042,0.0031,0.0002,0,0,0]}},
+                                              {{"time":0.3,"pose":[0.0042,0.0031,-0.0004,0,0,0]}}]}}}}]}})",
+        a, b);
+    const Scene scene = test::scene_from_text(text);
+    Simulation simulation = simulate(scene, corrected);
+    StepRow row;
+    for (int tick = 0; tick < 1000; ++tick) row = simulation.step();
+    ASSERT_EQ(row.outcome, OutcomeKind::ok);
+    const double force = row.tool_force.z();
+    EXPECT_GT(force, 1e-3);
+    const double sigma = 1.5 * 0.2 * 38000.0 * 0.003;
+    const auto sag = [&](double x, double y) {
+        double sum = 0.0;
+        for (int m = 1; m <= 80; ++m) {
+            for (int n = 1; n <= 80; ++n) {
+                const double p = m * std::numbers::pi / a;
+                const double q = n * std::numbers::pi / b;
+                sum += std::sin(p * (0.0042 + 0.5 * a)) * std::sin(q * (0.0031 + 0.5 * b)) *
+                       std::sin(p * (x + 0.5 * a)) * std::sin(q * (y + 0.5 * b)) / (p * p + q * q);
+            }
+        }
+        return -4.0 * force / (sigma * a * b) * sum;
+    };
+    int checked = 0;
+    double worst = 0.0;
+    const Range skin = scene.topology.bodies[1].vertices;
+    for (Index v = skin.first; v < skin.end(); ++v) {
+        const Vector3 x = simulation.frame().position.col(v);
+        if ((x.head<2>() - Eigen::Vector2d(0.0042, 0.0031)).norm() < 0.014) continue;
+        const double expected = sag(x.x(), x.y());
+        if (expected > -2e-5) continue;  // next to the rim
+        worst = std::max(worst, std::abs(x.z() / expected - 1.0));
+        ++checked;
+    }
+    EXPECT_GT(checked, 50);
+    EXPECT_LT(worst, 0.05);
+}
+
+/// A needle held at (x, y, z) on the way across a rigid ball of 30 mm.
+std::string needle_on_ball(double angle, double depth) {
+    const double r = 0.03 - depth;
+    return fmt::format(
+        R"({{"format":"trocar-scene-1","name":"slide","unit":"m","dt":0.001,"ticks":1,"seed":1,"bodies":[
+      {{"name":"ball","kind":"rigid","closed":true,"parts":[{{"shape":"sphere","radius":0.03,"edge":0.006}}]}},
+      {{"name":"tool","kind":"instrument","closed":true,"tip":[0,0,0],
+       "parts":[{{"shape":"needle","radius":0.0005,"length":0.03,"tip_length":0.01,"edge":0.001}}],
+       "motion":{{"drive":"prescribed","keys":[{{"time":0,"pose":[{},{},{},0,0,0]}}]}}}}],
+      "contact":[{{"bodies":["tool","ball"],"k":1000,"mu":0}}]}})",
+        r * std::sin(angle) * 0.8, r * std::sin(angle) * 0.6, r * std::cos(angle));
+}
+
+TEST(Analytic, ForceOnASlideOverASpherePointsAwayFromItsCentre) {
+    struct Worst {
+        double angle = 0.0;
+        double jump = 0.0;
+    };
+    const auto slide = [](const char* method) {
+        Worst worst;
+        Vector3 last = Vector3::Zero();
+        int contacts = 0;
+        for (int i = 0; i <= 60; ++i) {
+            const double angle = 0.02 + 0.007 * i;
+            const Scene scene = test::scene_from_text(needle_on_ball(angle, 0.0008));
+            Simulation simulation = simulate(scene, method);
+            const StepRow row = simulation.step();
+            if (row.tool_force.norm() == 0.0) continue;
+            ++contacts;
+            const Vector3 direction = row.tool_force.normalized();
+            const Vector3 radial(0.8 * std::sin(angle), 0.6 * std::sin(angle), std::cos(angle));
+            worst.angle = std::max(worst.angle, std::acos(std::min(1.0, direction.dot(radial))));
+            if (last.norm() > 0.0) worst.jump = std::max(worst.jump, std::acos(std::min(1.0, direction.dot(last))));
+            last = direction;
+        }
+        EXPECT_GT(contacts, 50) << method;
+        return worst;
+    };
+    const Worst blended = slide(corrected);
+    const Worst by_face = slide(faithful);
+    // Faces of about 6 mm on a ball of 30 mm lean by up to edge / (sqrt3 radius) = 0.115.
+    EXPECT_LT(blended.angle, 0.06);
+    EXPECT_GT(by_face.angle, 1.5 * blended.angle);
+    EXPECT_GT(by_face.jump, 1.5 * blended.jump);
+    RecordProperty("corrected_worst_degrees", std::to_string(blended.angle * 180.0 / std::numbers::pi));
+    RecordProperty("faithful_worst_degrees", std::to_string(by_face.angle * 180.0 / std::numbers::pi));
+}
+
+}  // namespace
+}  // namespace trocar

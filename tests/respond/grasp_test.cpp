@@ -1,0 +1,287 @@
+// Grasping (METHODS §10) on one vertex that hangs on one spring, where every force has a closed form.
+#include "respond/grasp.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+#include "method/registry.hpp"
+#include "scene/scene.hpp"
+#include "simulate/simulation.hpp"
+#include "tissue/mass_spring.hpp"
+
+namespace trocar {
+namespace {
+
+/// A tool of two jaws (triangles above and below the origin) and a tissue triangle whose first corner lies between
+/// them; its spring of 100 N/m and 10 mm leads along x to a pinned corner.
+struct Bench {
+    static constexpr double spring_k = 100.0;  // N/m
+    static constexpr double rest = 0.01;       // m
+    static constexpr Index held = 6;           // the tissue vertex between the jaws
+    Topology topology;
+    Materials materials;
+    Frame frame;
+    ContactSet contacts;
+    Effect effect;
+    std::vector<Wrench> reaction;
+    std::unique_ptr<Response> response;
+    std::unique_ptr<MassSpring> tissue;
+
+    explicit Bench(const std::string& method, double strain_limit = 10.0) {
+        Triangles jaws(3, 2);
+        jaws.col(0) << 0, 1, 2;
+        jaws.col(1) << 3, 4, 5;
+        Triangles one(3, 1);
+        one.col(0) << 0, 1, 2;
+        topology = make_topology(
+            {Body{.name = "tool", .kind = BodyKind::instrument, .vertex_count = 6, .triangles = jaws},
+             Body{.name = "tissue", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = one}});
+        frame.position.resize(3, 9);
+        frame.position.col(0) = Vector3(0.0, 0.0, 0.0005);
+        frame.position.col(1) = Vector3(-0.001, 0.0, 0.01);
+        frame.position.col(2) = Vector3(0.0, 0.001, 0.01);
+        frame.position.col(3) = Vector3(0.0, 0.0, -0.0005);
+        frame.position.col(4) = Vector3(-0.001, 0.0, 0.008);
+        frame.position.col(5) = Vector3(0.0, -0.001, 0.008);
+        frame.position.col(6) = Vector3::Zero();
+        frame.position.col(7) = Vector3(rest, 0.0, 0.0);
+        frame.position.col(8) = Vector3(0.0, 0.05, 0.0);
+        frame.previous = frame.position;
+        frame.velocity = Matrix3X::Zero(3, 9);
+        frame.pose.assign(2, {});
+        materials.springs = {{.i = 6, .j = 7, .rest = rest, .k = spring_k}};
+        materials.rest_bias = Matrix3X::Zero(3, 9);
+        materials.pinned = {0, 0, 0, 0, 0, 0, 0, 1, 1};
+        materials.mass.assign(9, 0.0);
+        for (std::size_t v = 6; v < 9; ++v) materials.mass[v] = 1e-4;
+        materials.area.assign(9, 0.0);
+        materials.mean_stiffness.assign(9, 0.0);
+        materials.triangle_stiffness.assign(3, 0.0);
+        materials.drag.assign(9, 0.0);
+        materials.drag[6] = 0.1;
+        materials.strain_limit = strain_limit;
+        materials.contact_laws.assign(topology.body_pairs.size(), {});
+        materials.trocar_point.assign(2, std::nullopt);
+        materials.tip.assign(2, Vector3::Zero());
+        effect.resize(9, 2);
+        const MethodSpec spec = parse_method(method);
+        response = make_response(spec.name, spec.parameters);
+        response->prepare(topology, materials);
+        tissue = std::make_unique<MassSpring>(topology, materials);
+    }
+
+    /// The tissue corner as it touches a jaw: named by a pair, too flat to be pushed.
+    void touch(Index jaw) {
+        Contact contact;
+        contact.a = jaw;
+        contact.b = 2;
+        contact.kind = ContactCase::coplanar;
+        contact.normal = jaw == 0 ? Vector3(-Vector3::UnitZ()) : Vector3(Vector3::UnitZ());
+        contacts.contacts.push_back(contact);
+    }
+    /// One tick with the jaw at `jaw` and the tool moved by `travel` along -x.
+    void step(double jaw, double travel) {
+        const Vector3 before = frame.pose[0].translation;
+        const Vector3 now(-travel, 0.0, 0.0);
+        for (Index v = 0; v < 6; ++v) {
+            frame.previous.col(v) = frame.position.col(v);
+            frame.position.col(v) += now - before;
+            frame.velocity.col(v) = (now - before) / 1e-3;
+        }
+        frame.pose[0].translation = now;
+        frame.pose[0].jaw = jaw;
+        response->respond(frame, 1e-3, contacts, effect);
+        reaction.assign(2, {});
+        ASSERT_TRUE(tissue->advance(effect, 1e-3, frame, reaction).ok());
+    }
+    void settle(double jaw, double travel, int ticks = 400) {
+        for (int tick = 0; tick < ticks; ++tick) step(jaw, travel);
+    }
+    /// Force on the tool, N: what the tissue's integrator gave back and what the response added.
+    [[nodiscard]] Vector3 tool_force() const { return reaction[0].force + effect.wrench[0].force; }
+    [[nodiscard]] double strain() const { return (frame.position.col(7) - frame.position.col(6)).norm() / rest - 1.0; }
+    /// Closes on the vertex with both jaws touching.
+    void close() {
+        touch(0);
+        touch(1);
+        step(1.0, 0.0);
+        step(0.1, 0.0);
+        contacts.clear();
+    }
+};
+
+TEST(Grasp, FollowedVertexLoadsTheToolWithStiffnessTimesTravel) {
+    Bench bench("thesis");
+    bench.close();
+    ASSERT_EQ(bench.effect.grasped, 1);
+    for (const double travel : {0.001, 0.004, 0.02}) {
+        bench.settle(0.1, travel, 3);
+        EXPECT_NEAR(bench.frame.position(0, Bench::held), -travel, 1e-12);
+        EXPECT_NEAR(bench.tool_force().x(), Bench::spring_k * travel, 1e-9);
+    }
+}
+
+TEST(Grasp, HeldBySpringsItIsTwoSpringsInSeries) {
+    for (const double k : {300.0, 900.0}) {
+        Bench bench("thesis:profile=corrected,grasp_k=" + std::to_string(k));
+        bench.close();
+        ASSERT_EQ(bench.effect.grasped, 1);
+        for (int tick = 0; tick <= 100; ++tick) bench.step(0.1, 4e-5 * tick);
+        bench.settle(0.1, 0.004);
+        EXPECT_NEAR(bench.tool_force().x(), 0.004 * k * Bench::spring_k / (k + Bench::spring_k), 1e-6);
+    }
+}
+
+TEST(Grasp, SlipsJustAboveTheSlipForceAndSaysSo) {
+    // In series 300 and 100 N/m carry 75 N/m × travel: 2 N at 26.67 mm.
+    const auto detached = [](const std::string& method, double travel) {
+        Bench bench(method);
+        bench.close();
+        std::int64_t count = 0;
+        for (double x = 0.0; x <= travel; x += 2e-5) {
+            bench.step(0.1, x);
+            count += bench.effect.detached;
+        }
+        for (int tick = 0; tick < 400; ++tick) {
+            bench.step(0.1, travel);
+            count += bench.effect.detached;
+        }
+        EXPECT_EQ(bench.effect.grasped, 1 - count);
+        return count;
+    };
+    EXPECT_EQ(detached("thesis:profile=corrected", 0.025), 0);
+    EXPECT_EQ(detached("thesis:profile=corrected", 0.028), 1);
+    EXPECT_EQ(detached("thesis:profile=corrected,grasp_slip=1", 0.0145), 1);
+    EXPECT_EQ(detached("thesis:profile=corrected,grasp_slip=3", 0.028), 0);
+    EXPECT_EQ(detached("thesis", 0.028), 0) << "the thesis knows no slip";
+}
+
+TEST(Grasp, TearsLooseAtTheStrainLimit) {
+    Bench bench("thesis:profile=corrected,grasp_slip=1000", 1.0);
+    bench.close();
+    std::int64_t count = 0;
+    double largest = 0.0;
+    for (int tick = 0; tick < 2000 && count == 0; ++tick) {
+        bench.step(0.1, 2e-5 * tick);
+        count += bench.effect.detached;
+        largest = std::max(largest, bench.strain());
+    }
+    EXPECT_EQ(count, 1);
+    EXPECT_GT(largest, 0.99);
+}
+
+TEST(Grasp, ClosesBelowTwoTenthsAndOpensAboveThree) {
+    Bench bench("thesis");
+    bench.touch(0);
+    const auto grasped = [&](double jaw) {
+        bench.step(jaw, 0.0);
+        return bench.effect.grasped;
+    };
+    EXPECT_EQ(grasped(1.0), 0);
+    EXPECT_EQ(grasped(0.25), 0);
+    EXPECT_EQ(grasped(0.21), 0);
+    EXPECT_EQ(grasped(0.19), 1);
+    EXPECT_EQ(grasped(0.25), 1) << "hysteresis";
+    EXPECT_EQ(grasped(0.29), 1);
+    EXPECT_EQ(grasped(0.31), 0);
+    EXPECT_EQ(grasped(0.25), 0) << "only falling through 0.2 closes";
+    EXPECT_EQ(grasped(0.19), 1);
+}
+
+TEST(Grasp, OneJawIsEnoughForTheThesisAndNotForTheCorrection) {
+    for (const bool corrected : {false, true}) {
+        Bench bench(corrected ? "thesis:profile=corrected" : "thesis");
+        bench.touch(0);
+        bench.step(1.0, 0.0);
+        bench.step(0.1, 0.0);
+        EXPECT_EQ(bench.effect.grasped, corrected ? 0 : 1);
+    }
+}
+
+TEST(Grasp, ReleasedVertexComesToRest) {
+    for (const char* method : {"thesis", "thesis:profile=corrected"}) {
+        Bench bench(method);
+        bench.close();
+        for (int tick = 0; tick <= 100; ++tick) bench.step(0.1, 5e-5 * tick);
+        double largest = 0.0;
+        for (int tick = 0; tick < 400; ++tick) {
+            bench.step(1.0, 0.005);
+            if (tick < 50) largest = std::max(largest, bench.frame.velocity.col(Bench::held).norm());
+            EXPECT_EQ(bench.effect.grasped, 0);
+        }
+        EXPECT_LT(bench.frame.velocity.col(Bench::held).norm(), 1e-3 * largest) << method;
+        EXPECT_EQ(bench.tool_force().norm(), 0.0) << method;
+    }
+}
+
+TEST(Grasp, AttachingShowsNoForceOfItsOwn) {
+    for (const char* method : {"thesis", "thesis:profile=corrected"}) {
+        Bench bench(method);
+        bench.close();
+        EXPECT_LT(bench.tool_force().norm(), 1e-9) << method;
+    }
+}
+
+/// What a shipped scene shows of its grasp.
+struct Shown {
+    std::int64_t most = 0;        ///< vertices held
+    std::int64_t detached = 0;    ///< vertices that slipped
+    double strain = 0.0;          ///< largest
+    double jump_at_attach = 0.0;  ///< N
+    bool grew_while_closed = false;
+    double speed_at_end = 0.0;  ///< m/s, largest of the tissue
+    std::int64_t held_at_end = 0;
+};
+
+Shown run_shipped(const char* name, const std::string& method) {
+    const Scene scene = read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / name, std::nullopt);
+    const MethodSpec spec = parse_method(method);
+    Simulation simulation(scene, make_detector("ohc"), make_response(spec.name, spec.parameters),
+                          ContactSource::canonical);
+    Shown shown;
+    StepRow last;
+    for (std::int64_t tick = 0; tick < scene.ticks; ++tick) {
+        const StepRow row = simulation.step();
+        EXPECT_EQ(row.outcome, OutcomeKind::ok) << name << " tick " << tick;
+        if (tick > 0 && last.grasped == 0 && row.grasped > 0) {
+            shown.jump_at_attach = std::max(shown.jump_at_attach, (row.tool_force - last.tool_force).norm());
+        } else if (tick > 0 && row.grasped > last.grasped) {
+            shown.grew_while_closed = true;
+        }
+        shown.most = std::max(shown.most, row.grasped);
+        shown.detached += row.detached;
+        shown.strain = std::max(shown.strain, row.max_strain);
+        last = row;
+    }
+    shown.held_at_end = last.grasped;
+    const Range tissue = scene.topology.bodies.back().vertices;
+    shown.speed_at_end = simulation.frame().velocity.middleCols(tissue.first, tissue.count).colwise().norm().maxCoeff();
+    return shown;
+}
+
+TEST(GraspScenes, PullToLargeStrainAndLetGo) {
+    for (const char* name : {"i2t_grasp.json", "i2t_two_grasp.json"}) {
+        for (const bool corrected : {false, true}) {
+            const Shown shown = run_shipped(name, corrected ? "thesis:profile=corrected" : "thesis");
+            EXPECT_GE(shown.most, 3) << name;
+            EXPECT_FALSE(shown.grew_while_closed) << name;
+            EXPECT_EQ(shown.held_at_end, 0) << name;
+            EXPECT_LT(shown.speed_at_end, 0.2) << name << ": it swings out";
+            if (corrected) {
+                EXPECT_LE(shown.jump_at_attach, 0.5) << name;
+                EXPECT_GT(shown.strain, 0.9) << name;
+                EXPECT_LT(shown.strain, 1.001) << name << ": the strain limit holds";
+                EXPECT_EQ(shown.detached, shown.most) << name << ": at the limit every vertex slips";
+            } else {
+                EXPECT_GT(shown.strain, 2.0) << name << ": follows the tool whatever the strain";
+                EXPECT_EQ(shown.detached, 0) << name;
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace trocar

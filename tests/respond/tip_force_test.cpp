@@ -1,0 +1,159 @@
+// From the load on a tool to what a device shows (METHODS §8): trocar, limiters, and what each switch changes.
+#include "contact/tip_force.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "method/registry.hpp"
+#include "simulate/simulation.hpp"
+#include "support/response_samples.hpp"
+#include "support/scene_samples.hpp"
+
+namespace trocar {
+namespace {
+
+class RandomVectors {
+public:
+    Vector3 next() { return {normal_(generator_), normal_(generator_), normal_(generator_)}; }
+
+private:
+    std::mt19937_64 generator_{11};
+    std::normal_distribution<double> normal_{0.0, 1.0};
+};
+
+TEST(Fulcrum, TipForceAndRollTorqueTogetherHaveThePowerOfTheWrench) {
+    // I22 with roll: what the 3-DOF device loses is the roll torque times the roll rate, nothing else.
+    RandomVectors random;
+    for (int i = 0; i < 2000; ++i) {
+        const Vector3 pivot = random.next();
+        const Vector3 tip = pivot + 0.15 * random.next().normalized();
+        const Vector3 shaft = (tip - pivot).normalized();
+        const Vector3 turn = random.next();
+        const double insertion = random.next().x();
+        const Wrench load{.force = random.next(), .moment = random.next()};  // about the origin
+        const Wrench about_pivot = moved_to(load, pivot);
+        const double power = load.force.dot(insertion * shaft - turn.cross(pivot)) + load.moment.dot(turn);
+        const Vector3 tip_velocity = turn.cross(tip - pivot) + insertion * shaft;
+        const double shown = fulcrum_tip_force(about_pivot, pivot, tip).dot(tip_velocity);
+        const double lost = roll_torque(about_pivot, pivot, tip) * turn.dot(shaft);
+        EXPECT_NEAR(shown + lost, power, 1e-11 * (1.0 + std::abs(power)));
+    }
+}
+
+TEST(Fulcrum, LeverIsNeverTakenShorterThanThirtyMillimetres) {
+    // A side force of 2 N at 60 mm: 0.12 N m, shown at a tip 50 mm (and 10 mm, clamped to 30) from the pivot.
+    const Wrench about_pivot{.force = Vector3(2.0, 0.0, 0.7), .moment = Vector3(0.0, 0.06 * 2.0, 0.0)};
+    const auto shown = [&](double length) {
+        return fulcrum_tip_force(about_pivot, Vector3::Zero(), Vector3(0.0, 0.0, length));
+    };
+    EXPECT_LT((shown(0.05) - Vector3(0.12 / 0.05, 0.0, 0.7)).norm(), 1e-15);
+    EXPECT_LT((shown(0.01) - Vector3(0.12 / 0.03, 0.0, 0.7)).norm(), 1e-15);
+    EXPECT_EQ(shown(0.0), about_pivot.force);
+}
+
+TEST(TipDisplay, OffByDefaultButForTheDevicesLargestForce) {
+    TipDisplay display;
+    const TipSettings off;
+    EXPECT_EQ(display.show(Vector3(1.0, -2.0, 3.0), off, 1e-3), Vector3(1.0, -2.0, 3.0));
+    EXPECT_FALSE(display.saturated());
+    const Vector3 cut = display.show(Vector3(0.0, 30.0, -40.0), off, 1e-3);
+    EXPECT_LT((cut - Vector3(0.0, 5.1, -6.8)).norm(), 1e-12);  // 8.5 N in the same direction
+    EXPECT_TRUE(display.saturated());
+    EXPECT_EQ(display.show(Vector3(0.0, 30.0, -40.0), {.saturation = 0.0}, 1e-3), Vector3(0.0, 30.0, -40.0));
+}
+
+TEST(TipDisplay, RateLimitFilterAndRampFollowTheirClosedForms) {
+    TipDisplay rate;
+    for (int tick = 1; tick <= 6; ++tick) {
+        const Vector3 shown = rate.show(Vector3(2.0, 0.0, 0.0), {.rate_limit = 500.0}, 1e-3);
+        EXPECT_NEAR(shown.x(), std::min(2.0, 0.5 * tick), 1e-12);
+    }
+    TipDisplay filter;
+    for (int tick = 1; tick <= 20; ++tick) {
+        const Vector3 shown = filter.show(Vector3(0.0, 2.0, 0.0), {.filter = 150.0}, 1e-3);
+        EXPECT_NEAR(shown.y(), 2.0 * (1.0 - std::exp(-2.0 * std::numbers::pi * 150.0 * 1e-3 * tick)), 1e-12);
+    }
+    TipDisplay ramp;
+    const TipSettings five_ms{.ramp = 0.005};
+    for (int tick = 1; tick <= 8; ++tick) {
+        EXPECT_NEAR(ramp.show(Vector3(0.0, 0.0, 3.0), five_ms, 1e-3).z(), 3.0 * std::min(1.0, tick / 5.0), 1e-12);
+    }
+    EXPECT_EQ(ramp.show(Vector3::Zero(), five_ms, 1e-3), Vector3(Vector3::Zero()));
+    EXPECT_NEAR(ramp.show(Vector3(0.0, 0.0, 3.0), five_ms, 1e-3).z(), 0.6, 1e-12) << "a new contact, a new ramp";
+}
+
+/// The point of a needle, held by an operator off the trocar's axis, 1 mm below the top of a rigid block.
+std::string needle_text() {
+    return R"({"format":"trocar-scene-1","name":"needle","unit":"m","dt":0.001,"ticks":10,"seed":1,"bodies":[
+      {"name":"block","kind":"rigid","closed":true,"parts":[{"shape":"box","size":[0.1,0.1,0.02],"edge":0.01}],
+       "pose":[0,0,-0.01,0,0,0]},
+      {"name":"tool","kind":"instrument","closed":true,"trocar":[0.02,0,0.1],"tip":[0,0,0.01],
+       "parts":[{"shape":"needle","radius":0.002,"length":0.05,"tip_length":0.02,"edge":0.004}],
+       "motion":{"drive":"prescribed","keys":[{"time":0,"pose":[0.011,0.017,-0.001,0,0,0]}]}}],
+      "contact":[{"bodies":["tool","block"],"k":4000,"mu":0}]})";
+}
+
+StepRow first_row(const std::string& method) {
+    const Scene scene = test::scene_from_text(needle_text());
+    const MethodSpec spec = parse_method(method);
+    Simulation simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
+                          ContactSource::canonical);
+    return simulation.step();
+}
+
+TEST(TipRows, WrenchAndTipForceOfAContactAtAKnownPoint) {
+    // `corrected` reduces to one contact at the point: 4000 N/m × 1 mm = 4 N up, 10 mm from the tip along z, so no
+    // moment about it; about the trocar (0.02, 0, 0.1) the arm is (-0.009, 0.017, -0.101).
+    const StepRow row = first_row("thesis:profile=corrected,tip_proxy=off");
+    EXPECT_LT((row.tool_force - Vector3(0.0, 0.0, 4.0)).norm(), 1e-12);
+    EXPECT_LT(row.tool_moment.norm(), 1e-12);
+    const Vector3 lever = Vector3(0.011, 0.017, 0.009) - Vector3(0.02, 0.0, 0.1);
+    const Vector3 torque = Vector3(-0.009, 0.017, -0.101).cross(Vector3(0.0, 0.0, 4.0));
+    const Vector3 shaft = lever.normalized();
+    EXPECT_LT((row.tip_force - (torque.cross(lever) / lever.squaredNorm() + 4.0 * shaft.z() * shaft)).norm(), 1e-12);
+    EXPECT_NEAR(row.roll_torque, torque.dot(shaft), 1e-12);
+    EXPECT_EQ(row.device_force, row.tip_force);
+    EXPECT_FALSE(row.saturated);
+}
+
+TEST(TipRows, EachSwitchChangesWhatItSays) {
+    const StepRow plain = first_row("thesis:profile=corrected,tip_proxy=off");
+    const StepRow sum = first_row("thesis:profile=corrected,tip_proxy=off,tip=sum");
+    EXPECT_EQ(sum.tip_force, sum.tool_force);
+    EXPECT_NE(plain.tip_force, plain.tool_force);
+    const StepRow soft = first_row("thesis:profile=corrected,tip_proxy=off,tip=sum,tip_saturation=1.5");
+    EXPECT_EQ(soft.tip_force, sum.tip_force) << "force health is measured before any limiter";
+    EXPECT_NEAR(soft.device_force.norm(), 1.5, 1e-12);
+    EXPECT_TRUE(soft.saturated);
+    EXPECT_NEAR(first_row("thesis:profile=corrected,tip_proxy=off,tip=sum,tip_rate=500").device_force.z(), 0.5, 1e-12);
+    EXPECT_NEAR(first_row("penalty:tip_ramp=0.005").device_force.z(), sum.tip_force.z() / 5.0, 1e-12);
+    EXPECT_NEAR(first_row("penalty:tip_filter=150").device_force.z(),
+                sum.tip_force.z() * (1.0 - std::exp(-2.0 * std::numbers::pi * 0.15)), 1e-12);
+    // `faithful` answers once per triangle pair: as many times the force as triangles meet at the needle's point.
+    const StepRow faithful = first_row("thesis:tip_proxy=off");
+    EXPECT_EQ(faithful.tip_force, faithful.tool_force);
+    EXPECT_NEAR(faithful.tool_force.z(), 4.0 * static_cast<double>(faithful.pairs), 1e-9);
+    EXPECT_GT(faithful.pairs, 2);
+}
+
+TEST(VelocityFilter, SmoothsWhatContactsOnTissueSeeOfTheTool) {
+    // From rest, n ticks of constant speed v show v (1 - exp(-2 pi f n dt)).
+    for (const double frequency : {0.0, 150.0}) {
+        const MethodSpec spec = parse_method(fmt::format("thesis:resolution=none,velocity_filter={}", frequency));
+        const std::unique_ptr<Response> response = make_response(spec.name, spec.parameters);
+        test::PairSample s = test::vertex_of_a_in_b(BodyKind::instrument, BodyKind::tissue);
+        response->prepare(s.topology, s.materials);
+        response->respond(s.frame, 1e-3, s.contacts, s.effect);
+        s.frame.velocity.leftCols(3).colwise() = Vector3(0.02, 0.0, -0.1);
+        for (int tick = 0; tick < 4; ++tick) response->respond(s.frame, 1e-3, s.contacts, s.effect);
+        ASSERT_EQ(s.effect.contacts.size(), 1U);
+        const double gain = frequency == 0.0 ? 1.0 : 1.0 - std::exp(-2.0 * std::numbers::pi * frequency * 4e-3);
+        EXPECT_NEAR(s.effect.contacts[0].face_velocity, 0.1 * gain, 1e-12);
+    }
+}
+
+}  // namespace
+}  // namespace trocar

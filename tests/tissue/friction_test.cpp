@@ -1,0 +1,109 @@
+// Coulomb friction of contacts on tissue (METHODS §6, option) where it has a closed form: a block on an incline, a
+// surface drawn away under a pressed block, and the spring that holds it while it sticks.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "contact/effect.hpp"
+#include "support/tissue_samples.hpp"
+#include "tissue/mass_spring.hpp"
+
+namespace trocar {
+namespace {
+
+constexpr double mass = 1e-4;      // kg
+constexpr double dt = 1e-3;        // s
+constexpr double tangent_k = 500;  // N/m
+
+/// A block of one vertex on the plane z = 0 under a constant force; the plane slides at `drawn`.
+struct Block {
+    test::TissueSample s = test::make_tissue({Vector3::Zero()}, {mass}, {0}, {});
+    MassSpring tissue{s.topology, s.materials};
+    Effect effect = test::empty_effect(s.topology);
+    std::vector<Wrench> reaction{1};
+
+    void step(const Vector3& force, double friction, const Vector3& drawn = Vector3::Zero()) {
+        effect.clear();
+        effect.held_force.col(0) = force;
+        LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), s.frame.position(2, 0), 1e4, 1.0);
+        contact.friction = friction;
+        contact.tangent_k = tangent_k;
+        contact.surface_velocity = drawn;
+        contact.slip_key = 0;
+        contact.reaction_body = 0;
+        effect.contacts.push_back(contact);
+        reaction.assign(1, {});
+        ASSERT_TRUE(tissue.advance(effect, dt, s.frame, reaction).ok());
+    }
+};
+
+TEST(Friction, BlockOnAnInclineStaysBelowTheAngleAndSlidesAboveIt) {
+    constexpr double weight = 0.05;  // N
+    constexpr double friction = 0.3;
+    for (const double slope : {0.15, 0.29, 0.31, 0.6}) {
+        const double angle = std::atan(slope);
+        const Vector3 force(weight * std::sin(angle), 0.0, -weight * std::cos(angle));
+        Block block;
+        for (int tick = 0; tick < 200; ++tick) block.step(force, friction);
+        const double x = block.s.frame.position(0, 0);
+        const double v = block.s.frame.velocity(0, 0);
+        if (slope < friction) {
+            EXPECT_NEAR(x, force.x() / tangent_k, 1e-9) << slope;
+            EXPECT_NEAR(v, 0.0, 1e-9) << slope;
+        } else {
+            const double acceleration = weight / mass * (std::sin(angle) - friction * std::cos(angle));
+            block.step(force, friction);
+            EXPECT_NEAR(block.s.frame.velocity(0, 0) - v, acceleration * dt, 1e-9) << slope;
+            EXPECT_NEAR(v, acceleration * 0.2, 0.02 * acceleration * 0.2 + 0.02) << slope;
+        }
+    }
+}
+
+TEST(Friction, DrawnSurfaceDragsWithFrictionTimesNormalForce) {
+    // The block is tied to its place by a spring of 10 N/m: at rest the spring carries the drag.
+    test::TissueSample s = test::make_tissue({Vector3::Zero(), Vector3(0.1, 0.0, 0.0)}, {mass, mass}, {0, 1},
+                                             {{.i = 0, .j = 1, .rest = 0.1, .k = 10.0, .damping = 0.02}});
+    MassSpring tissue(s.topology, s.materials);
+    Effect effect = test::empty_effect(s.topology);
+    std::vector<Wrench> reaction(1);
+    for (const double friction : {0.1, 0.4}) {
+        for (int tick = 0; tick < 3000; ++tick) {
+            effect.clear();
+            effect.held_force(2, 0) = -0.2;
+            LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), s.frame.position(2, 0), 1e4, 1.0);
+            contact.friction = friction;
+            contact.tangent_k = tangent_k;
+            contact.surface_velocity = Vector3(-0.05, 0.0, 0.0);
+            contact.slip_key = 0;
+            contact.reaction_body = 0;
+            effect.contacts.push_back(contact);
+            reaction.assign(1, {});
+            ASSERT_TRUE(tissue.advance(effect, dt, s.frame, reaction).ok());
+        }
+        EXPECT_NEAR(s.frame.position(0, 0), -friction * 0.2 / 10.0, 1e-5);
+        EXPECT_NEAR(reaction[0].force.x(), friction * 0.2, 1e-4) << "the opposite on the tool";
+        EXPECT_NEAR(reaction[0].force.z(), -0.2, 1e-4);
+    }
+}
+
+TEST(Friction, OffByDefaultAndForgottenWithTheContact) {
+    Block smooth;
+    for (int tick = 0; tick < 10; ++tick) smooth.step(Vector3(0.01, 0.0, -0.05), 0.0);
+    EXPECT_NEAR(smooth.s.frame.velocity(0, 0), 0.01 / mass * 10 * dt, 1e-12);
+    // Sticks 20 µm along; lifted off and set down again it starts without a stretched spring.
+    Block block;
+    for (int tick = 0; tick < 200; ++tick) block.step(Vector3(0.01, 0.0, -0.05), 0.5);
+    const double held = block.s.frame.position(0, 0);
+    EXPECT_NEAR(held, 0.01 / tangent_k, 1e-9);
+    for (int tick = 0; tick < 3; ++tick) {
+        block.effect.clear();
+        block.s.frame.velocity.setZero();
+        ASSERT_TRUE(block.tissue.advance(block.effect, dt, block.s.frame, block.reaction).ok());
+    }
+    block.step(Vector3(0.0, 0.0, -0.05), 0.5);
+    for (int tick = 0; tick < 200; ++tick) block.step(Vector3(0.0, 0.0, -0.05), 0.5);
+    EXPECT_NEAR(block.s.frame.position(0, 0), held, 1e-9);
+}
+
+}  // namespace
+}  // namespace trocar
