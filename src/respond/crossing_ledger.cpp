@@ -320,8 +320,8 @@ void CrossingLedger::count_crossings(const Topology& topology, const Frame& fram
     }
 }
 
-void follow_surface(const Topology& topology, const Surface& surface, const Frame& frame, const Vector3& point,
-                    Index& triangle, Vector3& weights) {
+void follow_surface(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
+                    const Vector3& point, Index& triangle, Vector3& weights) {
     const auto distance_to = [&](Index t, Vector3& w) {
         const equations::Corners corners = corners_of(topology, frame.position, t);
         w = equations::nearest_weights(corners, point);
@@ -346,7 +346,7 @@ void follow_surface(const Topology& topology, const Surface& surface, const Fram
     }
 }
 
-void CrossingLedger::update(const Topology& topology, const Surface& surface, const Frame& frame,
+void CrossingLedger::update(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
                             const ContactSet& contacts) {
     for (Tissue& tissue : tissues_) tissue.grid.fill(topology, frame.position);
     if (!started_) {

@@ -45,7 +45,8 @@ public:
     /// tissue by the winding number; on open tissue a body that crosses the sheet at the start belongs on the side that
     /// the scene declares (BodyRange::start_side), and its vertices on the other side of the crossing count from the
     /// start; a body that does not cross belongs where it is. `contacts` tells which bodies cross.
-    void update(const Topology& topology, const Surface& surface, const Frame& frame, const ContactSet& contacts);
+    void update(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
+                const ContactSet& contacts);
     /// Samples on the wrong side, and those that have come back but are within the resting margin of the surface, in a
     /// fixed order. The latter keep a resting contact from being lost and found again every other tick.
     [[nodiscard]] std::vector<Penetration>& penetrations() { return penetrations_; }
@@ -92,7 +93,7 @@ private:
 
 /// Slides `triangle` to the nearest point of its surface by a walk over neighbouring triangles and sets the weights of
 /// that point.
-void follow_surface(const Topology& topology, const Surface& surface, const Frame& frame, const Vector3& point,
-                    Index& triangle, Vector3& weights);
+void follow_surface(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
+                    const Vector3& point, Index& triangle, Vector3& weights);
 
 }  // namespace trocar

@@ -228,7 +228,7 @@ private:
     const Materials* materials_ = nullptr;
     PairLaws laws_;
     PointContacts points_;
-    Surface surface_;
+    SurfaceNeighbours surface_;
     IntersectionRegions regions_;
     ContactSet others_;
     std::vector<Index> patch_;

@@ -89,7 +89,7 @@ bool IntersectionRegions::is_cut(Index a, Index b) const {
 
 /// Two fills start from the ends of one cut edge, the one that has less area goes on, and the first that has nowhere
 /// left to go is the smaller region: the work is that of the smaller region, however large the mesh.
-bool IntersectionRegions::fill(const Topology& topology, const Surface& surface, std::vector<Index>& inside) {
+bool IntersectionRegions::fill(const Topology& topology, const SurfaceNeighbours& surface, std::vector<Index>& inside) {
     inside.clear();
     if (cut_.empty()) return true;
     if (stamp_ > 0xfffffff0U) {
@@ -127,7 +127,7 @@ bool IntersectionRegions::fill(const Topology& topology, const Surface& surface,
     }
 }
 
-void IntersectionRegions::find(const Topology& topology, const Surface& surface, const Frame& frame,
+void IntersectionRegions::find(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
                                const std::vector<TrianglePair>& pairs) {
     const auto count = static_cast<Index>(pairs.size());
     piercings_.clear();

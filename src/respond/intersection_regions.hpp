@@ -36,7 +36,7 @@ public:
     void prepare(const Topology& topology);
     /// Replaces contours() by those of the pairs between bodies of which at least one is tissue. `surface` must have
     /// been measured.
-    void find(const Topology& topology, const Surface& surface, const Frame& frame,
+    void find(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
               const std::vector<TrianglePair>& pairs);
     [[nodiscard]] std::span<const IntersectionContour> contours() const { return {contours_.data(), used_}; }
     /// Positions in `pairs` of the pairs on a contour.
@@ -60,7 +60,7 @@ private:
     [[nodiscard]] Vector3 centre_of(const IntersectionContour& contour) const;
     Index root(Index pair);
     /// Smaller region beside the cut edges; false when the cut does not separate.
-    bool fill(const Topology& topology, const Surface& surface, std::vector<Index>& inside);
+    bool fill(const Topology& topology, const SurfaceNeighbours& surface, std::vector<Index>& inside);
     [[nodiscard]] bool is_cut(Index a, Index b) const;
 
     std::vector<Piercing> piercings_;

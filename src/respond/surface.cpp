@@ -13,7 +13,7 @@ Vector3 area_normal(const Topology& topology, const Matrix3X& position, Index tr
     return (position.col(corner[1]) - origin).cross(position.col(corner[2]) - origin);
 }
 
-void Surface::prepare(const Topology& topology) {
+void SurfaceNeighbours::prepare(const Topology& topology) {
     first_.assign(at(topology.vertex_count) + 1, 0);
     for (Index t = 0; t < topology.triangle_count(); ++t) {
         for (int i = 0; i < 3; ++i) ++first_[at(topology.triangles(i, t)) + 1];
@@ -27,7 +27,7 @@ void Surface::prepare(const Topology& topology) {
     area_.clear();
 }
 
-void Surface::measure(const Topology& topology, const Matrix3X& position) {
+void SurfaceNeighbours::measure(const Topology& topology, const Matrix3X& position) {
     if (!area_.empty()) return;
     area_.assign(at(topology.vertex_count), 0.0);
     for (Index t = 0; t < topology.triangle_count(); ++t) {
@@ -36,15 +36,15 @@ void Surface::measure(const Topology& topology, const Matrix3X& position) {
     }
 }
 
-Vector3 Surface::vertex_normal(const Topology& topology, const Matrix3X& position, Index vertex) const {
+Vector3 SurfaceNeighbours::vertex_normal(const Topology& topology, const Matrix3X& position, Index vertex) const {
     Vector3 sum = Vector3::Zero();
     for (const Index t : triangles_at(vertex)) sum += area_normal(topology, position, t);
     const double length = sum.norm();
     return length > 0.0 ? Vector3(sum / length) : Vector3::Zero();
 }
 
-Vector3 Surface::blended_normal(const Topology& topology, const Matrix3X& position, Index triangle,
-                                const Vector3& weights) const {
+Vector3 SurfaceNeighbours::blended_normal(const Topology& topology, const Matrix3X& position, Index triangle,
+                                          const Vector3& weights) const {
     Vector3 face = area_normal(topology, position, triangle);
     const double size = face.norm();
     if (size > 0.0) face /= size;

@@ -9,7 +9,7 @@
 
 namespace trocar {
 
-class Surface {
+class SurfaceNeighbours {
 public:
     void prepare(const Topology& topology);
     /// Areas need positions once; later calls do nothing.

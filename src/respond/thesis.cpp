@@ -946,7 +946,7 @@ private:
     PairLaws laws_;
     TipProxies proxies_;
     VertexSprings springs_;
-    Surface surface_;
+    SurfaceNeighbours surface_;
     CrossingLedger ledger_;
     Grasp grasp_;
     std::vector<Index> slot_;  ///< N; position in edits_, -1 for none

@@ -33,8 +33,8 @@ struct SceneBody {
 struct Scene {
     std::string name;
     std::filesystem::path file;  ///< where it was read from; empty for a scene made in memory
-    std::uint64_t hash = 0;  ///< over the scene's content, meshes included
-    double dt = 0.001;       ///< s
+    std::uint64_t hash = 0;      ///< over the scene's content, meshes included
+    double dt = 0.001;           ///< s
     std::int64_t ticks = 0;
     std::uint64_t seed = 1;
     Topology topology;  ///< bodies sorted by kind

@@ -75,13 +75,13 @@ void Balance::end_contact() {
     if (work_ > 0.0) energy_share_worst_ = std::max(energy_share_worst_, energy_most_ / work_);
 }
 
-void Balance::observe(bool in_contact, const Frame& seen, const Frame& after, std::span<const Vector3> body_force) {
+void Balance::observe(bool in_contact, const Frame& seen, const Frame& after, std::span<const Wrench> body_load) {
     const double dt = scene_->dt;
     if (shown_ >= 0) {
         const Vector3 step = displacement(*scene_, shown_, seen, after);
         path_ += step;
         path_length_ += step.norm();
-        given_ += body_force[at(shown_)].dot(step);
+        given_ += body_load[at(shown_)].force.dot(step);
         given_worst_ = std::max(given_worst_, given_);
     }
     free_ticks_ = in_contact ? 0 : free_ticks_ + 1;
@@ -103,7 +103,7 @@ void Balance::observe(bool in_contact, const Frame& seen, const Frame& after, st
     Vector3 gained = before_.momentum - before.momentum - 0.5 * dt * (before.force + before_.force);
     double energy = before_.energy - before.energy;
     for (const Index tool : tools_) {
-        const Vector3& force = body_force[at(tool)];
+        const Vector3& force = body_load[at(tool)].force;
         gained += dt * force;
         const double work = force.dot(displacement(*scene_, tool, seen, after));
         energy += work;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "contact/tip_force.hpp"
 #include "scene/scene.hpp"
 
 namespace trocar {
@@ -29,7 +30,7 @@ public:
     explicit Balance(const Scene& scene);
 
     /// One tick: whether there were pairs, the frame that detect saw, the frame after the step, the force on each body.
-    void observe(bool in_contact, const Frame& seen, const Frame& after, std::span<const Vector3> body_force);
+    void observe(bool in_contact, const Frame& seen, const Frame& after, std::span<const Wrench> body_load);
 
     /// momentum_error_worst_n_s, momentum_error_share_worst, energy_created_worst_j, energy_created_share_worst,
     /// contact_spells, net_work_j, energy_given_worst_j; NaN where not kept.

@@ -278,7 +278,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
             if (judged) judge.judge_outcome(simulation.frame(), row, script.up_to(row.time));
         }
         if (record.outcome.ok()) {
-            balance.observe(row.pairs > 0, simulation.seen(), simulation.frame(), simulation.body_forces());
+            balance.observe(row.pairs > 0, simulation.seen(), simulation.frame(), simulation.body_loads());
         }
         if (record.outcome.ok()) comparison.observe(row.time, row.tool_force, simulation.frame().position);
         if (limits.observe) limits.observe(simulation, row);

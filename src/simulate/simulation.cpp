@@ -220,7 +220,7 @@ const Frame& Simulation::seen() const { return state_->seen; }
 const Frame& Simulation::frame() const { return state_->frame; }
 const ContactSet& Simulation::contacts() const { return state_->contacts; }
 const Effect& Simulation::effect() const { return state_->effect; }
-const std::vector<Vector3>& Simulation::body_forces() const { return state_->force; }
+const std::vector<Wrench>& Simulation::body_loads() const { return state_->load; }
 const Outcome& Simulation::outcome() const { return state_->outcome; }
 std::vector<std::uint8_t> Simulation::yielding_pairs() const { return state_->leading.yielding_pairs(); }
 

@@ -46,8 +46,8 @@ public:
     /// Result of the last detect; contacts.contacts are those of the contact source.
     [[nodiscard]] const ContactSet& contacts() const;
     [[nodiscard]] const Effect& effect() const;
-    /// Contact force on every body, mean over the last tick, N; bodies that one operator leads share their sum.
-    [[nodiscard]] const std::vector<Vector3>& body_forces() const;
+    /// Contact load on every body, mean over the last tick; bodies that one operator leads share their sum.
+    [[nodiscard]] const std::vector<Wrench>& body_loads() const;
     [[nodiscard]] const Outcome& outcome() const;
     /// One flag per Topology::body_pairs entry: something in the pair gives way (tissue, an operator), so that depth
     /// left over is the method's doing and not the script's.

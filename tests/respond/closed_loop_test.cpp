@@ -127,7 +127,7 @@ TEST(CrossingLedger, CountIsTheExactSideOfAMovingClosedBody) {
     ClosedLoop world({LoopBody{.name = "probe", .kind = BodyKind::instrument, .mesh = probe},
                       LoopBody{.name = "organ", .kind = BodyKind::tissue, .mesh = organ, .pin_rim = false}},
                      "penalty");
-    Surface surface;
+    SurfaceNeighbours surface;
     surface.prepare(world.topology);
     CrossingLedger ledger;
     ledger.prepare(world.topology);

@@ -32,7 +32,7 @@ ClosedLoop pierced(const Vector3& tip, int cells, double edge, double radius = 0
 }
 
 struct Traced {
-    Surface surface;
+    SurfaceNeighbours surface;
     IntersectionRegions regions;
     std::vector<TrianglePair> pairs;
 

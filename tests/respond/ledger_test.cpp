@@ -36,7 +36,7 @@ double winding_part(const Vector3& p, const Vector3& q, const Vector3& r, const 
 /// World, ledger and contacts of one frame; the tool is body 0, the tissue body 1.
 struct LedgerWorld {
     ClosedLoop loop;
-    Surface surface;
+    SurfaceNeighbours surface;
     CrossingLedger ledger;
     LedgerWorld(const Mesh& tool, const Mesh& tissue, bool closed, SheetSide side = SheetSide::front)
         : loop({LoopBody{.name = "tool", .kind = BodyKind::instrument, .mesh = tool},
@@ -232,7 +232,7 @@ TEST(LedgerParity, TissueAgainstTissueIsCountedFromBothSides) {
         {LoopBody{.name = "ball", .kind = BodyKind::tissue, .mesh = ball, .pin_rim = false},
          LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(10, 0.005)}},
         "penalty");
-    Surface surface;
+    SurfaceNeighbours surface;
     surface.prepare(loop.topology);
     CrossingLedger ledger;
     ledger.prepare(loop.topology);

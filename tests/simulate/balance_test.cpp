@@ -14,8 +14,7 @@ namespace {
 /// Moves the operator's ball of press_text by hand: force and place per tick come from a formula.
 class BallByHand {
 public:
-    explicit BallByHand(const Scene& scene)
-        : balance(scene), seen_(scene.first), force_(scene.topology.bodies.size(), Vector3::Zero()) {
+    explicit BallByHand(const Scene& scene) : balance(scene), seen_(scene.first), load_(scene.topology.bodies.size()) {
         for (Index body = 0; body < scene.topology.body_count(); ++body) {
             if (scene.topology.bodies[static_cast<std::size_t>(body)].kind == BodyKind::instrument) tool_ = body;
         }
@@ -24,15 +23,15 @@ public:
     void tick(bool contact, double dz, double force_z) {
         Frame after = seen_;
         after.position.middleCols(range_.first, range_.count).row(2).array() += dz;
-        force_[static_cast<std::size_t>(tool_)] = Vector3(0, 0, force_z);
-        balance.observe(contact, seen_, after, force_);
+        load_[static_cast<std::size_t>(tool_)].force = Vector3(0, 0, force_z);
+        balance.observe(contact, seen_, after, load_);
         seen_ = after;
     }
     Balance balance;
 
 private:
     Frame seen_;
-    std::vector<Vector3> force_;
+    std::vector<Wrench> load_;
     Index tool_ = 0;
     Range range_;
 };
@@ -90,12 +89,12 @@ TEST(Balance, FreeTissueKeepsItsMomentumAndGainsNoEnergy) {
     Effect effect;
     effect.resize(scene.topology.vertex_count, scene.topology.body_count());
     std::vector<Wrench> reaction(scene.topology.bodies.size());
-    const std::vector<Vector3> none(scene.topology.bodies.size(), Vector3::Zero());
+    const std::vector<Wrench> none(scene.topology.bodies.size());
     // The same frames booked with an outer force that is not there show what an error looks like.
-    std::vector<Vector3> invented = none;
+    std::vector<Wrench> invented = none;
     for (Index body = 0; body < scene.topology.body_count(); ++body) {
         if (scene.topology.bodies[static_cast<std::size_t>(body)].kind == BodyKind::instrument) {
-            invented[static_cast<std::size_t>(body)] = Vector3(0, 0, 0.1);
+            invented[static_cast<std::size_t>(body)].force = Vector3(0, 0, 0.1);
         }
     }
     Balance balance(scene);
