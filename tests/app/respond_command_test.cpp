@@ -198,7 +198,7 @@ TEST(Respond, BadFilesEndWithStatus2AndNameThePlace) {
         EXPECT_NE(answer.err.find(place), std::string::npos) << answer.err;
     };
     const auto one = [](const std::string& member) { return R"({"cases":[{"id":"wrench-1",)" + member + "}]}"; };
-    bad("{\"cases\": [", "byte");
+    bad("{\"cases\": [", "line 1, column 12");
     bad("[]", "/");
     bad("{}", "/cases");
     bad(R"({"format":"response-cases-9","cases":[]})", "/format");

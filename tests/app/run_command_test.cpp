@@ -54,7 +54,12 @@ TEST_F(RunCommand, JsonIsOneDocumentOfTheStatedShape) {
         for (const char* stage : {"move", "update", "detect", "derive", "respond", "advance"}) {
             EXPECT_GE(row.at("stage_ns").at(stage).get<std::int64_t>(), 0) << stage;
         }
-        EXPECT_EQ(row.size(), 8U);
+        // What the format fixes, and beside it what a device shows and a grasp holds.
+        for (const char* more : {"tool_moment", "tip_force", "device_force"})
+            EXPECT_EQ(row.at(more).size(), 3U) << more;
+        for (const char* more : {"roll_torque", "saturated", "grasped", "detached"})
+            EXPECT_TRUE(row.contains(more)) << more;
+        EXPECT_EQ(row.size(), 8U + 7U);
         deepest = std::max(deepest, row.at("max_depth").get<double>());
     }
     EXPECT_GT(json.at("rows").at(49).at("pairs"), 0);

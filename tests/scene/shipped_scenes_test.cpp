@@ -54,6 +54,8 @@ std::vector<std::string> all_names() {
 
 /// Scenes whose tool begins in the tissue, and those whose tool is left standing in it.
 const std::set<std::string> begin_deep{"i2t_deep_start", "i2t_deep_sheet"};
+/// Their passes may be shorter than a tick: tests/simulate/between_ticks_test.cpp holds each against the script.
+const std::set<std::string> speed_sweeps{"i2r_speed_sweep", "i2t_speed_sweep"};
 const std::set<std::string> end_pressed{"i2t_stab_drag", "indent_1x", "indent_4x", "indent_16x"};
 
 class ShippedScene : public testing::TestWithParam<std::string> {};
@@ -65,7 +67,7 @@ TEST_P(ShippedScene, StartsFreeTouchesAsItsScriptSaysAndEndsFree) {
     EXPECT_EQ(scene.name, GetParam());
     EXPECT_EQ(scene.dt, 0.001);
     EXPECT_GE(scene.ticks, 300);
-    EXPECT_LE(scene.ticks, 1500);
+    EXPECT_LE(scene.ticks, 2000);
     EXPECT_EQ(pairs_at(scene, 0.0).empty(), !begin_deep.contains(GetParam()));
     EXPECT_EQ(pairs_at(scene, end_of(scene)).empty(), !end_pressed.contains(GetParam()));
     int touched = 0;
@@ -73,7 +75,7 @@ TEST_P(ShippedScene, StartsFreeTouchesAsItsScriptSaysAndEndsFree) {
     for (int i = 0; i <= samples; ++i) touched += pairs_at(scene, end_of(scene) * i / samples).empty() ? 0 : 1;
     if (GetParam() == "hover") {
         EXPECT_EQ(touched, 0);
-    } else {
+    } else if (!speed_sweeps.contains(GetParam())) {
         EXPECT_GE(touched, 4) << "of " << samples << " samples";
     }
 }
@@ -89,7 +91,7 @@ TEST_P(ShippedScene, DefaultTissueHasAtMostTwoThousandTrianglesUnlessItIsRealDat
     EXPECT_LE(tissue, GetParam() == "indent_16x" ? 8000 : 2000);
     EXPECT_EQ(scene.has_tissue(), tissue > 0);
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-        if (!scene.bodies[b].motion || tissue > 0) continue;
+        if (!scene.bodies[b].motion || tissue > 0 || speed_sweeps.contains(GetParam())) continue;
         EXPECT_EQ(scene.bodies[b].motion->drive, Drive::simulated_operator) << "scenes without tissue need an operator";
     }
 }
