@@ -137,7 +137,9 @@ void shorten_rows(Record& record) {
         std::from_chars(text.data(), text.data() + text.size(), value);
     };
     for (StepRow& row : record.rows) {
-        for (double* value : {&row.max_depth, &row.mean_depth, &row.depth_error, &row.max_strain}) {
+        for (double* value :
+             {&row.max_depth, &row.mean_depth, &row.depth_error, &row.native_depth_error, &row.overlap_volume,
+              &row.min_translation, &row.overshoot, &row.strain_over, &row.max_strain}) {
             shorten(*value);
         }
         for (double& component : row.tool_force) shorten(component);
