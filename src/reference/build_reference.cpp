@@ -274,7 +274,8 @@ ReferenceSolution solve_law(const Scene& scene, ReferenceLaw law, const Referenc
     // The low-pass looks ahead by about its period.
     if (solution.until < scene_end) solution.until -= 0.02;
     const double until = solution.until;
-    if (!(until > 0.02)) return unavailable(solution.reason);
+    // A reference that ends early says little about a run: below half of it, it would look like an answer.
+    if (until < 0.5 * scene_end) return unavailable(solution.reason);
     solution.points = choose_points(scene, finest);
 
     double largest = 0.0;

@@ -168,7 +168,8 @@ std::pair<Eigen::Index, double> place_between(double time, double interval, Eige
 std::string law_text(const ReferenceSolution& solution) {
     if (!solution.available) return "no reference (" + solution.reason + ")";
     const auto order = [](double value) {
-        return std::isfinite(value) ? fmt::format("{:.1f}", value) : std::string("n/a (no difference)");
+        return std::isfinite(value) ? fmt::format("{:.1f}", value)
+                                    : std::string("n/a (differences below the floor, told in the bound)");
     };
     return fmt::format(
         "order in step {}, in stiffness {}; residual {:.1e}; bound {:.2g} N RMS{}", order(solution.order_time_step),
