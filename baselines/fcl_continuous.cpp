@@ -7,10 +7,10 @@
 //                      body's extent the body is not rigid, and the tick is outcome `unsupported`: the library has no
 //                      continuous test for deforming meshes. A tissue that does not move counts as rigid.
 //  solver              naive, the default: tries poses at `iterations` + 1 moments, so a contact between two of them is
-//                      missed and the time is late by up to one step. Conservative advancement is offered and never
-//                      tells a contact of two meshes in 0.7.0: it steps over it, which plain calls on two boxes show
-//                      too, with OBBRSS and RSS trees and with every motion. The polynomial solver moves the models
-//                      that it is given and knows translations only; ray shooting has no meshes.
+//                      missed and the time is late by up to one step. Conservative advancement is offered and told no
+//                      contact of two meshes here, nor in plain calls on two boxes, with OBBRSS and RSS trees and every
+//                      motion; the cause is not known. The polynomial solver moves the models that it is given and
+//                      knows translations only; ray shooting has no meshes.
 //  motion              linear (straight way of the centre, constant axis of rotation), where the default takes the
 //                      translation alone. `screw` is offered.
 //  toc_err             1e-4 of the tick, the default. iterations: 10, the default.
