@@ -105,6 +105,13 @@ struct ContactLaw {
     double mu = std::numeric_limits<double>::quiet_NaN();  ///< N s/m, viscous
 };
 
+/// What a response may know of the hand-held device that leads a body: it yields to contact, and its step of a tick
+/// comes after the tissue's, while a body that follows a script has already moved when the response sees it.
+struct Device {
+    double mass = 0.0;     ///< kg, apparent
+    double damping = 0.0;  ///< N s/m, of the device itself
+};
+
 /// Material data as flat arrays, so that responses need not know the tissue model. Arrays over all N vertices; entries
 /// of vertices that are not tissue are 0 (mass 0 = kinematic). Empty when the scene has no tissue.
 struct Materials {
@@ -122,6 +129,7 @@ struct Materials {
     /// Per body: trocar (fulcrum) point in world, if the body has one; and tip point in the body frame.
     std::vector<std::optional<Vector3>> trocar_point;
     std::vector<Vector3> tip;
+    std::vector<std::optional<Device>> device;  ///< per body: what leads it, absent: a script; empty: scripts only
 };
 
 }  // namespace trocar

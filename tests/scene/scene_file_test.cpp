@@ -70,6 +70,22 @@ TEST_F(SceneFile, ExampleOfTheDesignIsRead) {
     EXPECT_EQ(scene.first.previous, scene.first.position);
 }
 
+TEST_F(SceneFile, ResponseLearnsWhichBodiesAHandLeads) {
+    Json document = example();
+    const std::vector<std::optional<Device>> by_script = read(document).materials.device;
+    ASSERT_EQ(by_script.size(), 2U);
+    EXPECT_FALSE(by_script[0].has_value());
+    EXPECT_FALSE(by_script[1].has_value());
+    Json& motion = document["bodies"][1]["motion"];
+    motion["drive"] = "operator";
+    motion["operator"] = {{"mass", 0.25}, {"damping", 3.0}};
+    const std::vector<std::optional<Device>> by_hand = read(document).materials.device;
+    ASSERT_TRUE(by_hand.at(0).has_value()) << "the tool comes first";
+    EXPECT_EQ(by_hand[0]->mass, 0.25);
+    EXPECT_EQ(by_hand[0]->damping, 3.0);
+    EXPECT_FALSE(by_hand.at(1).has_value());
+}
+
 TEST_F(SceneFile, SpringsOfTheEquilateralInteriorFollowVanGelder) {
     const Scene scene = read(example());
     const Materials& m = scene.materials;
