@@ -16,6 +16,9 @@ Report compose(const std::vector<Record>& records) {
     Draft draft(records);
     const Verdict overall = make_verdict(draft.results, draft.reference, draft.mode, draft.results.scenes(draft.mode));
     add_verdict_page(draft, overall);
+    const bool has_verdict = !overall.rows.empty();
+    if (!has_verdict) add_ablation(draft);
+    if (!has_verdict) add_work_precision(draft);
     add_verdict_by_class(draft);
     add_environment(draft);
     add_fairness(draft);
@@ -27,8 +30,8 @@ Report compose(const std::vector<Record>& records) {
     add_stages(draft);
     add_contacts_and_forces(draft);
     add_outcome(draft);
-    add_work_precision(draft);
-    add_ablation(draft);
+    if (has_verdict) add_work_precision(draft);
+    if (has_verdict) add_ablation(draft);
     add_failures(draft);
     add_thesis_table(draft);
     add_table_2_1(draft);

@@ -90,7 +90,13 @@ void add_failures(Draft& draft);
 /// The loop released by the clock: part of the haptic table.
 void add_paced(Draft& draft);
 void add_work_precision(Draft& draft);
+
+// ablation_section.cpp
 void add_ablation(Draft& draft);
+/// Empty without an ablation part.
+std::string ablation_sentence(const Draft& draft);
+/// Every switch by its largest effect; without rows when there is no ablation part.
+Table ablation_table(const Draft& draft);
 
 // thesis_section.cpp
 void add_thesis_table(Draft& draft);

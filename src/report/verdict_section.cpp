@@ -76,6 +76,7 @@ void add_verdict_page(Draft& draft, const Verdict& overall) {
     const Verdict headline = make_verdict(draft.results, draft.reference, draft.mode, scenes);
     draft.sentence = verdict_sentence(headline, fmt::format("the {} scenes ({})", class_name, joined(headline.scenes)),
                                       draft.reference);
+    if (draft.sentence.empty()) draft.sentence = ablation_sentence(draft);
     if (!draft.sentence.empty()) draft.paragraph(draft.sentence, Paragraph::Style::quote);
     warnings(draft);
     if (overall.rows.empty()) {
@@ -116,12 +117,59 @@ void add_verdict_by_class(Draft& draft) {
         Paragraph::Style::small);
 }
 
+namespace {
+
+/// Columns of a table under other headers, as lines for a terminal.
+std::string plain_table(const Table& table, const std::vector<std::size_t>& shown,
+                        const std::vector<std::string>& headers) {
+    std::vector<std::vector<std::string>> lines{headers};
+    for (const TableRow& row : table.rows) {
+        std::vector<std::string> line;
+        for (const std::size_t column : shown) {
+            std::string cell = row.cells.at(column);
+            cell.erase(std::remove(cell.begin(), cell.end(), '`'), cell.end());
+            line.push_back(std::move(cell));
+        }
+        lines.push_back(std::move(line));
+    }
+    std::vector<std::size_t> widths(shown.size());
+    const auto width_of = [](const std::string& cell) {
+        return static_cast<std::size_t>(std::count_if(
+            cell.begin(), cell.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+    };
+    for (const auto& line : lines) {
+        for (std::size_t i = 0; i < line.size(); ++i) widths.at(i) = std::max(widths.at(i), width_of(line[i]));
+    }
+    std::string text;
+    for (const auto& line : lines) {
+        for (std::size_t i = 0; i < line.size(); ++i) {
+            const std::string padding(widths.at(i) - width_of(line[i]), ' ');
+            const bool left_aligned = !table.columns[shown[i]].number;
+            const bool last = i + 1 == line.size();
+            text += left_aligned ? line[i] + (last ? "" : padding) : padding + line[i];
+            text += last ? "\n" : "  ";
+        }
+    }
+    return text;
+}
+
+}  // namespace
+
 std::string terminal_text(const Draft& draft, const Verdict& verdict) {
     std::string text;
     if (!draft.sentence.empty()) {
         std::string plain = draft.sentence;
         plain.erase(std::remove(plain.begin(), plain.end(), '`'), plain.end());
         text += plain + "\n\n";
+    }
+    if (verdict.rows.empty()) {
+        const Table table = ablation_table(draft);
+        constexpr std::array<std::size_t, 7> wanted{0, 1, 2, 3, 4, 5, 6};
+        std::vector<std::string> headers;
+        for (const std::size_t column : wanted) {
+            if (column < table.columns.size()) headers.push_back(table.columns[column].header);
+        }
+        return headers.empty() ? text : text + plain_table(table, {wanted.begin(), wanted.end()}, headers);
     }
     const Table table = verdict_table(verdict, "", draft.results.noise_floor());
     // What fits a terminal; the columns are found by their headers.
@@ -147,33 +195,7 @@ std::string terminal_text(const Draft& draft, const Verdict& verdict) {
             headers.emplace_back(short_names.at(w));
         }
     }
-    std::vector<std::vector<std::string>> lines{headers};
-    for (const TableRow& row : table.rows) {
-        std::vector<std::string> line;
-        for (const std::size_t column : shown) {
-            std::string cell = row.cells.at(column);
-            cell.erase(std::remove(cell.begin(), cell.end(), '`'), cell.end());
-            line.push_back(std::move(cell));
-        }
-        lines.push_back(std::move(line));
-    }
-    std::vector<std::size_t> widths(shown.size());
-    const auto width_of = [](const std::string& cell) {
-        return static_cast<std::size_t>(std::count_if(
-            cell.begin(), cell.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
-    };
-    for (const auto& line : lines) {
-        for (std::size_t i = 0; i < line.size(); ++i) widths.at(i) = std::max(widths.at(i), width_of(line[i]));
-    }
-    for (const auto& line : lines) {
-        for (std::size_t i = 0; i < line.size(); ++i) {
-            const std::string padding(widths.at(i) - width_of(line[i]), ' ');
-            const bool left_aligned = !table.columns[shown[i]].number;
-            text += left_aligned ? line[i] + padding : padding + line[i];
-            text += i + 1 < line.size() ? "  " : "\n";
-        }
-    }
-    return text;
+    return text + plain_table(table, shown, headers);
 }
 
 }  // namespace trocar

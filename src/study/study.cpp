@@ -239,8 +239,12 @@ void add_ablation(const Study& study, std::int64_t repetition, std::vector<Plann
         add(part.from, "", "from");
         add(part.to, "", "to");
         for (const AblationPart::Switch& one : part.switches) {
+            if (!one.scenes.empty() && std::find(one.scenes.begin(), one.scenes.end(), scene) == one.scenes.end()) {
+                continue;
+            }
+            const std::string& back = one.from.empty() ? one.to : one.from;
             add(with_parameter(part.from, one.parameter, one.to), one.parameter, "from with " + one.to);
-            add(with_parameter(part.to, one.parameter, one.from), one.parameter, "to with " + one.from);
+            add(with_parameter(part.to, one.parameter, back), one.parameter, "to with " + back);
         }
     }
 }
@@ -422,10 +426,16 @@ AblationPart read_ablation(const JsonNode& node, const std::filesystem::path& fi
     part.from = read_method(node.at("from"), false);
     part.to = read_method(node.at("to"), false);
     for (const JsonNode& item : items_of(node.at("switches"))) {
-        expect_object(item, {"parameter", "from", "to"}, {"parameter", "from", "to"});
-        AblationPart::Switch one{item.at("parameter").text(), item.at("from").text(), item.at("to").text()};
+        expect_object(item, {"parameter", "from", "to", "scenes"}, {"parameter", "to"});
+        AblationPart::Switch one{.parameter = item.at("parameter").text(),
+                                 .from = item.has("from") ? item.at("from").text() : std::string(),
+                                 .to = item.at("to").text(),
+                                 .scenes = {}};
         check_parameter(item, {part.from}, false, one.parameter, one.to);
-        check_parameter(item, {part.to}, false, one.parameter, one.from);
+        check_parameter(item, {part.to}, false, one.parameter, one.from.empty() ? one.to : one.from);
+        if (item.has("scenes")) {
+            for (const JsonNode& scene : items_of(item.at("scenes"))) one.scenes.push_back(scene.word(part.scenes));
+        }
         part.switches.push_back(std::move(one));
     }
     return part;

@@ -70,12 +70,14 @@ struct WorkPrecisionPart {
     std::int64_t truth_stride = 1;
 };
 
-/// What each switch between two settings of a response changes: turned on alone in `from`, turned off alone in `to`.
+/// What each switch between two settings of a response changes: turned on alone in `from`, turned off alone in `to`. An
+/// option, which neither setting turns on, is turned on alone in both.
 struct AblationPart {
     struct Switch {
         std::string parameter;
-        std::string from;
+        std::string from;  ///< empty: an option
         std::string to;
+        std::vector<std::string> scenes;  ///< of the part's scenes, those it is turned on; empty: all
     };
     std::vector<std::string> scenes;
     StudyMethod detector;

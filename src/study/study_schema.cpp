@@ -63,8 +63,12 @@ std::string study_schema() {
         "scenes": {"$ref": "#/$defs/scenes"}, "detector": {"$ref": "#/$defs/method"},
         "from": {"$ref": "#/$defs/method"}, "to": {"$ref": "#/$defs/method"},
         "switches": {"type": "array", "minItems": 1, "items": {
-          "type": "object", "additionalProperties": false, "required": ["parameter", "from", "to"],
-          "properties": {"parameter": {"type": "string"}, "from": {"type": "string"}, "to": {"type": "string"}}}},
+          "type": "object", "additionalProperties": false, "required": ["parameter", "to"],
+          "properties": {
+            "parameter": {"type": "string"},
+            "from": {"type": "string", "description": "What 'from' stands for; absent: an option, which neither setting turns on and which is turned on in both"},
+            "to": {"type": "string", "description": "What 'to' stands for, or the option's value"},
+            "scenes": {"$ref": "#/$defs/scenes", "description": "Those of the part's scenes on which it is turned; default all"}}}},
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
         "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
     "paced": {

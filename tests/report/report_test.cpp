@@ -337,11 +337,43 @@ TEST(Report, AblationTellsWhatEachSwitchChangesAndWhatItDoesNot) {
                                       run("new:x=off", "x", "to with off", 1.5, "d"),
                                       run("old:y=on", "y", "from with on", 2.0, "a"),
                                       run("new:y=off", "y", "to with off", 0.25, "b")};
+    const Report report = make_report(records);
+    const std::string& markdown = report.files.at("report.md");
+    // Both runs of a switch are told in the same direction: without the correction, with it.
+    EXPECT_NE(markdown.find("| `x`: off → on | `new` | left after a tick, worst (mm) | poke | 1.50 | 0.250 | × 6.00, "
+                            "better | 1 of 1 | 0 of 1 | 2.00 |"),
+              std::string::npos)
+        << markdown;
+    EXPECT_NE(markdown.find("| `x`: off → on | `old` | left after a tick, worst (mm) | poke | 2.00 | 0.500 | × 4.00, "
+                            "better | 1 of 1 | 0 of 1 | 2.00 |"),
+              std::string::npos)
+        << markdown;
+    EXPECT_NE(markdown.find("| `y`: off → on | `old` | no effect |"), std::string::npos) << markdown;
+    EXPECT_LT(markdown.find("| `x`: off → on | `new` |"), markdown.find("| `x`: off → on | `old` |"))
+        << "largest effect first";
+    EXPECT_NE(markdown.find("without effect on these scenes: `y`."), std::string::npos) << markdown;
+    EXPECT_NE(report.page_one.find("without effect on these scenes: y."), std::string::npos) << report.page_one;
+    EXPECT_NE(report.files.at("charts/switches.svg").find("decades"), std::string::npos);
+}
+
+TEST(Report, ASwitchThatMakesARunFailStandsFirst) {
+    const std::vector<Record> records{
+        synthetic({.mode = "ablation", .response = "old", .left_mm = 2.0, .state_hash = "a", .point = "from"}),
+        synthetic({.mode = "ablation",
+                   .response = "old:x=on",
+                   .left_mm = 0.01,
+                   .state_hash = "b",
+                   .knob = "x",
+                   .point = "from with on"}),
+        synthetic({.mode = "ablation",
+                   .response = "old:z=on",
+                   .knob = "z",
+                   .point = "from with on",
+                   .outcome = {OutcomeKind::unstable, "tick 7"}})};
     const std::string markdown = make_report(records).files.at("report.md");
-    EXPECT_NE(markdown.find("| `old` | as it is | 2.00 | no reference | 1 |"), std::string::npos) << markdown;
-    EXPECT_NE(markdown.find("| `old` | `x=on` | 0.500 | no reference | 2.00 |"), std::string::npos);
-    EXPECT_NE(markdown.find("| `old` | `y=on` | same | no reference | 1.00 |"), std::string::npos);
-    EXPECT_NE(markdown.find("| `new` | `x=off` | 1.50 | no reference | 0.500 |"), std::string::npos);
+    const std::size_t failed = markdown.find("| `old` | outcome | poke | ok | unstable (tick 7) | fails, worse |");
+    EXPECT_NE(failed, std::string::npos) << markdown;
+    EXPECT_LT(failed, markdown.find("× 200, better"));
 }
 
 TEST(Report, PacedLoopStandsBesideTheEmptyOne) {

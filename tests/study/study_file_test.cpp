@@ -61,8 +61,9 @@ constexpr const char* knobs = R"({"format":"trocar-study-1","name":"s",
    {"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty","thesis"],"knob":"dt","values":[0.0005,0.002]},
    {"scenes":["a.json","b.json"],"detectors":["ohc"],"knob":"detector.cell","values":[0.01,"auto"]},
    {"scenes":["a.json"],"detectors":["ohc"],"responses":["thesis:profile=corrected"],"knob":"response.kappa","values":[1e6]}]},
- "ablation":{"scenes":["a.json"],"detector":"ohc","from":"thesis:profile=faithful","to":"thesis:profile=corrected",
-   "switches":[{"parameter":"clamp","from":"off","to":"on"}]},
+ "ablation":{"scenes":["a.json","b.json"],"detector":"ohc","from":"thesis:profile=faithful",
+   "to":"thesis:profile=corrected","switches":[{"parameter":"clamp","from":"off","to":"on","scenes":["a.json"]},
+   {"parameter":"friction","to":"0.3","scenes":["b.json"]}]},
  "paced":{"scenes":["b.json"],"detectors":["ohc"],"responses":["penalty"],"ticks":50}})";
 
 TEST_F(StudyFile, KnobsBecomeRunsOfTheirOwn) {
@@ -85,6 +86,10 @@ TEST_F(StudyFile, KnobsBecomeRunsOfTheirOwn) {
         "work_precision|a|ohc|thesis:kappa=1000000,profile=corrected||response.kappa|1000000",
         "ablation|a|ohc|thesis:profile=faithful|||from",
         "ablation|a|ohc|thesis:profile=corrected|||to",
+        "ablation|b|ohc|thesis:profile=faithful|||from",
+        "ablation|b|ohc|thesis:profile=corrected|||to",
+        "ablation|b|ohc|thesis:friction=0.3,profile=faithful||friction|from with 0.3",
+        "ablation|b|ohc|thesis:friction=0.3,profile=corrected||friction|to with 0.3",
         "ablation|a|ohc|thesis:clamp=on,profile=faithful||clamp|from with on",
         "ablation|a|ohc|thesis:clamp=off,profile=corrected||clamp|to with off",
         "paced|b|ohc|penalty|||"};
