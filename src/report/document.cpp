@@ -140,7 +140,7 @@ struct Markdown {
 constexpr const char* html_style = R"(
 :root { --ink: #1b2027; --soft: #5c6672; --line: #d8dde3; --band: #f5f7f9; --own: #0b5cad; }
 * { box-sizing: border-box; }
-body { margin: 0 auto; max-width: 1360px; padding: 28px 32px 64px; color: var(--ink); background: #fff;
+body { margin: 0 auto; max-width: 1760px; padding: 28px 24px 64px; color: var(--ink); background: #fff;
   font: 15px/1.5 system-ui, -apple-system, "Segoe UI", "Noto Sans", "DejaVu Sans", Arial, sans-serif; }
 h1 { font-size: 26px; line-height: 1.25; margin: 0 0 8px; }
 h2 { font-size: 20px; margin: 40px 0 10px; padding-top: 10px; border-top: 2px solid var(--ink); }
@@ -148,7 +148,7 @@ h3 { font-size: 16px; margin: 24px 0 6px; }
 p { margin: 8px 0; max-width: 90ch; }
 code { font: 0.92em "SF Mono", "DejaVu Sans Mono", Menlo, Consolas, monospace; }
 pre { background: var(--band); border: 1px solid var(--line); border-radius: 4px; padding: 10px 14px; overflow-x: auto; }
-blockquote { margin: 14px 0; padding: 10px 18px; border-left: 4px solid var(--own); background: #f1f6fb; font-size: 17px; }
+blockquote { margin: 14px 0; max-width: 1400px; padding: 10px 18px; border-left: 4px solid var(--own); background: #f1f6fb; font-size: 17px; }
 blockquote p { max-width: none; margin: 0; }
 .warning { border-left: 4px solid #b3541e; background: #fdf4ee; padding: 8px 14px; max-width: none; }
 .small, .note { color: var(--soft); font-size: 13px; max-width: 120ch; }
@@ -156,18 +156,19 @@ blockquote p { max-width: none; margin: 0; }
 table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums; width: 100%; }
 caption { text-align: left; font-weight: 600; font-size: 14px; padding: 4px 0 6px; }
 thead th { border-top: 2px solid var(--ink); border-bottom: 1px solid var(--ink); text-align: left; vertical-align: bottom;
-  padding: 5px 10px 5px 4px; font-weight: 600; line-height: 1.3; }
-tbody td { padding: 4px 10px 4px 4px; border-bottom: 1px solid var(--line); vertical-align: top; }
+  padding: 5px 8px 5px 4px; font-weight: 600; line-height: 1.3; }
+tbody td { padding: 4px 8px 4px 4px; border-bottom: 1px solid var(--line); vertical-align: top; }
 tbody tr:last-child td { border-bottom: 2px solid var(--ink); }
 th.number, td.number { text-align: right; padding-right: 6px; }
 td.number { white-space: nowrap; }
+th.wide { width: 32%; }
 .range { display: block; color: var(--soft); font-size: 11.5px; }
 tr.dominated .range { color: inherit; }
 tr.own td:first-child, tr.own td:nth-child(2), tr.own td:nth-child(3) { color: var(--own); font-weight: 600; }
 tr.dominated td { color: #8b939c; }
 tr.failed td { color: #a32020; }
 details { margin: 10px 0; } summary { cursor: pointer; font-weight: 600; font-size: 14px; }
-figure { margin: 16px 0; } figure svg { width: 100%; height: auto; display: block; }
+figure { margin: 16px 0; max-width: 1180px; } figure svg { width: 100%; height: auto; display: block; }
 figcaption { color: var(--soft); font-size: 13px; max-width: 120ch; }
 nav { columns: 2; font-size: 13.5px; margin: 14px 0 0; } nav a { color: var(--own); text-decoration: none; display: block; }
 @media print {
@@ -219,7 +220,8 @@ struct Html {
         if (!table.folded && !table.caption.empty()) out += "<caption>" + html_inline(table.caption) + "</caption>\n";
         out += "<thead><tr>";
         for (const Column& column : table.columns) {
-            out += fmt::format("<th{}>{}</th>", column.number ? " class=\"number\"" : "", html_inline(column.header));
+            const char* const kind = column.number ? " class=\"number\"" : column.wide ? " class=\"wide\"" : "";
+            out += fmt::format("<th{}>{}</th>", kind, html_inline(column.header));
         }
         out += "</tr></thead>\n<tbody>\n";
         for (const TableRow& row : table.rows) {

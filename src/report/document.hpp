@@ -28,6 +28,7 @@ struct CodeBlock {
 struct Column {
     std::string header;  ///< with the unit: "tick p50 (µs)"
     bool number = false;
+    bool wide = false;  ///< text that should not be broken as long as there is room
 };
 
 struct TableRow {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <tuple>
@@ -69,6 +70,7 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
             continue;
         }
         ++row.scenes;
+        row.scene_names.push_back(scene);
         for (const RunFigures& run : result->runs) {
             ++row.runs;
             if (!run.ok()) ++row.failed_runs;
@@ -105,9 +107,8 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
     }
     row.depth_error_p50 = quantile(depth_errors, 0.5);
     row.left_p50 = quantile(left, 0.5);
-    // A contestant that failed somewhere has no mean over the scenes: leaving the scene out would flatter it. The same
-    // holds for one that was not run everywhere.
-    if (row.scenes_ok == static_cast<int>(scenes.size())) {
+    // A contestant that failed somewhere has no mean over the scenes: leaving the scene out would flatter it.
+    if (row.scenes_ok == row.scenes) {
         row.p50 = over_scenes(p50);
         row.p99 = over_scenes(p99);
         row.ratio = over_scenes(ratio);
@@ -137,7 +138,7 @@ std::string method_name(const std::string& text) { return text.substr(0, text.fi
 double time_of(const VerdictRow& row) { return row.p50.value; }
 
 std::string kind_text(const VerdictRow& row) {
-    if (row.reference) return "foreign, reference";
+    if (row.reference) return "reference";
     return row.own ? "own" : "foreign";
 }
 
@@ -156,10 +157,17 @@ std::string two_numbers(double first, double second, double scale) {
     return format_number(first * scale) + " / " + format_number(second * scale);
 }
 
-std::string failures_text(const VerdictRow& row, int all_scenes) {
+std::string failures_text(const VerdictRow& row) {
     std::string text = row.failed_runs == 0 ? "0" : fmt::format("{} of {} runs", row.failed_runs, row.runs);
     if (row.scenes_ok < row.scenes) text += fmt::format(", {} of {} scenes ok", row.scenes_ok, row.scenes);
-    if (row.scenes < all_scenes) text += fmt::format(", run on {} of {} scenes", row.scenes, all_scenes);
+    return text;
+}
+
+/// "`ohc` + `penalty` (canonical)": parts of their own, so that a narrow page can break between them.
+std::string who_text(const Contestant& contestant) {
+    std::string text = "`" + contestant.detector + "`";
+    if (!contestant.response.empty()) text += " + `" + contestant.response + "`";
+    if (contestant.mode == "closed_loop") text += " (" + contestant.contacts + ")";
     return text;
 }
 
@@ -192,6 +200,41 @@ namespace {
 /// Depth where the table has depths, else pairs wrong; NaN = no answer.
 double error_of(const VerdictRow& row, bool depth) { return depth ? row.left_max : row.missing + row.extra; }
 
+bool on_all_scenes(const VerdictRow& row, const Verdict& verdict) {
+    return row.scenes == static_cast<int>(verdict.scenes.size());
+}
+
+/// Sorts rows that were planned on the same scenes and tells which move alike and which are dominated.
+void compare_rows(const Results& results, const std::vector<std::string>& scenes, std::vector<VerdictRow>& rows) {
+    const bool depth =
+        std::any_of(rows.begin(), rows.end(), [](const VerdictRow& row) { return !std::isnan(row.left_max); });
+    const auto rank = [depth](const VerdictRow& row) {
+        const double error = error_of(row, depth);
+        const double time = time_of(row);
+        constexpr double last = std::numeric_limits<double>::infinity();
+        return std::tuple(row.failed_runs > 0, std::isnan(time), std::isnan(error) ? last : error,
+                          std::isnan(time) ? last : time, row.contestant);
+    };
+    std::sort(rows.begin(), rows.end(),
+              [&rank](const VerdictRow& a, const VerdictRow& b) { return rank(a) < rank(b); });
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        VerdictRow& row = rows[i];
+        for (std::size_t j = 0; j < i && row.identical_to < 0; ++j) {
+            if (rows[j].identical_to < 0 && same_motion(results, row, rows[j], scenes)) {
+                row.identical_to = static_cast<int>(j);
+            }
+        }
+        const double error = error_of(row, depth);
+        const double time = time_of(row);
+        if (std::isnan(error) || std::isnan(time)) continue;
+        row.dominated = std::any_of(rows.begin(), rows.end(), [&](const VerdictRow& other) {
+            const double other_error = error_of(other, depth);
+            const double other_time = time_of(other);
+            return other_error <= error && other_time <= time && (other_error < error || other_time < time);
+        });
+    }
+}
+
 }  // namespace
 
 std::string estimate_text(const Estimate& interval, double scale) {
@@ -220,67 +263,56 @@ Verdict make_verdict(const Results& results, const std::string& reference, const
         VerdictRow row = make_row(results, contestant, reference, verdict.scenes);
         if (row.scenes > 0) verdict.rows.push_back(std::move(row));
     }
-    const bool depth = verdict.error_is_depth();
-    const auto rank = [depth](const VerdictRow& row) {
-        const double error = error_of(row, depth);
-        const double time = time_of(row);
-        constexpr double last = std::numeric_limits<double>::infinity();
-        return std::tuple(row.failed_runs > 0, std::isnan(time), std::isnan(error) ? last : error,
-                          std::isnan(time) ? last : time, row.contestant);
-    };
-    std::sort(verdict.rows.begin(), verdict.rows.end(),
-              [&rank](const VerdictRow& a, const VerdictRow& b) { return rank(a) < rank(b); });
-    for (std::size_t i = 0; i < verdict.rows.size(); ++i) {
-        VerdictRow& row = verdict.rows[i];
-        for (std::size_t j = 0; j < i && row.identical_to < 0; ++j) {
-            if (verdict.rows[j].identical_to < 0 && same_motion(results, row, verdict.rows[j], verdict.scenes)) {
-                row.identical_to = static_cast<int>(j);
-            }
-        }
-        const double error = error_of(row, depth);
-        const double time = time_of(row);
-        if (std::isnan(error) || std::isnan(time)) continue;
-        row.dominated = std::any_of(verdict.rows.begin(), verdict.rows.end(), [&](const VerdictRow& other) {
-            const double other_error = error_of(other, depth);
-            const double other_time = time_of(other);
-            return other_error <= error && other_time <= time && (other_error < error || other_time < time);
-        });
+    if (std::any_of(verdict.rows.begin(), verdict.rows.end(),
+                    [&verdict](const VerdictRow& row) { return on_all_scenes(row, verdict); })) {
+        const auto first =
+            std::stable_partition(verdict.rows.begin(), verdict.rows.end(),
+                                  [&verdict](const VerdictRow& row) { return on_all_scenes(row, verdict); });
+        verdict.partial.assign(std::make_move_iterator(first), std::make_move_iterator(verdict.rows.end()));
+        verdict.rows.erase(first, verdict.rows.end());
+    }
+    compare_rows(results, verdict.scenes, verdict.rows);
+    // Of the others, only those of the same scenes compare.
+    std::map<std::vector<std::string>, std::vector<VerdictRow>> by_scenes;
+    for (VerdictRow& row : verdict.partial) by_scenes[row.scene_names].push_back(std::move(row));
+    verdict.partial.clear();
+    for (auto& [names, rows] : by_scenes) {
+        compare_rows(results, names, rows);
+        const auto before = static_cast<int>(verdict.partial.size());
+        for (VerdictRow& row : rows) row.identical_to += row.identical_to >= 0 ? before : 0;
+        std::move(rows.begin(), rows.end(), std::back_inserter(verdict.partial));
     }
     return verdict;
 }
 
-Table verdict_table(const Verdict& verdict, const std::string& caption, double noise_floor) {
-    const bool closed_loop = verdict.mode == "closed_loop";
+namespace {
+
+Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std::string& caption, double noise_floor,
+               bool name_scenes) {
     Table table;
     table.caption = caption;
-    table.columns = {{"row", true}, {"detector", false}};
-    if (closed_loop) {
-        table.columns.push_back({"response", false});
-        table.columns.push_back({"contact source", false});
-    }
-    const std::vector<Column> rest{{"kind", false},
-                                   {"pairs missed / extra of true", true},
-                                   {"depth error, median / worst (mm)", true},
-                                   {"left after the tick, median / max (mm)", true},
-                                   {"force error, equal k / hard (N RMS)", true},
-                                   {"tick p50 (µs)", true},
-                                   {"tick p99 (µs)", true},
-                                   {"ratio to reference", true},
-                                   {"ticks over 1 ms", true},
-                                   {"failures", true}};
-    table.columns.insert(table.columns.end(), rest.begin(), rest.end());
+    table.columns = {{"row", true},
+                     {closed_loop ? "detector + response (contact source)" : "detector", false, true},
+                     {"kind", false},
+                     {"pairs missed / extra of true", true},
+                     {"depth error, median / worst (mm)", true},
+                     {"left after the tick, median / max (mm)", true},
+                     {"force error, equal k / hard (N RMS)", true},
+                     {"tick p50 (µs)", true},
+                     {"tick p99 (µs)", true},
+                     {"ratio to reference", true},
+                     {"ticks over 1 ms", true},
+                     {"failures", true}};
+    if (name_scenes) table.columns.insert(table.columns.begin() + 1, {"scenes", false});
     int number = 0;
-    for (const VerdictRow& row : verdict.rows) {
+    for (const VerdictRow& row : rows) {
         ++number;
         std::string left = two_numbers(row.left_p50, row.left_max, mm);
         if (row.identical_to >= 0) left = fmt::format("identical to {}", row.identical_to + 1);
-        std::vector<std::string> cells{std::to_string(number) + (row.dominated ? "†" : ""),
-                                       "`" + row.contestant.detector + "`"};
-        if (closed_loop) {
-            cells.push_back("`" + row.contestant.response + "`");
-            cells.push_back(row.contestant.contacts);
-        }
-        const std::vector<std::string> figures{kind_text(row),
+        std::vector<std::string> cells{std::to_string(number) + (row.dominated ? "†" : "")};
+        if (name_scenes) cells.push_back(fmt::format("{}", fmt::join(row.scene_names, ", ")));
+        const std::vector<std::string> figures{who_text(row.contestant),
+                                               kind_text(row),
                                                pairs_text(row),
                                                two_numbers(row.depth_error_p50, row.depth_error_max, mm),
                                                left,
@@ -291,7 +323,7 @@ Table verdict_table(const Verdict& verdict, const std::string& caption, double n
                                                time_text(row, row.p99, true),
                                                ratio_text(row, noise_floor),
                                                fmt::format("{:.0f} of {:.0f}", row.deadline_misses, row.timed_ticks),
-                                               failures_text(row, static_cast<int>(verdict.scenes.size()))};
+                                               failures_text(row)};
         cells.insert(cells.end(), figures.begin(), figures.end());
         table.rows.push_back({.cells = std::move(cells)});
         TableRow& printed = table.rows.back();
@@ -303,6 +335,18 @@ Table verdict_table(const Verdict& verdict, const std::string& caption, double n
             printed.style = TableRow::Style::own;
         }
     }
+    return table;
+}
+
+}  // namespace
+
+Table verdict_table(const Verdict& verdict, const std::string& caption, double noise_floor) {
+    return table_of(verdict.rows, verdict.mode == "closed_loop", caption, noise_floor, false);
+}
+
+Table partial_table(const Verdict& verdict, const std::string& caption, double noise_floor) {
+    Table table = table_of(verdict.partial, verdict.mode == "closed_loop", caption, noise_floor, true);
+    table.folded = true;
     return table;
 }
 

@@ -17,6 +17,7 @@ struct VerdictRow {
     bool reference = false;  ///< its detector is the one that ratios are taken to
     int scenes = 0;          ///< scenes it was planned on and that could be run
     int scenes_ok = 0;
+    std::vector<std::string> scene_names;  ///< those it was planned on
     int runs = 0;
     int failed_runs = 0;
     bool not_applicable = false;    ///< absent or unsupported on at least one scene
@@ -45,6 +46,9 @@ struct Verdict {
     std::string mode;  ///< "closed_loop", or "replay" in a study of detectors alone
     std::vector<std::string> scenes;
     std::vector<VerdictRow> rows;  ///< by error, fastest of equals first, failed ones last
+    /// Contestants that were planned on some of the scenes only: their errors and means are over those and compare with
+    /// no other row, so they are told in a table of their own. Empty when no contestant was planned on all scenes.
+    std::vector<VerdictRow> partial;
     [[nodiscard]] bool error_is_depth() const;
 };
 
@@ -52,6 +56,8 @@ Verdict make_verdict(const Results& results, const std::string& reference, const
                      const std::vector<std::string>& scenes);
 
 Table verdict_table(const Verdict& verdict, const std::string& caption, double noise_floor);
+/// Verdict::partial, sorted by scenes and error; without rows when there is none.
+Table partial_table(const Verdict& verdict, const std::string& caption, double noise_floor);
 /// Empty when no row has both a time and an error.
 std::string verdict_chart(const Verdict& verdict);
 /// The best own row against the best foreign row, each the first of its kind in the table.

@@ -169,8 +169,30 @@ TEST(Verdict, AFailedSceneLeavesNoMeanAndGoesLast) {
     EXPECT_EQ(last.failed_runs, 1);
     EXPECT_TRUE(std::isnan(last.p50.value));
     const Table table = verdict_table(verdict, "", 1.0);
-    EXPECT_EQ(table.rows.back().cells.at(9), "fails");
+    EXPECT_EQ(table.rows.back().cells.at(7), "fails");
     EXPECT_EQ(table.rows.back().cells.back(), "1 of 3 runs, 1 of 2 scenes ok");
+}
+
+TEST(Verdict, AContestantOfSomeScenesComparesWithNoneOfAll) {
+    std::vector<Record> records;
+    for (const char* detector : {"mine", "theirs"}) {
+        for (const char* scene : {"a", "b"}) {
+            records.push_back(synthetic({.scene = scene, .detector = detector, .first_tick_us = 100, .left_mm = 5.0}));
+        }
+    }
+    records.push_back(synthetic({.scene = "a", .detector = "guest", .first_tick_us = 300, .left_mm = 1.0}));
+    records.push_back(synthetic({.scene = "a", .detector = "late", .first_tick_us = 400, .left_mm = 2.0}));
+    const Results results(records);
+    const Verdict verdict = verdict_of(results);
+    ASSERT_EQ(verdict.rows.size(), 2U);
+    ASSERT_EQ(verdict.partial.size(), 2U);
+    EXPECT_EQ(verdict.partial[0].contestant.detector, "guest");
+    EXPECT_FALSE(verdict.partial[0].dominated) << "row mine is faster on other scenes";
+    EXPECT_TRUE(verdict.partial[1].dominated) << "by guest, of the same scenes";
+    EXPECT_NEAR(verdict.partial[0].p50.value, 300e3, 1e-6) << "mean over the scenes that it ran on";
+    const Table table = partial_table(verdict, "", 1.0);
+    EXPECT_EQ(table.rows.at(0).cells.at(1), "a");
+    EXPECT_TRUE(make_verdict(results, "theirs", "closed_loop", {"a"}).partial.empty());
 }
 
 TEST(Report, TellsNotApplicableFromZeroAndFailure) {
