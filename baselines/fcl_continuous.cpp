@@ -1,27 +1,52 @@
-// FCL 0.7 for rigid bodies: discrete collision at the end of the tick, and continuousCollide over the tick, which is
-// the library's answer to fast tools. It stands beside our continuous test in the speed sweep.
+// FCL 0.7 between two frames: discrete collision at the end of the tick, and the library's continuous tests over the
+// tick, which are its answer to fast tools. It stands beside our continuous test in the speed sweep.
 //
 // Settings, and where they depart from the library's defaults:
-//  motion from frames  a body's pose is the rotation and translation that carry the vertices of the first frame nearest
-//                      to the current ones (Kabsch 1976, by SVD). Where a vertex ends further off than 1e-9 of the
-//                      body's extent the body is not rigid, and the tick is outcome `unsupported`: the library has no
-//                      continuous test for deforming meshes. A tissue that does not move counts as rigid.
-//  solver              naive, the default: tries poses at `iterations` + 1 moments, so a contact between two of them is
-//                      missed and the time is late by up to one step. Conservative advancement is offered and told no
-//                      contact of two meshes here, nor in plain calls on two boxes, with OBBRSS and RSS trees and every
-//                      motion; the cause is not known. The polynomial solver moves the models that it is given and
-//                      knows translations only; ray shooting has no meshes.
-//  motion              linear (straight way of the centre, constant axis of rotation), where the default takes the
-//                      translation alone. `screw` is offered.
+//  solver=polynomial   the default, and the only one that takes deforming meshes and tells triangles: trees of boxes
+//                      around both frames (beginUpdateModel, bottom-up refit) and cubic vertex-face and edge-edge tests
+//                      along straight ways. continuousCollide would take translations only, copy all vertices, and
+//                      stop at the first pair that it comes across (num_max_contacts 1), whose time is not the
+//                      first: so its traversal node is driven directly, with unlimited contacts.
+//  solver=advancement  rigid bodies: conservative advancement with the library's traversal of oriented RSS trees,
+//  driven
+//                      directly. continuousCollide has that traversal and never chooses it, see `conservative`. Of the
+//                      volumes only RSS bound how far a pruned part of the body gets: the bound of OBBRSS is 0, and
+//                      contacts are stepped over.
+//  solver=conservative rigid bodies: what continuousCollide does when asked for conservative advancement. Told almost
+//  no
+//                      contact of two meshes, for three reasons in its code: poses are applied to the copy of the
+//                      vertices that the step before had moved already; the speed of the second body along the
+//                      normal is counted with the first one's sign; and once two triangles meet, the normal is zero
+//                      and so is the speed, so that the whole tick is stepped over. toc_err is ignored there (1e-5).
+//  solver=naive        rigid bodies, the library's default: tries poses at `iterations` moments, first and last
+//                      included, so a contact between two of them is missed and the time is late by up to one step.
+//                      Ray shooting, the fifth solver, has no meshes.
+//  motion from frames  (rigid bodies) a body's pose is the rotation and translation that carry the vertices of the
+//  first
+//                      frame nearest to the current ones (Kabsch 1976, by SVD). Where a vertex ends further off than
+//                      1e-9 of the body's extent the body is not rigid, and the tick is outcome `unsupported`. A
+//                      tissue that does not move counts as rigid.
+//  motion              (rigid bodies) linear (straight way of the centre, constant axis of rotation), where the default
+//                      takes the translation alone. `screw` is offered; without rotation the library's moves by the
+//                      square of the way.
 //  toc_err             1e-4 of the tick, the default. iterations: 10, the default.
-//  bounding volume     OBBRSS: conservative advancement knows RSS and OBBRSS only; built once in the body's own frame.
+//  scale               (polynomial) millimetres: the tests compare fourth powers of lengths with 1e-5, so that in
+//  metres
+//                      no two edges of a millimetre mesh ever meet.
+//  bounding volume     AABB for the polynomial solver (fcl_bvh.cpp says why); for rigid bodies OBBRSS at the end of the
+//                      tick and RSS for advancement, built once in the body's own frame.
 //  request             unlimited contacts, no contact geometry.
-// What it tells between frames are two bodies and a time, no triangles.
+// For rigid bodies, what it tells between frames are two bodies and a time, no triangles.
 #include <fcl/config.h>
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/math/bv/utility.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/continuous_collision.h>
+#include <fcl/narrowphase/detail/traversal/collision/mesh_collision_traversal_node.h>
+#include <fcl/narrowphase/detail/traversal/collision/mesh_continuous_collision_traversal_node.h>
+#include <fcl/narrowphase/detail/traversal/collision_node.h>
+#include <fcl/narrowphase/detail/traversal/distance/mesh_conservative_advancement_traversal_node.h>
+#include <fcl/narrowphase/detail/traversal/traversal_recurse.h>
 #include <fmt/format.h>
 
 #include <Eigen/SVD>
@@ -38,15 +63,196 @@
 namespace trocar {
 namespace {
 
-using Model = fcl::BVHModel<fcl::OBBRSSd>;
+void check(int code) {
+    if (code != fcl::BVH_OK) throw std::runtime_error(fmt::format("BVH error code {}", code));
+}
 
-class FclContinuous final : public Detector {
+/// One body's triangles and its vertices times `scale` as a tree; null for a body without triangles. Throws.
+template <typename Volume>
+std::unique_ptr<fcl::BVHModel<Volume>> build_model(const Topology& topology, const Frame& frame, const BodyRange& body,
+                                                   double scale) {
+    if (body.triangles.count == 0) return nullptr;
+    std::vector<fcl::Vector3d> points;
+    std::vector<fcl::Triangle> triangles;
+    for (Index v = body.vertices.first; v < body.vertices.end(); ++v) {
+        points.emplace_back(scale * frame.position.col(v));
+    }
+    for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
+        const auto corner = [&](int k) {
+            return static_cast<std::size_t>(topology.triangles(k, t) - body.vertices.first);
+        };
+        triangles.emplace_back(corner(0), corner(1), corner(2));
+    }
+    auto model = std::make_unique<fcl::BVHModel<Volume>>();
+    check(model->beginModel(static_cast<int>(triangles.size()), static_cast<int>(points.size())));
+    check(model->addSubModel(points, triangles));
+    check(model->endModel());
+    model->computeLocalAABB();
+    return model;
+}
+
+/// Continuous tests on the vertices themselves, any motion.
+class FclPolynomial final : public Detector {
+    using Model = fcl::BVHModel<fcl::AABBd>;
+    using DiscreteNode = fcl::detail::MeshCollisionTraversalNode<fcl::AABBd>;
+    using ContinuousNode = fcl::detail::MeshContinuousCollisionTraversalNode<fcl::AABBd>;
+
 public:
-    explicit FclContinuous(const fcl::ContinuousCollisionRequestd& request) : request_(request) {}
+    explicit FclPolynomial(double scale) : scale_(scale) {}
 
     void prepare(const Topology& topology, const Frame& frame) override {
         topology_ = &topology;
         models_.clear();
+        build(frame);
+    }
+
+    void update(const Frame& frame) override {
+        if (!is_answerable(*topology_, frame)) return;
+        if (models_.empty()) build(frame);  // the first frame could not be built from
+        if (!failure_.empty()) return;
+        has_way_ = frame.previous.cols() == frame.position.cols() && is_finite(frame.previous);
+        const Matrix3X& before = has_way_ ? frame.previous : frame.position;
+        try {
+            for (std::size_t body = 0; body < models_.size(); ++body) {
+                if (!models_[body]) continue;
+                const Range v = topology_->bodies[body].vertices;
+                // The model keeps its last frame as the one before; after a jump that is another one.
+                if (last_.middleCols(v.first, v.count) != before.middleCols(v.first, v.count)) {
+                    move(*models_[body], before, v);
+                }
+                move(*models_[body], frame.position, v);
+            }
+            last_ = frame.position;
+        } catch (const std::exception& error) {
+            failure_ = fmt::format("FCL threw during the update: {}", error.what());
+        }
+    }
+
+    void detect(const Frame& frame, ContactSet& contacts) override {
+        contacts.clear();
+        if (!check_frame(*topology_, frame, contacts)) return;
+        try {
+            if (failure_.empty()) query(contacts);
+        } catch (const std::exception& error) {
+            failure_ = fmt::format("FCL threw during the query: {}", error.what());
+        }
+        if (!failure_.empty()) {
+            contacts.clear();
+            contacts.outcome = {OutcomeKind::threw, failure_};
+            failure_.clear();
+            models_.clear();  // built afresh at the next tick
+        }
+    }
+
+private:
+    static bool is_finite(const Matrix3X& positions) { return (positions.array() * 0.0).sum() == 0.0; }
+
+    void build(const Frame& frame) {
+        if (!is_answerable(*topology_, frame)) return;
+        failure_.clear();
+        last_ = frame.position;
+        try {
+            for (const BodyRange& body : topology_->bodies) {
+                models_.push_back(build_model<fcl::AABBd>(*topology_, frame, body, scale_));
+            }
+        } catch (const std::exception& error) {
+            failure_ = fmt::format("FCL threw while building: {}", error.what());
+        }
+    }
+
+    void move(Model& model, const Matrix3X& position, Range vertices) const {
+        check(model.beginUpdateModel());
+        for (Index v = vertices.first; v < vertices.end(); ++v) check(model.updateVertex(scale_ * position.col(v)));
+        check(model.endUpdateModel(true, true));
+    }
+
+    /// Intersecting triangles at one of the two frames that the models hold.
+    void intersecting(Model& first, Model& second, bool at_start, Index a0, Index b0,
+                      std::vector<TrianglePair>& pairs) {
+        result_.clear();
+        DiscreteNode node;
+        fcl::Transform3d here = fcl::Transform3d::Identity();
+        fcl::Transform3d there = here;
+        const fcl::CollisionRequestd all(std::numeric_limits<std::size_t>::max(), false);
+        if (!fcl::detail::initialize(node, first, here, second, there, all, result_)) {
+            throw std::runtime_error("the traversal was refused");
+        }
+        if (at_start) {  // the boxes hold both frames
+            node.vertices1 = first.prev_vertices;
+            node.vertices2 = second.prev_vertices;
+        }
+        fcl::detail::collide(&node);
+        for (std::size_t k = 0; k < result_.numContacts(); ++k) {
+            pairs.push_back(
+                {a0 + static_cast<Index>(result_.getContact(k).b1), b0 + static_cast<Index>(result_.getContact(k).b2)});
+        }
+    }
+
+    void query(ContactSet& contacts) {
+        contacts.work.vertices_read = topology_->vertex_count;
+        met_.clear();
+        for (const auto& [a, b] : topology_->body_pairs) {
+            Model* const first = models_[static_cast<std::size_t>(a)].get();
+            Model* const second = models_[static_cast<std::size_t>(b)].get();
+            if (first == nullptr || second == nullptr) continue;
+            const Index a0 = topology_->bodies[static_cast<std::size_t>(a)].triangles.first;
+            const Index b0 = topology_->bodies[static_cast<std::size_t>(b)].triangles.first;
+            intersecting(*first, *second, false, a0, b0, contacts.pairs);
+            if (!has_way_ || first->prev_vertices == nullptr || second->prev_vertices == nullptr) continue;
+            ContinuousNode node;
+            const fcl::CollisionRequestd all(std::numeric_limits<std::size_t>::max(), false);
+            const fcl::Transform3d here = fcl::Transform3d::Identity();
+            if (!fcl::detail::initialize(node, *first, here, *second, here, all)) {
+                throw std::runtime_error("the continuous traversal was refused");
+            }
+            fcl::detail::collide(&node);
+            if (node.pairs.empty()) continue;
+            intersecting(*first, *second, true, a0, b0, met_);
+            for (const auto& found : node.pairs) {
+                contacts.swept.push_back({.a = a0 + static_cast<Index>(found.id1),
+                                          .b = b0 + static_cast<Index>(found.id2),
+                                          .body_a = a,
+                                          .body_b = b,
+                                          .time = found.collision_time});
+            }
+        }
+        contacts.sort_pairs();
+        // Only what begins on the way counts.
+        const auto less = [](const TrianglePair& x, const TrianglePair& y) {
+            return x.a != y.a ? x.a < y.a : x.b < y.b;
+        };
+        std::sort(met_.begin(), met_.end(), less);
+        std::erase_if(contacts.swept, [&](const SweptContact& contact) {
+            return std::binary_search(met_.begin(), met_.end(), TrianglePair{contact.a, contact.b}, less);
+        });
+        std::sort(contacts.swept.begin(), contacts.swept.end(),
+                  [](const SweptContact& x, const SweptContact& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
+    }
+
+    double scale_;
+    const Topology* topology_ = nullptr;
+    Matrix3X last_;                               ///< 3×N, m: the frame that the models hold
+    std::vector<std::unique_ptr<Model>> models_;  ///< one per body, null for a body without triangles
+    fcl::CollisionResultd result_;
+    std::vector<TrianglePair> met_;  ///< intersecting at the frame before
+    bool has_way_ = false;           ///< the frame tells the one before
+    std::string failure_;
+};
+
+enum class Solver { advancement, conservative, naive };
+
+/// Continuous tests on rigid motions.
+class FclContinuous final : public Detector {
+public:
+    using Model = fcl::BVHModel<fcl::OBBRSSd>;
+    using AdvancementModel = fcl::BVHModel<fcl::RSSd>;
+
+    FclContinuous(Solver solver, const fcl::ContinuousCollisionRequestd& request)
+        : solver_(solver), request_(request) {}
+
+    void prepare(const Topology& topology, const Frame& frame) override {
+        topology_ = &topology;
+        forget();
         build(frame);
     }
 
@@ -87,13 +293,14 @@ public:
             contacts.clear();
             contacts.outcome = {OutcomeKind::threw, failure_};
             failure_.clear();
-            models_.clear();  // built afresh at the next tick
+            forget();  // built afresh at the next tick
         }
     }
 
 private:
-    static void check(int code) {
-        if (code != fcl::BVH_OK) throw std::runtime_error(fmt::format("BVH error code {}", code));
+    void forget() {
+        models_.clear();
+        advancement_models_.clear();
     }
 
     void build(const Frame& frame) {
@@ -105,25 +312,9 @@ private:
         before_ = now_;
         try {
             for (const BodyRange& body : topology_->bodies) {
-                models_.push_back(nullptr);
-                if (body.triangles.count == 0) continue;
-                std::vector<fcl::Vector3d> points;
-                std::vector<fcl::Triangle> triangles;
-                for (Index v = body.vertices.first; v < body.vertices.end(); ++v) {
-                    points.emplace_back(frame.position.col(v));
-                }
-                for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
-                    const auto corner = [&](int k) {
-                        return static_cast<std::size_t>(topology_->triangles(k, t) - body.vertices.first);
-                    };
-                    triangles.emplace_back(corner(0), corner(1), corner(2));
-                }
-                auto model = std::make_unique<Model>();
-                check(model->beginModel(static_cast<int>(triangles.size()), static_cast<int>(points.size())));
-                check(model->addSubModel(points, triangles));
-                check(model->endModel());
-                model->computeLocalAABB();
-                models_.back() = std::move(model);
+                models_.push_back(build_model<fcl::OBBRSSd>(*topology_, frame, body, 1.0));
+                if (solver_ == Solver::naive) continue;
+                advancement_models_.push_back(build_model<fcl::RSSd>(*topology_, frame, body, 1.0));
             }
         } catch (const std::exception& error) {
             failure_ = fmt::format("FCL threw while building: {}", error.what());
@@ -175,22 +366,69 @@ private:
             fcl::CollisionResultd start;
             fcl::collide(models_[first].get(), before_[first], models_[second].get(), before_[second], any, start);
             if (start.isCollision()) continue;
-            fcl::ContinuousCollisionResultd way;
-            fcl::continuousCollide(models_[first].get(), before_[first], now_[first], models_[second].get(),
-                                   before_[second], now_[second], request_, way);
-            if (!way.is_collide) continue;
-            contacts.swept.push_back({.body_a = a, .body_b = b, .time = way.time_of_contact});
+            const double time = first_contact(first, second);
+            if (time >= 0.0) contacts.swept.push_back({.body_a = a, .body_b = b, .time = time});
         }
         contacts.sort_pairs();
     }
 
+    /// Part of the tick at which two bodies apart at its start meet; negative: they do not.
+    double first_contact(std::size_t first, std::size_t second) {
+        if (solver_ == Solver::advancement) return advance(first, second);
+        const fcl::CollisionGeometryd* a = models_[first].get();
+        const fcl::CollisionGeometryd* b = models_[second].get();
+        if (solver_ == Solver::conservative) {
+            a = advancement_models_[first].get();
+            b = advancement_models_[second].get();
+        }
+        fcl::ContinuousCollisionResultd way;
+        fcl::continuousCollide(a, before_[first], now_[first], b, before_[second], now_[second], request_, way);
+        return way.is_collide ? way.time_of_contact : -1.0;
+    }
+
+    /// The loop of the library's conservativeAdvancementMeshOriented, with toc_err for its fixed 1e-5.
+    double advance(std::size_t first, std::size_t second) {
+        const auto motion_a = fcl::getMotionBase<double>(before_[first], now_[first], request_.ccd_motion_type);
+        const auto motion_b = fcl::getMotionBase<double>(before_[second], now_[second], request_.ccd_motion_type);
+        fcl::detail::MeshConservativeAdvancementTraversalNodeRSS<double> node;
+        const AdvancementModel& model_a = *advancement_models_[first];
+        const AdvancementModel& model_b = *advancement_models_[second];
+        const fcl::Transform3d& start_a = before_[first];
+        const fcl::Transform3d& start_b = before_[second];
+        if (!fcl::detail::initialize(node, model_a, start_a, model_b, start_b)) {
+            throw std::runtime_error("the advancement was refused");
+        }
+        node.motion1 = motion_a.get();
+        node.motion2 = motion_b.get();
+        node.t_err = request_.toc_err;
+        while (true) {
+            fcl::Transform3d pose_a;
+            fcl::Transform3d pose_b;
+            motion_a->getCurrentTransform(pose_a);
+            motion_b->getCurrentTransform(pose_b);
+            const fcl::Transform3d relative = pose_a.inverse(Eigen::Isometry) * pose_b;
+            node.R = relative.linear();
+            node.T = relative.translation();
+            node.delta_t = 1.0;
+            node.min_distance = std::numeric_limits<double>::max();
+            fcl::detail::distanceRecurse<double>(&node, 0, 0, nullptr);
+            if (node.delta_t <= node.t_err) return node.toc;
+            node.toc += node.delta_t;
+            if (node.toc > 1.0) return -1.0;
+            motion_a->integrate(node.toc);
+            motion_b->integrate(node.toc);
+        }
+    }
+
+    Solver solver_;
     fcl::ContinuousCollisionRequestd request_;
     const Topology* topology_ = nullptr;
     Matrix3X reference_;                          ///< 3×N, m: the frame that the models were built from
     std::vector<std::unique_ptr<Model>> models_;  ///< one per body, null for a body without triangles
-    std::vector<fcl::Transform3d> now_;           ///< per body, from reference to the frame
-    std::vector<fcl::Transform3d> before_;        ///< per body, from reference to the frame before
-    Index not_rigid_ = -1;                        ///< first body whose motion is not rigid
+    std::vector<std::unique_ptr<AdvancementModel>> advancement_models_;  ///< likewise, unless the solver is naive
+    std::vector<fcl::Transform3d> now_;                                  ///< per body, from reference to the frame
+    std::vector<fcl::Transform3d> before_;  ///< per body, from reference to the frame before
+    Index not_rigid_ = -1;                  ///< first body whose motion is not rigid
     std::string failure_;
 };
 
@@ -203,41 +441,52 @@ DetectorEntry fcl_continuous_detector() {
         .library = "FCL",
         .version = FCL_VERSION,
         .configuration = fmt::format(
-            "double precision; FCL_HAVE_SSE {}; rigid bodies only; continuousCollide on OBBRSS trees, poses "
-            "fitted to the frames",
-            FCL_HAVE_SSE),
+            "double precision; FCL_HAVE_SSE {}; discrete at the end of the tick, continuous over it", FCL_HAVE_SSE),
         .information = InformationLevel::pairs,
         .parameters = {{.name = "solver",
                         .type = Type::choice,
-                        .default_value = "naive",
-                        .choices = {"naive", "conservative"},
-                        .meaning =
-                            "poses at `iterations` + 1 moments (the library's default), or conservative advancement"},
+                        .default_value = "polynomial",
+                        .choices = {"polynomial", "advancement", "conservative", "naive"},
+                        .meaning = "cubic tests of vertices and edges; or for rigid bodies only: advancement on RSS "
+                                   "trees, what continuousCollide does when asked for it, poses at `iterations` "
+                                   "moments"},
                        {.name = "motion",
                         .type = Type::choice,
                         .default_value = "linear",
                         .choices = {"linear", "translation", "screw"},
-                        .meaning = "how a body moves from pose to pose"},
+                        .meaning = "how a rigid body moves from pose to pose; polynomial: vertices move straight"},
                        {.name = "toc_err",
                         .unit = "1",
                         .default_value = "0.0001",
-                        .minimum = 1e-12,
+                        .minimum = 1e-6,
                         .maximum = 1.0,
-                        .meaning = "tolerated error of the time of contact, part of the tick"},
+                        .meaning = "tolerated error of the time of contact, part of the tick; advancement and naive"},
                        {.name = "iterations",
                         .type = Type::integer,
                         .unit = "1",
                         .default_value = "10",
-                        .minimum = 1,
+                        .minimum = 2,
                         .maximum = 1e6,
-                        .meaning = "largest number of iterations of the solver"}},
+                        .meaning = "naive: number of poses, those at start and end included"},
+                       {.name = "scale",
+                        .unit = "1",
+                        .default_value = "1000",
+                        .minimum = 1e-6,
+                        .maximum = 1e9,
+                        .meaning = "polynomial: length units that FCL sees per metre"}},
         .make = [](const ParameterValues& values) -> std::unique_ptr<Detector> {
+            if (values.is("solver", "polynomial")) return std::make_unique<FclPolynomial>(values.number("scale"));
             fcl::CCDMotionType motion = fcl::CCDM_LINEAR;
             if (values.is("motion", "translation")) motion = fcl::CCDM_TRANS;
             if (values.is("motion", "screw")) motion = fcl::CCDM_SCREW;
-            return std::make_unique<FclContinuous>(fcl::ContinuousCollisionRequestd(
-                static_cast<std::size_t>(values.integer("iterations")), values.number("toc_err"), motion,
-                fcl::GST_LIBCCD, values.is("solver", "naive") ? fcl::CCDC_NAIVE : fcl::CCDC_CONSERVATIVE_ADVANCEMENT));
+            Solver solver = Solver::advancement;
+            if (values.is("solver", "conservative")) solver = Solver::conservative;
+            if (values.is("solver", "naive")) solver = Solver::naive;
+            return std::make_unique<FclContinuous>(
+                solver,
+                fcl::ContinuousCollisionRequestd(
+                    static_cast<std::size_t>(values.integer("iterations")), values.number("toc_err"), motion,
+                    fcl::GST_LIBCCD, solver == Solver::naive ? fcl::CCDC_NAIVE : fcl::CCDC_CONSERVATIVE_ADVANCEMENT));
         }};
 }
 

@@ -1,0 +1,123 @@
+// What single adapters promise beyond the contract that all detectors share: that a rival runs in the way in which it
+// answers best. Held against the exact oracles and closed forms; skipped where the library is absent.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <string>
+
+#include "measure/pair_truth.hpp"
+#include "measure/space_time.hpp"
+#include "method/registry.hpp"
+#include "support/shapes.hpp"
+
+namespace trocar::test {
+namespace {
+
+using Settings = std::map<std::string, std::string>;
+
+bool is_here(const std::string& name) {
+    const auto& all = registry().detectors();
+    return std::any_of(all.begin(), all.end(), [&name](const DetectorEntry& entry) { return entry.name == name; });
+}
+
+ContactSet answer(const World& world, const std::string& name, const Settings& settings) {
+    const auto detector = make_detector(name, settings);
+    detector->prepare(world.topology, world.frame);
+    ContactSet contacts;
+    contacts.native_wanted = false;
+    detector->update(world.frame);
+    detector->detect(world.frame, contacts);
+    return contacts;
+}
+
+/// A body's frame before: turned by `angle` and moved by -`by` from where it ends.
+void arriving(World& world, std::size_t body, const Vector3& by, double angle) {
+    const Range range = world.topology.bodies[body].vertices;
+    const Matrix3 back = Eigen::AngleAxisd(-angle, Vector3(0.3, 0.2, 1.0).normalized()).toRotationMatrix();
+    for (Index v = range.first; v < range.end(); ++v) {
+        world.frame.previous.col(v) = back * world.frame.position.col(v) - by;
+    }
+}
+
+/// A ball that falls 0.08 m within the tick, its lowest corner from 0.02 m above a flat sheet.
+World falling_ball() {
+    Shape ball = sphere(0.01, 8).rotate({1.0, 2.0, 0.5}, 0.3);
+    double lowest = 0.0;
+    for (const Vector3& point : ball.vertices) lowest = std::min(lowest, point.z());
+    World world = make_world("falling ball", {{BodyKind::instrument, ball.move({0.003, 0.001, 0.02 - lowest - 0.08})},
+                                              {BodyKind::rigid, sheet(0.08, 8)}});
+    arriving(world, 0, {0.0, 0.0, -0.08}, 0.0);
+    return world;
+}
+
+TEST(FclContinuous, CubicTestsTellEveryPairThatBeginsOnDeformingMeshesToo) {
+    if (!is_here("fcl_continuous")) GTEST_SKIP() << "FCL is absent";
+    World world =
+        make_world("ball through a sheet", {{BodyKind::instrument, sphere(0.01, 8).move({0.003, 0.001, -0.04})},
+                                            {BodyKind::tissue, sheet(0.08, 8).shake(0.0004, 1)}});
+    arriving(world, 0, {0.004, 0.001, -0.09}, 0.2);
+    const Range tissue = world.topology.bodies[1].vertices;
+    for (Index v = tissue.first; v < tissue.end(); ++v) world.frame.previous.col(v) *= 1.0 + 0.01 * (v % 7);
+    SpaceTimeTruth truth(world.topology);
+    ASSERT_TRUE(truth.measure(world.frame));
+    const std::vector<SweptContact>& expected = truth.beginnings();
+    ASSERT_GT(expected.size(), 50U);
+    const ContactSet contacts = answer(world, "fcl_continuous", {});
+    ASSERT_TRUE(contacts.outcome.ok()) << contacts.outcome.message;
+    ASSERT_EQ(contacts.swept.size(), expected.size());
+    for (std::size_t k = 0; k < expected.size(); ++k) {
+        EXPECT_EQ(contacts.swept[k].a, expected[k].a);
+        EXPECT_EQ(contacts.swept[k].b, expected[k].b);
+        EXPECT_NEAR(contacts.swept[k].time, expected[k].time, 1e-6);
+    }
+}
+
+TEST(FclContinuous, ABallMeetsASheetAtTheKnownTime) {
+    if (!is_here("fcl_continuous")) GTEST_SKIP() << "FCL is absent";
+    const World world = falling_ball();
+    // Advancement stops at most toc_err early; ten poses are a ninth of the tick apart and never early.
+    for (const auto& [solver, early, late] : {std::tuple<std::string, double, double>{"polynomial", 1e-6, 1e-6},
+                                              {"advancement", 1e-4, 1e-6},
+                                              {"naive", 0.0, 1.0 / 9.0}}) {
+        const ContactSet contacts = answer(world, "fcl_continuous", {{"solver", solver}});
+        ASSERT_TRUE(contacts.outcome.ok()) << contacts.outcome.message;
+        ASSERT_FALSE(contacts.swept.empty()) << solver;
+        double first = 1.0;
+        for (const SweptContact& contact : contacts.swept) first = std::min(first, contact.time);
+        EXPECT_GE(first, 0.25 - early) << solver;
+        EXPECT_LE(first, 0.25 + late) << solver;
+    }
+}
+
+TEST(FclContinuous, RigidSolversRefuseADeformingBodyAndSayWhich) {
+    if (!is_here("fcl_continuous")) GTEST_SKIP() << "FCL is absent";
+    World world = falling_ball();
+    world.frame.previous(0, world.topology.bodies[1].vertices.first) += 0.001;
+    const ContactSet contacts = answer(world, "fcl_continuous", {{"solver", "advancement"}});
+    EXPECT_EQ(contacts.outcome.kind, OutcomeKind::unsupported);
+    EXPECT_NE(contacts.outcome.message.find(world.topology.bodies[1].name), std::string::npos);
+}
+
+TEST(OdeTrimesh, WithoutMergingNoPairIsLost) {
+    if (!is_here("ode_trimesh")) GTEST_SKIP() << "ODE is absent";
+    for (const World& world :
+         {make_world("fine shaft in a slab",
+                     {{BodyKind::instrument,
+                       shaft(0.004, 0.12, 12, 40).rotate({0.3, 1.0, 0.1}, 0.7).move({-0.03, 0.002, -0.013})},
+                      {BodyKind::tissue, slab(0.1, 0.01, 16).shake(0.0005, 2)}}),
+          make_world("two spheres",
+                     {{BodyKind::tissue, sphere(0.02, 16)},
+                      {BodyKind::rigid, sphere(0.03, 12).rotate({1, 2, 3}, 0.4).move({0.031, 0.007, 0.009})}}),
+          make_world("one triangle in a soup",
+                     {{BodyKind::instrument, triangle({-0.02, 0.001, 0.0}, {0.02, 0.002, 0.001}, {0.0, 0.0, 0.03})},
+                      {BodyKind::tissue, soup(220, 0.006, 0.05, 7)}})}) {
+        std::vector<TrianglePair> expected;
+        true_pairs(world.topology, world.frame, expected);
+        ASSERT_FALSE(expected.empty()) << world.name;
+        EXPECT_EQ(answer(world, "ode_trimesh", {{"merge", "none"}}).pairs, expected) << world.name;
+    }
+}
+
+}  // namespace
+}  // namespace trocar::test
