@@ -52,9 +52,14 @@ Json solution_json(const ReferenceSolution& solution) {
             {"order_time_step", number(solution.order_time_step)},
             {"order_stiffness", number(solution.order_stiffness)},
             {"force_bound", number(solution.force_bound)},
+            {"impulse_bound", number(solution.impulse_bound)},
             {"position_bound", number(solution.position_bound)},
             {"max_strain", number(solution.max_strain)},
-            {"clears_within_strain_limit", solution.clears_within_strain_limit}};
+            {"max_strain_time", number(solution.max_strain_time)},
+            {"final_strain", number(solution.final_strain)},
+            {"strain_range", Json::array({number(solution.strain_range[0]), number(solution.strain_range[1])})},
+            {"clears_within_strain_limit",
+             solution.clears_within_strain_limit ? Json(*solution.clears_within_strain_limit) : Json(nullptr)}};
 }
 
 Reference computed(const Scene& scene, const ReferenceOptions& options) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <vector>
 
 #include "geometry/box_pairs.hpp"
@@ -77,7 +78,9 @@ struct Run {
     std::vector<Matrix3X> place;  ///< all positions at 0, position_interval …
     double residual = 0.0;
     double worst_gap = std::numeric_limits<double>::infinity();
-    double strain = 0.0;
+    double strain = 0.0;       ///< largest edge strain so far
+    double strain_time = 0.0;  ///< s, when that was
+    double final_strain = 0.0;
 };
 
 bool starts_crossed(const Scene& scene) {
@@ -151,12 +154,17 @@ Run run_solver(const Scene& scene, const SolverSettings& settings, Index shown, 
         constexpr double smallest_scale = 0.01;  // N
         run.residual = std::max(run.residual, solver.residual() / std::max(smallest_scale, solver.largest_contact()));
         run.worst_gap = std::min(run.worst_gap, solver.smallest_gap());
-        run.strain = std::max(run.strain, solver.max_strain());
+        run.final_strain = solver.max_strain();
+        if (run.final_strain > run.strain) {
+            run.strain = run.final_strain;
+            run.strain_time = solver.time();
+        }
     }
     return run;
 }
 
-std::vector<Vector3> band_limited(const Run& run, double dt, double until) {
+/// Force at 0, dt, 2 dt … up to `until`, N.
+std::vector<Vector3> sampled(const Run& run, double dt, double until) {
     std::vector<Vector3> samples;
     for (double time = 0.0; time <= until + 1e-9; time += dt) {
         const double x = std::min(time / run.step, static_cast<double>(run.force.size() - 1));
@@ -165,15 +173,33 @@ std::vector<Vector3> band_limited(const Run& run, double dt, double until) {
         const double w = x - static_cast<double>(left);
         samples.emplace_back((1.0 - w) * run.force[left] + w * run.force[right]);
     }
-    return low_pass(samples, dt, force_band_hz);
+    return samples;
+}
+
+std::vector<Vector3> force_between(const Run& a, const Run& b, double dt, double until) {
+    std::vector<Vector3> difference = sampled(a, dt, until);
+    const std::vector<Vector3> second = sampled(b, dt, until);
+    for (std::size_t i = 0; i < difference.size(); ++i) difference[i] -= second[i];
+    return difference;
 }
 
 double force_difference(const Run& a, const Run& b, double dt, double until) {
-    const auto first = band_limited(a, dt, until);
-    const auto second = band_limited(b, dt, until);
     double sum = 0.0;
-    for (std::size_t i = 0; i < first.size(); ++i) sum += (first[i] - second[i]).squaredNorm();
-    return first.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(first.size()));
+    const auto difference = low_pass(force_between(a, b, dt, until), dt, force_band_hz);
+    for (const Vector3& value : difference) sum += value.squaredNorm();
+    return difference.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(difference.size()));
+}
+
+double impulse_difference(const Run& a, const Run& b, double dt, double until) {
+    const auto difference = force_between(a, b, dt, until);
+    const auto window = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(impulse_window / dt)));
+    double worst = 0.0;
+    for (std::size_t first = 0; first + window <= difference.size(); first += window) {
+        Vector3 sum = Vector3::Zero();
+        for (std::size_t i = first; i < first + window; ++i) sum += dt * difference[i];
+        worst = std::max(worst, sum.norm());
+    }
+    return worst;
 }
 
 double position_difference(const Run& a, const Run& b, const std::vector<Index>& points, double until) {
@@ -231,98 +257,251 @@ ReferenceSolution unavailable(std::string reason) {
     return solution;
 }
 
-ReferenceSolution solve_law(const Scene& scene, ReferenceLaw law, const ReferencePlan& plan, double step, double grasp,
-                            const ReferenceProgress& progress) {
-    const double scene_end = scene.dt * static_cast<double>(scene.ticks);
-    const Index shown = shown_body(scene);
-    const bool hard = law == ReferenceLaw::hard;
-    const bool crossed = starts_crossed(scene);
-    const auto run = [&](double step_factor, int coarser) {
+/// Whether contact can move anything: free tissue or an operator's hand.
+bool anything_is_free(const Scene& scene) {
+    for (std::size_t v = 0; v < scene.materials.mass.size(); ++v) {
+        if (scene.materials.mass[v] > 0.0 && scene.materials.pinned[v] == 0) return true;
+    }
+    return std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const SceneBody& body) {
+        return body.motion && body.motion->drive == Drive::simulated_operator;
+    });
+}
+
+/// All runs of one law. A run is named by how often step and stiffness are halved from the plan's; negative = doubled.
+class LawRuns {
+public:
+    using Triple = std::array<const Run*, 3>;  ///< coarse, middle, fine
+
+    LawRuns(const Scene& scene, ReferenceLaw law, const ReferencePlan& plan, double step, double end,
+            const ReferenceProgress& progress)
+        : scene_(scene),
+          plan_(plan),
+          law_(law),
+          step_(step),
+          end_(end),
+          progress_(progress),
+          shown_(shown_body(scene)),
+          crossed_(starts_crossed(scene)) {}
+
+    [[nodiscard]] double step(int halvings) const { return std::ldexp(step_, -halvings); }
+    [[nodiscard]] double rest_gap(int halvings) const { return std::ldexp(plan_.rest_gap, -halvings); }
+    [[nodiscard]] int points(int halvings) const {
+        return std::max(1, static_cast<int>(std::lround(std::ldexp(plan_.foundation_points, halvings))));
+    }
+
+    const Run& get(int step_halvings, int stiffness_halvings) {
+        const auto [found, added] = runs_.try_emplace({step_halvings, stiffness_halvings});
+        if (added) found->second = make(step_halvings, stiffness_halvings);
+        return found->second;
+    }
+    Triple by_step(int finest, int stiffness) {
+        return {&get(finest - 2, stiffness), &get(finest - 1, stiffness), &get(finest, stiffness)};
+    }
+    Triple by_stiffness(int step, int finest) {
+        return {&get(step, finest - 2), &get(step, finest - 1), &get(step, finest)};
+    }
+
+private:
+    Run make(int step_halvings, int stiffness_halvings) const {
         SolverSettings settings;
-        settings.law = law;
-        settings.time_step = step * step_factor;
-        settings.rest_gap = plan.rest_gap * coarser;
-        settings.foundation_points = std::max(1, plan.foundation_points / coarser);
-        if (progress) {
-            progress(fmt::format("{} contact, step {:g} ms, {}", hard ? "hard" : "equal k", settings.time_step * 1e3,
-                                 hard ? fmt::format("rest gap {:g} um", settings.rest_gap * 1e6)
-                                      : fmt::format("{} points on a triangle",
-                                                    settings.foundation_points * settings.foundation_points)));
+        settings.law = law_;
+        settings.time_step = step(step_halvings);
+        settings.rest_gap = rest_gap(stiffness_halvings);
+        settings.foundation_points = points(stiffness_halvings);
+        const bool hard = law_ == ReferenceLaw::hard;
+        if (progress_) {
+            const int n = settings.foundation_points;
+            progress_(fmt::format("{} contact, step {:g} ms, {}", hard ? "hard" : "equal k", settings.time_step * 1e3,
+                                  hard ? fmt::format("rest gap {:g} um", settings.rest_gap * 1e6)
+                                       : fmt::format("{} points on a triangle", n * n)));
         }
-        if (!hard || !crossed) return run_solver(scene, settings, shown, grasp);
+        if (!hard || !crossed_) return run_solver(scene_, settings, shown_, end_);
         Run failed;
-        const std::optional<Scene> ready = led_in(scene, settings.rest_gap, failed.message);
-        return ready ? run_solver(*ready, settings, shown, grasp) : failed;
+        const std::optional<Scene> ready = led_in(scene_, settings.rest_gap, failed.message);
+        return ready ? run_solver(*ready, settings, shown_, end_) : failed;
+    }
+
+    const Scene& scene_;
+    const ReferencePlan& plan_;
+    ReferenceLaw law_;
+    double step_;
+    double end_;
+    const ReferenceProgress& progress_;
+    Index shown_;
+    bool crossed_;
+    std::map<std::pair<int, int>, Run> runs_;
+};
+
+Refinement differences(const LawRuns::Triple& runs, const std::vector<Index>& points, double dt, double until,
+                       double floor) {
+    Refinement result;
+    result.force_floor = floor;
+    for (std::size_t i = 0; i < 2; ++i) {
+        const Run& a = *runs.at(i);
+        const Run& b = *runs.at(i + 1);
+        result.force.at(i) = force_difference(a, b, dt, until);
+        result.impulse.at(i) = impulse_difference(a, b, dt, until);
+        result.position.at(i) = position_difference(a, b, points, until);
+    }
+    return result;
+}
+
+Observed observed_force(const Refinement& refinement) {
+    return observe_order(refinement.force[0], refinement.force[1], refinement.force_floor);
+}
+
+double shortest(const LawRuns::Triple& runs) { return std::min({runs[0]->until, runs[1]->until, runs[2]->until}); }
+
+double force_floor_of(const Run& run, double dt) {
+    double largest = 0.0;
+    for (const Vector3& force : low_pass(sampled(run, dt, run.until), dt, force_band_hz))
+        largest = std::max(largest, force.norm());
+    return std::max(force_floor, relative_floor * largest);
+}
+
+/// Whether hard contact stays within the strain limit, where all these runs know it and agree.
+std::optional<bool> clears(const std::vector<const Run*>& runs, const Scene& scene) {
+    std::optional<bool> answer;
+    const double scene_end = scene.dt * static_cast<double>(scene.ticks);
+    for (const Run* run : runs) {
+        const bool over = scene.has_tissue() && run->strain > scene.materials.strain_limit;
+        const bool to_the_end = run->message.empty() && run->until > scene_end - 2.0 * run->step;
+        if (!over && !to_the_end) return std::nullopt;
+        if (answer && *answer == over) return std::nullopt;
+        answer = !over;
+    }
+    return answer;
+}
+
+ReferenceSolution solve_law(const Scene& scene, ReferenceLaw law, const ReferencePlan& plan, double step, double grasp,
+                            std::string& settings, const ReferenceProgress& progress) {
+    const double scene_end = scene.dt * static_cast<double>(scene.ticks);
+    const bool hard = law == ReferenceLaw::hard;
+    if (!anything_is_free(scene)) {
+        return unavailable(
+            "nothing is free to give way: every vertex is held or follows its script, which alone decides where all "
+            "is");
+    }
+    // A reference that ends early says little about a run: below half of it, it would look like an answer.
+    const double least_until = 0.5 * scene_end;
+    if (grasp < least_until) {
+        return unavailable(
+            fmt::format("jaws close from {:g} s on: what they hold depends on a rule of grasping", grasp));
+    }
+    LawRuns runs(scene, law, plan, step, grasp, progress);
+    const Run& first = runs.get(0, 0);
+    if (first.until < least_until) {
+        ReferenceSolution none = unavailable(first.message);
+        if (hard) {
+            none.clears_within_strain_limit = clears({&first}, scene);
+            none.max_strain = first.strain;
+            none.max_strain_time = first.strain_time;
+        }
+        return none;
+    }
+    const std::vector<Index> points = choose_points(scene, first);
+    const double floor = force_floor_of(first, scene.dt);
+    // Refined until an order shows; what is far below the floor needs none.
+    const auto settled = [&](const LawRuns::Triple& triple) {
+        const double until = shortest(triple);
+        if (until < least_until) return false;
+        const double coarse = force_difference(*triple[0], *triple[1], scene.dt, until);
+        const double fine = force_difference(*triple[1], *triple[2], scene.dt, until);
+        return observe_order(coarse, fine, 0.05 * floor).converges;
     };
-    const Run finest = run(1.0, 1);
-    const bool starts = finest.until >= 0.02 * scene_end;
-    if (!starts) return unavailable(finest.message.empty() ? "jaws close at once" : finest.message);
-    const Run middle = run(2.0, 1);
-    const std::array<Run, 3> by_step{run(4.0, 1), middle, finest};
-    const std::array<Run, 3> by_stiffness{run(2.0, 4), run(2.0, 2), middle};
+    int stiffness = 0;
+    const int most_stiffness = hard ? plan.more_gaps : plan.more_points;
+    while (!settled(runs.by_stiffness(-1, stiffness)) && stiffness < most_stiffness) ++stiffness;
+    int finest = 0;
+    while (!settled(runs.by_step(finest, stiffness)) && finest < plan.more_steps) ++finest;
+    const LawRuns::Triple by_step = runs.by_step(finest, stiffness);
+    const LawRuns::Triple by_stiffness = runs.by_stiffness(-1, stiffness);
+    const Run& best = *by_step[2];
+    settings = hard ? fmt::format("step {:g} ms, rest gap {:g} um", best.step * 1e3, runs.rest_gap(stiffness) * 1e6)
+                    : fmt::format("step {:g} ms, {} points on a triangle", best.step * 1e3,
+                                  runs.points(stiffness) * runs.points(stiffness));
 
     ReferenceSolution solution;
+    solution.time_step = best.step;
+    solution.residual = best.residual;
+    solution.worst_gap = std::isfinite(best.worst_gap) ? best.worst_gap : ReferenceSolution::unset;
+    if (hard) solution.rest_gap = runs.rest_gap(stiffness);
+    solution.max_strain = best.strain;
+    solution.max_strain_time = best.strain_time;
+    solution.final_strain = best.final_strain;
+    std::vector<const Run*> all(by_step.begin(), by_step.end());
+    all.insert(all.end(), by_stiffness.begin(), by_stiffness.end());
+    solution.strain_range = {best.strain, best.strain};
+    for (const Run* run : all) {
+        solution.strain_range[0] = std::min(solution.strain_range[0], run->strain);
+        solution.strain_range[1] = std::max(solution.strain_range[1], run->strain);
+    }
+    if (hard) solution.clears_within_strain_limit = clears(all, scene);
+
     solution.until = grasp;
     solution.reason = grasp < scene_end ? "jaws close: what is held depends on a rule of grasping" : "";
-    for (const auto* runs : {&by_stiffness, &by_step}) {
-        for (const Run& other : *runs) {
-            if (other.message.empty() || other.until >= solution.until) continue;
-            solution.until = other.until;
-            solution.reason = other.message;
-        }
+    for (const Run* run : all) {
+        if (run->message.empty() || run->until >= solution.until) continue;
+        solution.until = run->until;
+        solution.reason = run->message;
     }
     // The low-pass looks ahead by about its period.
     if (solution.until < scene_end) solution.until -= 0.02;
-    const double until = solution.until;
-    // A reference that ends early says little about a run: below half of it, it would look like an answer.
-    if (until < 0.5 * scene_end) return unavailable(solution.reason);
-    solution.points = choose_points(scene, finest);
+    if (solution.until < least_until) return solution;
 
-    double largest = 0.0;
-    for (const Vector3& force : band_limited(finest, scene.dt, until)) largest = std::max(largest, force.norm());
-    const double floor = std::max(force_floor, relative_floor * largest);
-    std::string doubts;
-    const auto observe = [&](const std::array<Run, 3>& runs, const char* what, double& order) {
-        const double coarse = force_difference(runs[0], runs[1], scene.dt, until);
-        const double fine = force_difference(runs[1], runs[2], scene.dt, until);
-        const Observed f = observe_order(coarse, fine, floor);
-        const Observed p = observe_order(position_difference(runs[0], runs[1], solution.points, until),
-                                         position_difference(runs[1], runs[2], solution.points, until), position_floor);
-        order = f.order;
-        solution.force_bound += f.bound;
-        solution.position_bound += p.bound;
-        if (f.converges) return;
-        doubts +=
-            fmt::format("{}the force does not converge when the {} is refined (differences {:.2g} and {:.2g} N RMS)",
-                        doubts.empty() ? "" : "; ", what, coarse, fine);
+    const auto observe = [&](double until) {
+        solution.by_time_step = differences(by_step, points, scene.dt, until, floor);
+        solution.by_stiffness = differences(by_stiffness, points, scene.dt, until, floor);
+        return observed_force(solution.by_time_step).converges && observed_force(solution.by_stiffness).converges;
     };
-    solution.force_bound = 0.0;
-    solution.position_bound = 0.0;
-    observe(by_step, "step", solution.order_time_step);
-    observe(by_stiffness, hard ? "rest gap" : "sampling", solution.order_stiffness);
-    solution.time_step = step;
-    solution.residual = finest.residual;
-    solution.worst_gap = std::isfinite(finest.worst_gap) ? finest.worst_gap : ReferenceSolution::unset;
-    if (hard) solution.rest_gap = plan.rest_gap;
-    solution.max_strain = finest.strain;
-    solution.clears_within_strain_limit =
-        hard && finest.message.empty() && (!scene.has_tissue() || finest.strain <= scene.materials.strain_limit);
-    if (!doubts.empty()) {
-        solution.reason = doubts;
-        solution.force.resize(3, 0);
-        solution.points.clear();
-        return solution;
+    bool converges = observe(solution.until);
+    if (!converges) {
+        const auto doubt = [](const Refinement& refinement, const char* what) {
+            if (observed_force(refinement).converges) return std::string();
+            return fmt::format(
+                "the force does not converge when the {} is refined (differences {:.2g} and {:.2g} N RMS)", what,
+                refinement.force[0], refinement.force[1]);
+        };
+        const std::string by_step_doubt = doubt(solution.by_time_step, "step");
+        const std::string by_stiffness_doubt = doubt(solution.by_stiffness, hard ? "rest gap" : "sampling");
+        const bool both = !by_step_doubt.empty() && !by_stiffness_doubt.empty();
+        const std::string doubts = by_step_doubt + (both ? "; " : "") + by_stiffness_doubt;
+        // Refined runs go the same way until something happens, such as a corner that slips off an edge, of which the
+        // moment is not determined: up to there they agree.
+        const double whole = solution.until;
+        constexpr double shorter = 0.02;  // s
+        for (double until = whole - shorter; !converges && until >= least_until; until -= shorter) {
+            converges = observe(until);
+            if (converges) solution.until = until;
+        }
+        if (!converges) observe(whole);
+        solution.reason = converges ? "beyond it, " + doubts : doubts;
     }
+    solution.order_time_step = observed_force(solution.by_time_step).order;
+    solution.order_stiffness = observed_force(solution.by_stiffness).order;
+    solution.force_bound = 0.0;
+    solution.impulse_bound = 0.0;
+    solution.position_bound = 0.0;
+    for (const Refinement* refinement : {&solution.by_time_step, &solution.by_stiffness}) {
+        solution.force_bound += observed_force(*refinement).bound;
+        solution.impulse_bound +=
+            observe_order(refinement->impulse[0], refinement->impulse[1], floor * impulse_window).bound;
+        solution.position_bound +=
+            observe_order(refinement->position[0], refinement->position[1], position_floor).bound;
+    }
+    if (!converges) return solution;
+
     solution.available = true;
-    const auto every = std::max<std::int64_t>(1, std::lround(0.002 / step));
-    solution.sample_interval = step * static_cast<double>(every);
+    solution.points = points;
+    const auto every = std::max<std::int64_t>(1, std::lround(0.002 / best.step));
+    solution.sample_interval = best.step * static_cast<double>(every);
     std::vector<Vector3> samples;
-    for (std::size_t i = 0; i < finest.force.size(); i += static_cast<std::size_t>(every))
-        samples.push_back(finest.force[i]);
+    for (std::size_t i = 0; i < best.force.size(); i += static_cast<std::size_t>(every))
+        samples.push_back(best.force[i]);
     solution.force.resize(3, static_cast<Eigen::Index>(samples.size()));
     for (std::size_t i = 0; i < samples.size(); ++i) solution.force.col(static_cast<Eigen::Index>(i)) = samples[i];
     solution.position_interval = position_interval;
-    for (const Matrix3X& place : finest.place) {
+    for (const Matrix3X& place : best.place) {
         Matrix3X chosen(3, static_cast<Eigen::Index>(solution.points.size()));
         for (std::size_t i = 0; i < solution.points.size(); ++i) {
             chosen.col(static_cast<Eigen::Index>(i)) = place.col(solution.points[i]);
@@ -352,19 +531,19 @@ Reference build_reference(const Scene& scene, const ReferencePlan& plan, const R
     reference.scene = scene.name;
     reference.scene_hash = fmt::format("{:016x}", scene.hash);
     const double step = step_of(scene, plan);
-    reference.origin["settings"] = fmt::format(
-        "BDF2, step {0:g} ms (also {1:g} and {2:g}); hard: rest gap {3:g} um (also {4:g} and {5:g}); equal k: {6} "
-        "points on a triangle (also {7} and {8}); Newton to 1e-6 of the largest contact",
-        step * 1e3, step * 2e3, step * 4e3, plan.rest_gap * 1e6, plan.rest_gap * 2e6, plan.rest_gap * 4e6,
-        plan.foundation_points * plan.foundation_points, plan.foundation_points * plan.foundation_points / 4,
-        std::max(1, plan.foundation_points * plan.foundation_points / 16));
     reference.origin["seed"] = fmt::format("{} (no chance is involved)", scene.seed);
     if (starts_crossed(scene)) {
         reference.origin["start"] = "hard: led in from the end of the script in equilibrium, then still";
     }
     const double grasp = time_of_grasp(scene);
-    reference.hard = solve_law(scene, ReferenceLaw::hard, plan, step, grasp, progress);
-    reference.equal_k = solve_law(scene, ReferenceLaw::foundation, plan, step, grasp, progress);
+    std::string hard = "none";
+    std::string equal_k = "none";
+    reference.hard = solve_law(scene, ReferenceLaw::hard, plan, step, grasp, hard, progress);
+    reference.equal_k = solve_law(scene, ReferenceLaw::foundation, plan, step, grasp, equal_k, progress);
+    reference.origin["settings"] = fmt::format(
+        "BDF2, begun and taken up after every key of the script by backward Euler; Newton to 1e-6 of the largest "
+        "contact; hard: {}; equal k: {}",
+        hard, equal_k);
     return reference;
 }
 

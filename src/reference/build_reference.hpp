@@ -1,5 +1,6 @@
-// Makes the reference of a scene: five runs of the implicit solver for each law of contact, in which the step and the
-// stiffness of contact are refined one at a time, and what they tell about how far the finest one can be trusted.
+// Makes the reference of a scene: five or more runs of the implicit solver for each law of contact, in which the step
+// and the stiffness of contact are refined one at a time, and what they tell about how far the finest one can be
+// trusted.
 #pragma once
 
 #include <functional>
@@ -12,18 +13,23 @@
 namespace trocar {
 
 struct ReferencePlan {
-    /// Finest step, s; absent: 2 ms, or 1 ms where a scripted vertex moves more than 0.25 mm in 2 ms.
+    /// Step, s; absent: 2 ms, or 1 ms where a scripted vertex moves more than 0.25 mm in 2 ms.
     std::optional<double> time_step;
-    double rest_gap = 1e-5;     ///< m, finest, hard
-    int foundation_points = 4;  ///< finest, equal k
+    double rest_gap = 1e-5;     ///< m, hard
+    int foundation_points = 4;  ///< along a triangle's edge, equal k
+    // How often each may be halved further where no order shows yet.
+    int more_steps = 2;
+    int more_gaps = 1;
+    int more_points = 1;
 };
 
 /// Told before every run: what it is.
 using ReferenceProgress = std::function<void(const std::string&)>;
 
-/// Runs: steps h, 2h, 4h with the finest stiffness (rest gap g; n points along a triangle's edge), and step 2h with
-/// rest gaps 2g and 4g (n/2 and n/4 points). The solution stored is the one of step h with the finest stiffness. Origin
-/// holds the settings; the caller adds commit and command.
+/// Runs: with the step h and stiffness (rest gap g, or n points along a triangle's edge) of the plan: rest gaps 4g, 2g
+/// and g at step 2h, steps 4h, 2h and h at the finest gap; each is halved further, as often as the plan allows, until
+/// the force shows an order. The solution stored is the one of the finest step and stiffness, up to the moment until
+/// which both refinements converge. Origin holds the settings; the caller adds commit and command.
 Reference build_reference(const Scene& scene, const ReferencePlan& plan, const ReferenceProgress& progress = {});
 
 /// A law's observed order from three refinements and the bound on what is left: `coarse` and `fine` are the

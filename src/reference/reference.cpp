@@ -40,22 +40,42 @@ std::string columns_text(const Matrix3X& columns, double grain) {
     return text + "]";
 }
 
+/// Every number of a solution and its key.
+std::vector<std::pair<const char*, double ReferenceSolution::*>> numbers() {
+    return {{"until", &ReferenceSolution::until},
+            {"time_step", &ReferenceSolution::time_step},
+            {"residual", &ReferenceSolution::residual},
+            {"worst_gap", &ReferenceSolution::worst_gap},
+            {"rest_gap", &ReferenceSolution::rest_gap},
+            {"order_time_step", &ReferenceSolution::order_time_step},
+            {"order_stiffness", &ReferenceSolution::order_stiffness},
+            {"force_bound", &ReferenceSolution::force_bound},
+            {"impulse_bound", &ReferenceSolution::impulse_bound},
+            {"position_bound", &ReferenceSolution::position_bound},
+            {"max_strain", &ReferenceSolution::max_strain},
+            {"max_strain_time", &ReferenceSolution::max_strain_time},
+            {"final_strain", &ReferenceSolution::final_strain},
+            {"sample_interval", &ReferenceSolution::sample_interval},
+            {"position_interval", &ReferenceSolution::position_interval}};
+}
+
+Json pair_json(const std::array<double, 2>& pair) { return Json::array({number(pair[0]), number(pair[1])}); }
+
+Json refinement_json(const Refinement& refinement) {
+    return {{"force", pair_json(refinement.force)},
+            {"impulse", pair_json(refinement.impulse)},
+            {"position", pair_json(refinement.position)},
+            {"force_floor", number(refinement.force_floor)}};
+}
+
 std::string solution_text(const ReferenceSolution& solution) {
     Json head{{"available", solution.available}, {"reason", solution.reason}};
-    const std::pair<const char*, double> numbers[] = {{"until", solution.until},
-                                                      {"time_step", solution.time_step},
-                                                      {"residual", solution.residual},
-                                                      {"worst_gap", solution.worst_gap},
-                                                      {"rest_gap", solution.rest_gap},
-                                                      {"order_time_step", solution.order_time_step},
-                                                      {"order_stiffness", solution.order_stiffness},
-                                                      {"force_bound", solution.force_bound},
-                                                      {"position_bound", solution.position_bound},
-                                                      {"max_strain", solution.max_strain},
-                                                      {"sample_interval", solution.sample_interval},
-                                                      {"position_interval", solution.position_interval}};
-    for (const auto& [key, value] : numbers) head[key] = number(value);
-    head["clears_within_strain_limit"] = solution.clears_within_strain_limit;
+    for (const auto& [key, member] : numbers()) head[key] = number(solution.*member);
+    head["strain_range"] = pair_json(solution.strain_range);
+    head["clears_within_strain_limit"] =
+        solution.clears_within_strain_limit ? Json(*solution.clears_within_strain_limit) : Json(nullptr);
+    head["by_time_step"] = refinement_json(solution.by_time_step);
+    head["by_stiffness"] = refinement_json(solution.by_stiffness);
     head["points"] = solution.points;
     std::string text = head.dump();
     text.pop_back();
@@ -93,6 +113,27 @@ public:
         if (!at(key).is_boolean()) fail(key, "true or false", at(key).type_name());
         return at(key).get<bool>();
     }
+    [[nodiscard]] std::optional<bool> flag_if_known(const char* key) const {
+        return at(key).is_null() ? std::nullopt : std::optional(flag(key));
+    }
+    /// Two numbers or nulls.
+    void read_pair(const char* key, std::array<double, 2>& target) const {
+        const Json& list = at(key);
+        if (!list.is_array() || list.size() != 2) fail(key, "two numbers", list.dump());
+        for (std::size_t i = 0; i < 2; ++i) {
+            if (!list[i].is_null() && !list[i].is_number()) fail(key, "two numbers", list.dump());
+            target.at(i) = list[i].is_null() ? ReferenceSolution::unset : list[i].get<double>();
+        }
+    }
+    [[nodiscard]] Refinement refinement(const char* key) const {
+        const Reader reader(at(key), file_, pointer_ + "/" + key);
+        Refinement read;
+        reader.read_pair("force", read.force);
+        reader.read_pair("impulse", read.impulse);
+        reader.read_pair("position", read.position);
+        read.force_floor = reader.number("force_floor");
+        return read;
+    }
     [[nodiscard]] Matrix3X columns(const Json& list, const char* key) const {
         if (!list.is_array()) fail(key, "a list of points", list.type_name());
         Matrix3X result(3, static_cast<Eigen::Index>(list.size()));
@@ -120,22 +161,11 @@ ReferenceSolution solution_from(const Json& json, const std::string& file, const
     ReferenceSolution solution;
     solution.available = reader.flag("available");
     solution.reason = reader.text("reason");
-    for (const auto& [key, target] :
-         std::initializer_list<std::pair<const char*, double*>>{{"until", &solution.until},
-                                                                {"time_step", &solution.time_step},
-                                                                {"residual", &solution.residual},
-                                                                {"worst_gap", &solution.worst_gap},
-                                                                {"rest_gap", &solution.rest_gap},
-                                                                {"order_time_step", &solution.order_time_step},
-                                                                {"order_stiffness", &solution.order_stiffness},
-                                                                {"force_bound", &solution.force_bound},
-                                                                {"position_bound", &solution.position_bound},
-                                                                {"max_strain", &solution.max_strain},
-                                                                {"sample_interval", &solution.sample_interval},
-                                                                {"position_interval", &solution.position_interval}}) {
-        *target = reader.number(key);
-    }
-    solution.clears_within_strain_limit = reader.flag("clears_within_strain_limit");
+    for (const auto& [key, member] : numbers()) solution.*member = reader.number(key);
+    reader.read_pair("strain_range", solution.strain_range);
+    solution.clears_within_strain_limit = reader.flag_if_known("clears_within_strain_limit");
+    solution.by_time_step = reader.refinement("by_time_step");
+    solution.by_stiffness = reader.refinement("by_stiffness");
     for (const Json& point : reader.at("points")) {
         if (!point.is_number_integer() || point.get<std::int64_t>() < 0)
             reader.fail("points", "numbers >= 0", "another");
@@ -165,16 +195,28 @@ std::pair<Eigen::Index, double> place_between(double time, double interval, Eige
     return {left, count > 1 ? x - static_cast<double>(left) : 0.0};
 }
 
+std::string clearing_text(const ReferenceSolution& solution) {
+    if (!solution.clears_within_strain_limit) return "";
+    if (*solution.clears_within_strain_limit) {
+        return fmt::format("; clears within the strain limit (largest edge strain {:.2f})", solution.max_strain);
+    }
+    return fmt::format("; does not clear within the strain limit (edge strain {:.2f} at {:.2f} s)", solution.max_strain,
+                       solution.max_strain_time);
+}
+
 std::string law_text(const ReferenceSolution& solution) {
-    if (!solution.available) return "no reference (" + solution.reason + ")";
-    const auto order = [](double value) {
-        return std::isfinite(value) ? fmt::format("{:.1f}", value)
-                                    : std::string("n/a (differences below the floor, told in the bound)");
+    if (!solution.available) return "no reference (" + solution.reason + ")" + clearing_text(solution);
+    const auto order = [](double value, const Refinement& refinement) {
+        if (std::isfinite(value)) return fmt::format("{:.1f}", value);
+        return fmt::format("n/a (last differences {:.1g} and {:.1g} N, counted as none up to {:.1g} N)",
+                           refinement.force[0], refinement.force[1], refinement.force_floor);
     };
     return fmt::format(
-        "order in step {}, in stiffness {}; residual {:.1e}; bound {:.2g} N RMS{}", order(solution.order_time_step),
-        order(solution.order_stiffness), solution.residual, solution.force_bound,
-        solution.reason.empty() ? "" : fmt::format("; up to {:g} s: {}", solution.until, solution.reason));
+        "order in step {}, in stiffness {}; residual {:.1e}; bound {:.2g} N RMS{}{}",
+        order(solution.order_time_step, solution.by_time_step), order(solution.order_stiffness, solution.by_stiffness),
+        solution.residual, solution.force_bound,
+        solution.reason.empty() ? "" : fmt::format("; up to {:g} s: {}", solution.until, solution.reason),
+        clearing_text(solution));
 }
 
 }  // namespace
@@ -288,7 +330,7 @@ ReferenceComparison::ReferenceComparison(const FoundReference& found, double dt)
     const Reference& reference = *found.reference;
     if (reference.equal_k.available) laws_[0].solution = &reference.equal_k;
     if (reference.hard.available) laws_[1].solution = &reference.hard;
-    if (reference.hard.available) clears_ = reference.hard.clears_within_strain_limit ? 1.0 : 0.0;
+    if (const auto& clears = reference.hard.clears_within_strain_limit) clears_ = *clears ? 1.0 : 0.0;
 }
 
 void ReferenceComparison::observe(double time, const Vector3& tool_force, const Matrix3X& position) {

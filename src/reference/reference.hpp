@@ -8,7 +8,9 @@
 //   difference position_error_rms_equal_k, position_error_worst_equal_k  m, of the stored tissue vertices or operators
 //   force_bound_equal_k                                       N, how far the reference itself may be off
 // the same six with _hard in place of _equal_k, and
-//   reference_clears_hard                                     1 the hard reference stays within the strain limit, 0 not
+//   reference_clears_hard                                     1 the hard reference stays within the strain limit, 0
+//   not;
+//                                                             known also for scenes whose force has no reference
 #pragma once
 
 #include <array>
@@ -24,6 +26,16 @@
 
 namespace trocar {
 
+/// What one refinement changed: the differences between its three finest runs, first the two coarser ones, then the two
+/// finer ones, and what counts as none.
+struct Refinement {
+    static constexpr double unset = std::numeric_limits<double>::quiet_NaN();
+    std::array<double, 2> force{unset, unset};     ///< N, RMS below 30 Hz
+    std::array<double, 2> impulse{unset, unset};   ///< N s, largest per 10 ms
+    std::array<double, 2> position{unset, unset};  ///< m, largest of the stored points
+    double force_floor = unset;                    ///< N: differences of force up to this count as none
+};
+
 /// One solved law of contact: hard, or an elastic foundation of the scene's stiffness.
 struct ReferenceSolution {
     static constexpr double unset = std::numeric_limits<double>::quiet_NaN();
@@ -38,12 +50,19 @@ struct ReferenceSolution {
     /// where the differences do not shrink.
     double order_time_step = unset;
     double order_stiffness = unset;
-    double force_bound = unset;     ///< N, RMS below 30 Hz: what is left by both refinements together
-    double position_bound = unset;  ///< m, largest
-    double max_strain = unset;      ///< largest edge strain over the run
-    /// Hard: no gap closes and no edge is longer than the strain limit allows, at any time.
-    bool clears_within_strain_limit = false;
-    double sample_interval = unset;    ///< s
+    Refinement by_time_step;
+    Refinement by_stiffness;
+    double force_bound = unset;      ///< N, RMS below 30 Hz: what is left by both refinements together
+    double impulse_bound = unset;    ///< N s, largest per 10 ms
+    double position_bound = unset;   ///< m, largest
+    double max_strain = unset;       ///< largest edge strain over the run
+    double max_strain_time = unset;  ///< s, when that was
+    double final_strain = unset;     ///< largest edge strain at the end of the run
+    /// Hard: no gap closes and no edge is longer than the strain limit allows, at any time. Known also where the force
+    /// has no reference: whenever the run came to the end of the scene or over the limit, and all refinements agree.
+    std::optional<bool> clears_within_strain_limit;
+    std::array<double, 2> strain_range{unset, unset};  ///< least and largest of max_strain over all refinements
+    double sample_interval = unset;                    ///< s
     Matrix3X force;                    ///< 3×S, N, on the shown body at times 0, interval, 2 interval …
     double position_interval = unset;  ///< s
     std::vector<Index> points;         ///< vertices whose places are stored

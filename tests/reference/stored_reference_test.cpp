@@ -74,6 +74,7 @@ Reference ramp() {
     reference.origin["seed"] = "1";
     ReferenceSolution& hard = reference.hard;
     hard.available = true;
+    hard.clears_within_strain_limit = false;
     hard.until = 0.2;
     hard.sample_interval = 0.1;
     hard.position_interval = 0.1;
