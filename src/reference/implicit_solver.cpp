@@ -67,7 +67,6 @@ public:
         if (dirty_) build();
         std::fill_n(matrix_.valuePtr(), matrix_.nonZeros(), 0.0);
     }
-    [[nodiscard]] bool pattern_changed() const { return dirty_; }
     /// Adds `block` at (a, b); only the lower triangle is kept, so of two different nodes it is called once.
     void add(Index a, Index b, const Matrix3& block) {
         const Index column = std::min(a, b);
@@ -83,17 +82,44 @@ public:
         for (int c = 0; c < 3; ++c) matrix_.valuePtr()[matrix_.outerIndexPtr()[3 * node + c + 1] - 1] += row[c];
     }
     void add_last(double value) { matrix_.valuePtr()[matrix_.nonZeros() - 1] += value; }
-    /// Solves; false when the matrix is not positive definite.
+    /// Solves; false when the matrix is not positive definite. Neighbouring steps have similar matrices: conjugate
+    /// gradients with the last factors come first, new factors where those do not fit any more.
     bool solve(const Eigen::VectorXd& right_side, Eigen::VectorXd& solution) {
+        if (factors_ && solve_by_gradients(right_side, solution)) return true;
         if (!analyzed_) solver_.analyzePattern(matrix_);
         analyzed_ = true;
         solver_.factorize(matrix_);
-        if (solver_.info() != Eigen::Success || !(solver_.vectorD().minCoeff() > 0.0)) return false;
+        factors_ = solver_.info() == Eigen::Success && solver_.vectorD().minCoeff() > 0.0;
+        if (!factors_) return false;
         solution = solver_.solve(right_side);
         return solution.allFinite();
     }
 
 private:
+    bool solve_by_gradients(const Eigen::VectorXd& right_side, Eigen::VectorXd& solution) {
+        constexpr int most_gradients = 16;  // about the time of new factors
+        constexpr double forcing = 1e-4;    // relative, in the norm of the factors' inverse
+        solution.setZero(right_side.size());
+        rest_ = right_side;
+        conditioned_ = solver_.solve(rest_);
+        along_ = conditioned_;
+        double square = rest_.dot(conditioned_);
+        const double enough = forcing * forcing * square;
+        for (int i = 0; i < most_gradients; ++i) {
+            image_.noalias() = matrix_.selfadjointView<Eigen::Lower>() * along_;
+            const double curvature = along_.dot(image_);
+            if (!(curvature > 0.0) || !std::isfinite(curvature)) return false;
+            const double length = square / curvature;
+            solution += length * along_;
+            rest_ -= length * image_;
+            conditioned_ = solver_.solve(rest_);
+            const double next = rest_.dot(conditioned_);
+            if (next <= enough) return solution.allFinite();
+            along_ = conditioned_ + next / square * along_;
+            square = next;
+        }
+        return false;
+    }
     void build() {
         const auto nodes = static_cast<Index>(rows_.size());
         const Index size = 3 * nodes + 1;
@@ -119,8 +145,10 @@ private:
     std::vector<std::vector<Index>> rows_;  ///< per node: nodes >= it that it is coupled with, ascending
     Eigen::SparseMatrix<double> matrix_;
     Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> solver_;
+    Eigen::VectorXd rest_, conditioned_, along_, image_;
     bool dirty_ = true;
     bool analyzed_ = false;
+    bool factors_ = false;  ///< solver_ holds factors of some earlier matrix
 };
 
 /// A contact's part in potential, gradient and stiffness: energy e(d) of a scalar d with ∂d/∂x_i = gradient_i.

@@ -41,6 +41,7 @@ public:
     [[nodiscard]] Vector3 placed(const Vector3& v) const { return rotation_ * v + shift_; }
     [[nodiscard]] Json placed(const std::vector<Vector3>& vectors) const {
         std::vector<Vector3> result;
+        result.reserve(vectors.size());
         for (const Vector3& v : vectors) result.push_back(placed(v));
         return list(result);
     }
@@ -110,6 +111,7 @@ Json instrument_corner_in_tissue(Draw& draw) {  // 3.6, with the sign of 3.4 and
     std::vector<double> springs;
     double mean = 0.0;
     const int count = 3 + static_cast<int>(draw.between(0, 4));
+    springs.reserve(static_cast<std::size_t>(count));
     for (int i = 0; i < count; ++i) springs.push_back(draw.magnitude(50, 500));
     for (const double k : springs) mean += k / count;
     const double mu = draw.between(0, 3);
