@@ -1,4 +1,5 @@
-// `trocar reference`: makes the stored reference of scenes anew, or checks whether it still belongs to them.
+// `trocar reference`: makes the stored references of scenes, except where this very program has made them already, or
+// checks whether they still belong to them.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -81,6 +82,27 @@ Reference declared_absent(const Scene& scene, const std::string& reason) {
     return made;
 }
 
+/// Whether the stored reference was made from this state of the scene by this very program, built from a clean commit.
+bool made_by_this_program(const std::filesystem::path& scene_file, const Scene& scene, const std::string& command) {
+    std::error_code error;
+    if (!std::filesystem::exists(reference_file(scene_file), error)) return false;
+    FoundReference found;
+    try {
+        found = find_reference(scene);
+    } catch (const InputError&) {
+        return false;  // a broken one is made anew like a missing one
+    }
+    if (!found.reference) return false;
+    const auto& origin = found.reference->origin;
+    const auto same = [&](const char* key, const std::string& value) {
+        const auto stored = origin.find(key);
+        return stored != origin.end() && stored->second == value;
+    };
+    const auto here = environment();
+    return same("command", command) && same("dirty", "no") && here.at("dirty") == "no" &&
+           same("commit", here.at("commit")) && same("compiler", here.at("compiler"));
+}
+
 }  // namespace
 
 int reference(const CommonOptions& common, const ReferenceOptions& options) {
@@ -95,16 +117,16 @@ int reference(const CommonOptions& common, const ReferenceOptions& options) {
             continue;
         }
         const Scene scene = read_scene(file, common.data);
-        if (!options.check) {
+        std::string command = fmt::format("trocar reference {}", file.filename().string());
+        if (options.time_step_ms) command += fmt::format(" --step {:g}", *options.time_step_ms);
+        if (!options.without.empty()) command += " --without";
+        // An interrupted row of scenes goes on where it was.
+        if (!options.check && !made_by_this_program(file, scene, command)) {
             Reference made =
                 options.without.empty() ? computed(scene, options) : declared_absent(scene, options.without);
             const auto origin = environment();
             for (const char* key : {"commit", "dirty", "version", "compiler"}) made.origin[key] = origin.at(key);
-            made.origin["command"] = fmt::format("trocar reference {}", file.filename().string());
-            if (options.time_step_ms) {
-                made.origin["command"] += fmt::format(" --step {:g}", *options.time_step_ms);
-            }
-            if (!options.without.empty()) made.origin["command"] += " --without";
+            made.origin["command"] = command;
             write_whole(reference_file(file), to_json(made));
         }
         const FoundReference found = find_reference(scene);

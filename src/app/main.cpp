@@ -134,8 +134,10 @@ int main(int argc, char** argv) {
     line.on(sub, respond_options, respond);
 
     ReferenceOptions reference_options;
-    sub = line.add("reference", "Make the stored references of scenes anew (minutes each), or check them",
-                   "trocar reference scenes/i2t_poke.json scenes/i2t_drag.json");
+    sub = line.add(
+        "reference",
+        "Make the stored references of scenes (minutes each; those this program has made are kept), or check them",
+        "trocar reference scenes/i2t_poke.json scenes/i2t_drag.json");
     sub->add_option("scenes", reference_options.scenes, "Scene files (JSON); written to reference/ beside them")
         ->required();
     sub->add_flag("--check", reference_options.check, "Make nothing; status 1 when one is missing or stale");

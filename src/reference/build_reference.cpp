@@ -383,11 +383,7 @@ ReferenceSolution solve_law(const Scene& scene, ReferenceLaw law, const Referenc
             "is");
     }
     // A reference that ends early says little about a run: below half of it, it would look like an answer.
-    const double least_until = 0.5 * scene_end;
-    if (grasp < least_until) {
-        return unavailable(
-            fmt::format("jaws close from {:g} s on: what they hold depends on a rule of grasping", grasp));
-    }
+    const double least_until = 0.5 * grasp;
     LawRuns runs(scene, law, plan, step, grasp, progress);
     const Run& first = runs.get(0, 0);
     if (first.until < least_until) {
@@ -398,6 +394,13 @@ ReferenceSolution solve_law(const Scene& scene, ReferenceLaw law, const Referenc
             none.max_strain_time = first.strain_time;
         }
         return none;
+    }
+    if (grasp < scene_end && std::all_of(first.force.begin(), first.force.end(),
+                                         [](const Vector3& force) { return force.norm() < force_floor; })) {
+        return unavailable(
+            fmt::format("before the jaws begin to close at {:g} s nothing touches; what they hold then depends on a "
+                        "rule of grasping",
+                        grasp));
     }
     const std::vector<Index> points = choose_points(scene, first);
     const double floor = force_floor_of(first, scene.dt);
@@ -439,7 +442,7 @@ ReferenceSolution solve_law(const Scene& scene, ReferenceLaw law, const Referenc
     if (hard) solution.clears_within_strain_limit = clears(all, scene);
 
     solution.until = grasp;
-    solution.reason = grasp < scene_end ? "jaws close: what is held depends on a rule of grasping" : "";
+    solution.reason = grasp < scene_end ? "then jaws close, and what they hold depends on a rule of grasping" : "";
     for (const Run* run : all) {
         if (run->message.empty() || run->until >= solution.until) continue;
         solution.until = run->until;
