@@ -24,6 +24,7 @@ constexpr double mu_default = 2.0;     ///< N s/m
 constexpr double typical_contact = 0.05;
 constexpr double tolerance = 1e-6;  ///< relative to the largest contact force, at least to the typical one
 constexpr int most_iterations = 400;
+constexpr int patience = 100;  ///< iterations after which a hundredfold residual is taken
 /// Weight with which a step is held to the end of the script's path, J: 1e6 times the work of a contact over a step.
 constexpr double path_weight = 1e3;
 
@@ -905,11 +906,14 @@ struct ImplicitSolver::State {
                 }
             }
             const double slope = gradient.dot(direction);
+            const bool close = last_residual <= 100.0 * allowed && 1.0 - progress <= 1e-3;
             if (!line_search(value, slope, part)) {
                 // Rounding hides what is left to gain: as good as it gets.
-                if (last_residual <= 100.0 * allowed && 1.0 - progress <= 1e-3) return true;
+                if (close) return true;
                 return fail(fmt::format("no descent at a residual of {:.2e} N", last_residual));
             }
+            // On a ridge, such as a point on a corner, it creeps for ever: the balance there is one all the same.
+            if (close && iteration >= patience) return true;
         }
         return fail(fmt::format("no convergence within {} iterations, residual {:.2e} N, script at {:.3f} of its step",
                                 most_iterations, last_residual, progress));

@@ -342,6 +342,115 @@ TEST(ImplicitSolver, NoStabGoesThroughAHardSheet) {
     EXPECT_GT(solver.smallest_gap(), 0.0);
 }
 
+/// Springs stretched and moving vertices of the disc, J; `rate` may be empty.
+double energy_of(const Scene& scene, const Matrix3X& position, const Matrix3X& rate) {
+    double energy = 0.0;
+    for (const Spring& spring : scene.materials.springs) {
+        const double stretch = (position.col(spring.j) - position.col(spring.i)).norm() - spring.rest;
+        energy += 0.5 * spring.k * stretch * stretch + spring.preload * stretch;
+    }
+    for (Eigen::Index v = 0; v < rate.cols(); ++v) {
+        const auto i = static_cast<std::size_t>(v);
+        if (scene.materials.pinned[i] == 0) energy += 0.5 * scene.materials.mass[i] * rate.col(v).squaredNorm();
+    }
+    return energy;
+}
+
+TEST(ImplicitSolver, WorkOfASlowPressIsTheEnergyStoredAndComesBack) {
+    Scene scene = needle_over_disc(0.2, 0.004, 0.1);
+    MotionKey back = scene.bodies[0].motion->keys.front();
+    back.time = 0.2;
+    scene.bodies[0].motion->keys.push_back(back);
+    // Into a face, not on to a corner, from which it would slip.
+    for (MotionKey& key : scene.bodies[0].motion->keys) key.translation += Vector3(0.0021, 0.0013, 0.0);
+    place_body(scene.bodies[0], scene.topology.bodies[0].vertices, scene.bodies[0].motion->pose_at(0.0),
+               scene.first.position);
+    ImplicitSolver solver(scene, {.time_step = 0.002, .rest_gap = 1e-5, .quasi_static = true});
+    const double at_rest = energy_of(scene, solver.position(), {});
+    double work = 0.0;
+    double most = 0.0;
+    double worst = 0.0;
+    double height = solver.position()(2, 0);
+    Vector3 force = Vector3::Zero();
+    for (int i = 0; i < 100; ++i) {
+        ASSERT_TRUE(solver.step()) << solver.message();
+        const Vector3 now = solver.force_on(1);
+        work += 0.5 * (force + now).z() * (solver.position()(2, 0) - height);
+        force = now;
+        height = solver.position()(2, 0);
+        const double stored = energy_of(scene, solver.position(), {}) - at_rest;
+        most = std::max(most, stored);
+        worst = std::max(worst, std::abs(work - stored));
+    }
+    EXPECT_GT(most, 1e-4);
+    EXPECT_LT(worst, 0.01 * most);
+    EXPECT_NEAR(work, 0.0, 0.01 * most);
+}
+
+TEST(ImplicitSolver, AFastPressGivesNoMoreEnergyThanItsWorkAndThenOnlyLosesSome) {
+    for (const double damping : {0.0, 0.02}) {
+        Scene scene = needle_over_disc(0.2, 0.003, 0.01);
+        for (Spring& spring : scene.materials.springs) spring.damping = damping;
+        const double h = 2e-4;
+        ImplicitSolver solver(scene, {.time_step = h, .rest_gap = 1e-5});
+        const double at_rest = energy_of(scene, solver.position(), {});
+        double work = 0.0;
+        double last = 0.0;
+        Vector3 force = Vector3::Zero();
+        std::array<Matrix3X, 3> places{solver.position(), solver.position(), solver.position()};
+        for (int i = 0; i < 100; ++i) {
+            ASSERT_TRUE(solver.step()) << solver.message();
+            places = {places[1], places[2], solver.position()};
+            const Vector3 now = solver.force_on(1);
+            work += 0.5 * (force + now).z() * (places[2](2, 0) - places[1](2, 0));
+            force = now;
+            const Matrix3X rate = (3.0 * places[2] - 4.0 * places[1] + places[0]) / (2.0 * h);
+            const double energy = energy_of(scene, places[2], rate) - at_rest;
+            ASSERT_LE(energy, 1.03 * work + 1e-9) << "step " << i;
+            if (solver.time() > 0.011) {
+                ASSERT_LE(energy, last * (1.0 + 1e-3)) << "step " << i;
+            }
+            last = energy;
+        }
+        EXPECT_GT(work, 1e-5);
+        EXPECT_GT(last, (damping == 0.0 ? 0.2 : 0.02) * work);
+    }
+}
+
+TEST(BuildReference, PlateOnSpringsHasItsClosedFormAnOrderAndAnAnswerAboutStrain) {
+    struct Press {
+        double depth, k;
+        bool clears;
+    };
+    // Springs of 20 mm: 25 mm are an edge strain of 1.25, more than the limit of 1.
+    for (const Press& press : {Press{0.003, 80.0, true}, {0.025, 30.0, false}}) {
+        Scene scene = plate_on_springs(press.depth, press.k, 0.1, 0.05, 1000.0, 0.0);
+        scene.dt = 0.001;
+        const Reference reference = build_reference(scene, {});
+        const ReferenceSolution& hard = reference.hard;
+        ASSERT_TRUE(hard.available) << hard.reason;
+        const double force = 3.0 * press.k * press.depth;
+        EXPECT_NEAR(hard.force_at(0.099).z(), force, 0.01 * force);
+        EXPECT_LT(hard.force_bound, 0.02 * force);
+        ASSERT_TRUE(hard.clears_within_strain_limit.has_value());
+        EXPECT_EQ(*hard.clears_within_strain_limit, press.clears);
+        EXPECT_NEAR(hard.final_strain, press.depth / 0.02, 0.01);
+        EXPECT_LE(hard.strain_range[0], hard.max_strain);
+        EXPECT_GE(hard.strain_range[1], hard.max_strain);
+        EXPECT_EQ(reference.equal_k.clears_within_strain_limit, std::nullopt);
+    }
+}
+
+TEST(BuildReference, WhereNothingIsFreeThereIsNone) {
+    Scene scene = plate_on_springs(0.003, 80.0, 0.1, 0.05, 1000.0, 0.0);
+    scene.dt = 0.001;
+    scene.materials.pinned.assign(scene.materials.pinned.size(), 1);
+    const Reference reference = build_reference(scene, {});
+    EXPECT_FALSE(reference.hard.available);
+    EXPECT_NE(reference.hard.reason.find("nothing is free"), std::string::npos);
+    EXPECT_FALSE(reference.hard.clears_within_strain_limit.has_value());
+}
+
 TEST(ObserveOrder, FindsTheOrderOfAPowerLawAndRefusesDivergence) {
     const Observed second = observe_order(0.04, 0.01, 1e-6);
     EXPECT_TRUE(second.converges);
