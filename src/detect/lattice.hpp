@@ -6,8 +6,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
-#include <vector>
 
 #include "geometry/types.hpp"
 
@@ -15,6 +13,9 @@ namespace trocar {
 
 /// Cell numbers along x, y, z; the fourth entry is unused (it makes three numbers one 16-byte register).
 using Cell = std::int32_t __attribute__((vector_size(16)));
+
+/// Two coordinates in one 16-byte register.
+using Two = double __attribute__((vector_size(16)));
 
 inline Cell cell_min(Cell a, Cell b) { return a < b ? a : b; }
 inline Cell cell_max(Cell a, Cell b) { return a > b ? a : b; }
@@ -69,24 +70,15 @@ public:
     [[nodiscard]] Cell cell(const Vector3& x) const {
         return Cell{number(x[0], 0), number(x[1], 1), number(x[2], 2), 0};
     }
-
-    /// Cell numbers of `count` points given as 3×count numbers, written as 3×count numbers.
-    void numbers(const double* points, Index count, double offset, std::int32_t* result) const {
-        const std::size_t total = 3 * static_cast<std::size_t>(count);
-        // Four points at a time: twelve independent numbers of fixed axes, a shape that compilers vectorise.
-        double base[12];
-        for (int k = 0; k < 12; ++k) base[k] = base_[k % 3];
-        std::size_t i = 0;
-        for (; i + 12 <= total; i += 12) {
-            for (std::size_t k = 0; k < 12; ++k) {
-                double t = (points[i + k] + offset) * inverse_ - base[k];
-                t = t < limit ? t : limit;
-                t = t > -limit ? t : -limit;
-                result[i + k] = static_cast<std::int32_t>(std::bit_cast<std::int64_t>(t + 6755399441055744.0));
-            }
-        }
-        for (; i < total; ++i) result[i] = number(points[i] + offset, static_cast<int>(i % 3));
+    /// Cells of the corners of a box, two numbers at a time.
+    [[nodiscard]] CellRange range(Two low_xy, Two high_xy, Two low_high_z) const {
+        const Two base_xy{base_[0], base_[1]};
+        const Cell low = numbers(low_xy, base_xy);
+        const Cell high = numbers(high_xy, base_xy);
+        const Cell z = numbers(low_high_z, Two{base_[2], base_[2]});
+        return {__builtin_shufflevector(low, z, 0, 2, 4, 7), __builtin_shufflevector(high, z, 0, 2, 6, 7)};
     }
+
     /// True when a cell number stands at the clamp, which calls for another corner.
     static bool at_limit(const CellRange& range) {
         constexpr auto most = static_cast<std::int32_t>(limit);
@@ -96,18 +88,21 @@ public:
         return false;
     }
     [[nodiscard]] double edge() const { return 1.0 / inverse_; }
+    [[nodiscard]] double inverse() const { return inverse_; }
+    [[nodiscard]] double base(int axis) const { return base_[axis]; }
+    static constexpr double limit = 1073741823.0;  ///< largest cell number, 2^30 - 1
 
 private:
-    static constexpr double limit = 1073741823.0;  // 2^30 - 1
+    /// As `number`; the result is in lanes 0 and 2.
+    [[nodiscard]] Cell numbers(Two x, Two base) const {
+        const Two most{limit, limit};
+        Two t = x * inverse_ - base;
+        t = t < most ? t : most;
+        t = t > -most ? t : -most;
+        return std::bit_cast<Cell>(t + 6755399441055744.0);
+    }
     double inverse_ = 1.0;
     double base_[3] = {0.0, 0.0, 0.0};
 };
-
-/// Reads the cell of one vertex out of packed numbers (3 per vertex, the array padded by one number at its end).
-inline Cell load_cell(const std::int32_t* numbers, Index vertex) {
-    Cell cell;
-    std::memcpy(&cell, numbers + 3 * static_cast<std::size_t>(vertex), sizeof cell);
-    return cell;
-}
 
 }  // namespace trocar

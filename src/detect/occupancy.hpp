@@ -1,176 +1,147 @@
-// Level O of the cascade: one bit per cell and nothing else, so that the many triangles that lie alone cost a few
-// instructions and no hash look-up. Bits say "some body is here" and "a second body is here too"; both may say yes too
-// often (the lattice is wrapped into a fixed number of bits), never too rarely.
+// Level O of ohc's cascade: which triangles are near a place where two bodies may meet, asked of every triangle and
+// therefore in a few instructions each, without a hash look-up and without computing its cells.
+//
+//   codes     every vertex -> its coarse cell, three small numbers in one word (occupancy_kernels.hpp)
+//   fields    per group of bodies one bit per coarse cell: a vertex is here; spread by one cell, so that the cells of
+//             every triangle whose corners are at most one cell apart are in it (the others are put in one by one)
+//   shared    the bits that two groups have in common; spread by one cell again and looked up at the vertices
+//   marks     a triangle whose first corner has no such bit, and whose corners are at most one cell apart, lies in no
+//             shared cell and is done with: three loads, a few subtractions, no branch
+//
+// A group is a set of bodies that may hit the same others and not each other (the parts of one instrument, all rigid
+// bodies): nobody needs to know which of them is where. No two bodies or groups are ever held against each other.
+//
+// Bits may be set that need not be (cells are taken together where they are too many, fields are spread), never the
+// other way round: a cell number is monotone in a coordinate, and so are coarse and clamped ones.
 #pragma once
 
-#include <bit>
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
 #include "detect/lattice.hpp"
+#include "detect/occupancy_kernels.hpp"
+#include "scene/world.hpp"
 
 namespace trocar {
 
 class Occupancy {
 public:
-    /// Sizes the bit field for cells in `range` and empties it. Allocates only when a larger field than ever is needed.
-    void start(const CellRange& range) {
-        // A row of 64 cells along x is one word; numbers wrap at powers of two. At most 2^20 bits, which stay in cache.
-        std::uint32_t bits[3];
-        for (int axis = 0; axis < 3; ++axis) {
-            const std::int64_t cells = static_cast<std::int64_t>(range.high[axis]) - range.low[axis] + 1;
-            bits[axis] =
-                static_cast<std::uint32_t>(std::bit_width(static_cast<std::uint64_t>(cells > 1 ? cells - 1 : 0)));
-        }
-        bits[0] = std::max(bits[0], 6U);
-        while (bits[0] + bits[1] + bits[2] > 20) {
-            int longest = 0;
-            for (int axis = 1; axis < 3; ++axis) {
-                if (bits[axis] > bits[longest]) longest = axis;
-            }
-            --bits[longest];
-        }
-        bits[0] = std::max(bits[0], 6U);
-        x_mask_ = (1U << (bits[0] - 6)) - 1;
-        y_mask_ = (1U << bits[1]) - 1;
-        z_mask_ = (1U << bits[2]) - 1;
-        y_shift_ = bits[0] - 6;
-        z_shift_ = y_shift_ + bits[1];
-        const std::size_t words = std::size_t{1} << (z_shift_ + bits[2]);
-        once_.assign(words, 0);
-        twice_.assign(words, 0);
-        own_.resize(words, 0);
-        near_.resize(words);
-        folded_.resize(words);
+    void prepare(Index vertices) { codes_.assign(static_cast<std::size_t>(vertices), 0); }
+
+    /// Empties the fields for cells in `range`, where two groups can meet. Allocates only when fields larger than ever
+    /// are needed.
+    void start(const Lattice& lattice, const CellRange& range);
+    /// Finds the codes of vertices.
+    void encode(const Frame& frame, Range vertices);
+
+    /// Puts vertices into the field of the group at hand.
+    void add_vertices(Range vertices);
+    /// Puts a range of cells there. Returns the number of words written.
+    std::int64_t add(const CellRange& range);
+    /// Ends the field of a group whose cells all lie in `range`; `spread` where vertices were put in.
+    void merge(const CellRange& range, bool spread);
+    /// Instead of add and merge for the last group: what a group before holds of these cells is shared. Returns whether
+    /// there is any.
+    bool share(const CellRange& range);
+
+    /// Prepares marks on vertices near a cell of any group merged so far; of two of them.
+    void look_for_any() { spread(once_, everything()); }
+    void look_for_shared() { spread(twice_, everything()); }
+    /// Marks the vertices near such cells.
+    void mark(Range vertices);
+    /// Appends the triangles among `triangles` that are marked or have corners more than a cell apart. `corners` are
+    /// the topology's vertex numbers, three per triangle.
+    void collect(const Index* corners, Range triangles, std::vector<Index>& found) const {
+        collect_if(corners, triangles, cell_code::mark, found);
+    }
+    /// As above for those with corners more than a cell apart only.
+    void collect_wide(const Index* corners, Range triangles, std::vector<Index>& found) const {
+        collect_if(corners, triangles, 0U, found);
     }
 
-    /// Marks cells for the body at hand. Returns the number of words written.
-    int mark(const CellRange& range) {
-        return for_each_word(range, [this](std::size_t word, std::uint64_t mask) {
-            own_[word] |= mask;
-            return false;
-        });
-    }
-    /// Ends the marking of a body whose cells all lie in `range`: where others were before, the cell is shared.
-    void merge(const CellRange& range) {
-        for_each_word(range, [this](std::size_t word, std::uint64_t) {
-            twice_[word] |= once_[word] & own_[word];
-            once_[word] |= own_[word];
-            own_[word] = 0;
-            return false;
-        });
-    }
-    /// Prepares near(): afterwards one bit tells whether any cell of a block of `reach` + 1 cells on each axis is
-    /// marked. Used on the cells of the bodies merged so far, then on the shared cells.
-    void spread_once() { spread(once_); }
-    void spread_shared() { spread(twice_); }
-    /// True when a marked cell lies in the block whose lowest cell is this one. One look instead of one per cell.
-    [[nodiscard]] bool near(Cell low) const { return bit(near_, low); }
-    static constexpr std::int32_t reach = 2;
-
-    /// True when one of the bodies before is in one of these cells.
-    [[nodiscard]] bool any_once(const CellRange& range) const { return any(once_, range); }
-    /// Marks the cells of `range` that a body before holds as shared.
-    void share(const CellRange& range) {
-        for_each_word(range, [this](std::size_t word, std::uint64_t mask) {
-            twice_[word] |= once_[word] & mask;
-            return false;
-        });
-    }
-    [[nodiscard]] bool any_shared(const CellRange& range) const { return any(twice_, range); }
-    [[nodiscard]] bool shared(Cell cell) const { return bit(twice_, cell); }
-
-private:
-    [[nodiscard]] std::size_t row(std::int32_t y, std::int32_t z) const {
-        return (static_cast<std::size_t>(static_cast<std::uint32_t>(z) & z_mask_) << z_shift_) |
-               (static_cast<std::size_t>(static_cast<std::uint32_t>(y) & y_mask_) << y_shift_);
-    }
-    [[nodiscard]] bool bit(const std::vector<std::uint64_t>& bits, Cell cell) const {
-        const std::uint64_t word = bits[row(cell[1], cell[2]) + word_of(cell[0])];
-        return ((word >> (static_cast<std::uint32_t>(cell[0]) & 63U)) & 1U) != 0;
-    }
-
-    /// near_(c) = any of bits(c + (0…reach)³), one axis after the other.
-    void spread(const std::vector<std::uint64_t>& bits) {
-        const std::size_t row_words = std::size_t{x_mask_} + 1;
-        for (std::size_t start = 0; start < bits.size(); start += row_words) {
-            for (std::size_t w = 0; w < row_words; ++w) {
-                const std::uint64_t here = bits[start + w];
-                const std::uint64_t next = bits[start + ((w + 1) & x_mask_)];
-                near_[start + w] = here | (here >> 1) | (next << 63) | (here >> 2) | (next << 62);
-            }
-        }
-        const std::size_t plane_words = row_words * (std::size_t{y_mask_} + 1);
-        const auto fold = [](std::size_t stride, std::size_t count, const std::uint64_t* from, std::uint64_t* to) {
-            // `count` groups of `stride` words, wrapped: each takes in the two after it.
-            for (std::size_t k = 0; k < count; ++k) {
-                const std::uint64_t* const a = from + k * stride;
-                const std::uint64_t* const b = from + (k + 1) % count * stride;
-                const std::uint64_t* const c = from + (k + 2) % count * stride;
-                for (std::size_t w = 0; w < stride; ++w) to[k * stride + w] = a[w] | b[w] | c[w];
-            }
-        };
-        for (std::size_t start = 0; start < bits.size(); start += plane_words) {
-            fold(row_words, std::size_t{y_mask_} + 1, &near_[start], &folded_[start]);
-        }
-        fold(plane_words, std::size_t{z_mask_} + 1, folded_.data(), near_.data());
-    }
-
-    [[nodiscard]] std::size_t word_of(std::int32_t x) const { return static_cast<std::uint32_t>(x >> 6) & x_mask_; }
-
-    bool any(const std::vector<std::uint64_t>& bits, const CellRange& range) const {
-        bool found = false;
-        for_each_word(range, [&](std::size_t word, std::uint64_t mask) {
-            found = (bits[word] & mask) != 0;
-            return found;
-        });
-        return found;
-    }
-
-    /// Calls use(word, mask) for each word of the wrapped range until it returns true; an axis that is longer than the
-    /// field is walked once around. Returns the number of calls.
+    /// The lattice cells that hold all shared ones; empty (low > high) if there are none.
+    [[nodiscard]] CellRange shared_range() const;
+    [[nodiscard]] bool any_shared(const CellRange& range) const;
+    /// Calls use(cell) for every lattice cell of `range` that is shared.
     template <typename Use>
-    int for_each_word(const CellRange& range, const Use& use) const {
-        const std::int32_t z_last = last(range, 2, z_mask_);
-        const std::int32_t y_last = last(range, 1, y_mask_);
-        const std::int32_t x_low = range.low[0];
-        const std::int32_t x_high = range.high[0];
-        const std::int32_t word_first = x_low >> 6;
-        std::int32_t word_last = x_high >> 6;
-        const bool around = static_cast<std::int64_t>(word_last) - word_first > static_cast<std::int64_t>(x_mask_) + 1;
-        if (around) word_last = word_first + static_cast<std::int32_t>(x_mask_);
-        const std::uint64_t first_mask = around ? ~0ULL : ~0ULL << (static_cast<std::uint32_t>(x_low) & 63U);
-        const std::uint64_t last_mask = around ? ~0ULL : ~0ULL >> (63U - (static_cast<std::uint32_t>(x_high) & 63U));
-        int calls = 0;
-        for (std::int32_t z = range.low[2]; z <= z_last; ++z) {
-            for (std::int32_t y = range.low[1]; y <= y_last; ++y) {
-                const std::size_t start = row(y, z);
-                for (std::int32_t w = word_first; w <= word_last; ++w) {
-                    std::uint64_t mask = ~0ULL;
-                    if (w == word_first) mask &= first_mask;
-                    if (w == word_last) mask &= last_mask;
-                    ++calls;
-                    if (use(start + (static_cast<std::uint32_t>(w) & x_mask_), mask)) return calls;
+    void for_each_shared(const CellRange& range, const Use& use) const {
+        if (!range.overlaps(range_)) return;
+        const CellRange inside{cell_max(range.low, range_.low), cell_min(range.high, range_.high)};
+        for (std::int32_t z = inside.low[2]; z <= inside.high[2]; ++z) {
+            for (std::int32_t y = inside.low[1]; y <= inside.high[1]; ++y) {
+                const std::uint32_t* const row = &twice_[first_word(coarse(y, 1), coarse(z, 2))];
+                for (std::int32_t x = inside.low[0]; x <= inside.high[0]; ++x) {
+                    const std::uint32_t place = coarse(x, 0);
+                    if (((row[place / 32] >> (place % 32)) & 1U) != 0) use(Cell{x, y, z, 0});
                 }
             }
         }
-        return calls;
-    }
-    static std::int32_t last(const CellRange& range, int axis, std::uint32_t mask) {
-        const std::int64_t around = static_cast<std::int64_t>(range.low[axis]) + mask;
-        return static_cast<std::int32_t>(std::min<std::int64_t>(range.high[axis], around));
     }
 
-    std::vector<std::uint64_t> once_;   ///< cells of the bodies merged so far
-    std::vector<std::uint64_t> twice_;  ///< cells of at least two of them
-    std::vector<std::uint64_t> own_;    ///< cells of the body being marked; all zero between bodies
-    std::vector<std::uint64_t> near_;
-    std::vector<std::uint64_t> folded_;
-    std::uint32_t x_mask_ = 0;
-    std::uint32_t y_mask_ = 0;
-    std::uint32_t z_mask_ = 0;
-    std::uint32_t y_shift_ = 0;
-    std::uint32_t z_shift_ = 0;
+private:
+    using Field = std::vector<std::uint32_t>;
+
+    void collect_if(const Index* corners, Range triangles, std::uint32_t mark, std::vector<Index>& found) const;
+    struct Block {
+        std::uint32_t low[3];  ///< word along x, row, plane; inclusive
+        std::uint32_t high[3];
+    };
+    [[nodiscard]] Block block_around(const CellRange& range) const;
+    [[nodiscard]] Block everything() const { return {{0, 0, 0}, {row_words_ - 1, rows_ - 1, planes_ - 1}}; }
+    void spread(const Field& field, const Block& block);
+    /// Coarse cell along an axis of a lattice cell inside the window.
+    [[nodiscard]] std::uint32_t coarse(std::int32_t cell, int axis) const {
+        return (static_cast<std::uint32_t>(cell) - static_cast<std::uint32_t>(origin_[axis])) >> window_.shift;
+    }
+    using Place = std::uint32_t __attribute__((vector_size(16)));
+    /// Coarse cell; what lies outside lies in the outermost one.
+    [[nodiscard]] Place coarse(Cell cell) const {
+        const Cell inside = cell_min(cell_max(cell, first_), last_);
+        // Unsigned: the window may span 2^31 cells and a little.
+        return (reinterpret_cast<Place>(inside) - reinterpret_cast<Place>(origin_)) >>
+               static_cast<std::uint32_t>(window_.shift);
+    }
+    [[nodiscard]] std::size_t first_word(std::uint32_t y, std::uint32_t z) const {
+        return std::size_t{row_words_} * (std::size_t{rows_} * z + y);
+    }
+    /// Calls use(word, bits) for every word that holds cells of `range` until it returns true; returns whether it did.
+    template <typename Use>
+    bool for_each_word(const CellRange& range, const Use& use) const {
+        const Place low = coarse(range.low);
+        const Place high = coarse(range.high);
+        const std::uint32_t x_low = low[0];
+        const std::uint32_t x_high = high[0];
+        for (std::uint32_t z = low[2]; z <= high[2]; ++z) {
+            for (std::uint32_t y = low[1]; y <= high[1]; ++y) {
+                const std::size_t row = first_word(y, z);
+                for (std::uint32_t w = x_low / 32; w <= x_high / 32; ++w) {
+                    std::uint32_t bits = ~0U;
+                    if (w == x_low / 32) bits &= ~0U << (x_low % 32);
+                    if (w == x_high / 32) bits &= ~0U >> (31 - x_high % 32);
+                    if (use(row + w, bits)) return true;
+                }
+            }
+        }
+        return false;
+    }
+    void add_place(std::uint32_t place) { own_[place / 32] |= 1U << (place % 32); }
+
+    OccupancyKernels kernels_ = occupancy_kernels().front();
+    CellWindow window_;
+    CellRange range_{};  ///< lattice cells where groups can meet; two coarse cells inside the window
+    Cell first_{};       ///< the window's numbers as whole numbers
+    Cell last_{};
+    Cell origin_{};
+    std::uint32_t rows_ = 1;  ///< per plane
+    std::uint32_t planes_ = 1;
+    std::uint32_t row_words_ = 1;
+    std::vector<std::uint32_t> codes_;  ///< per vertex
+    Field own_;                         ///< group at hand; all zero between groups
+    Field once_;                        ///< groups merged so far
+    Field twice_;                       ///< at least two of them
+    Field near_;                        ///< spread
+    Field folded_;
 };
 
 }  // namespace trocar

@@ -25,20 +25,20 @@
 #include <vector>
 
 #include "detect/cell_map.hpp"
+#include "detect/cluster_kernels.hpp"
 #include "detect/lattice.hpp"
 #include "detect/narrow_phase.hpp"
 #include "detect/occupancy.hpp"
+#include "detect/pair_sort.hpp"
 #include "detect/shared_parameters.hpp"
 #include "detect/standing_map.hpp"
 #include "detect/swept.hpp"
+#include "detect/triangle_cells.hpp"
 #include "method/entry.hpp"
 #include "method/frame_check.hpp"
 
 namespace trocar {
 namespace {
-
-constexpr double most_cells = 27.0;     ///< a triangle that covers more is cut into pieces (METHODS §2.4)
-constexpr double most_pieces = 4096.0;  ///< a triangle that needs more is tested against everything
 
 struct Settings {
     double cell = std::numeric_limits<double>::quiet_NaN();  ///< m; NaN: chosen from the first frame
@@ -56,22 +56,59 @@ struct Settings {
     }
 };
 
-/// A triangle that reached the cell map.
-struct Primitive {
-    CellRange range;
-    std::array<double, 3> low;   ///< box, m
-    std::array<double, 3> high;  ///< m
-    Index triangle;
-    bool cut;  ///< in pieces: its cells are not a full range, so the one-cell rule does not hold for it
+/// Bodies that may hit the same others and not each other, and their triangles near places where groups may meet.
+struct Group {
+    std::size_t first_body;  ///< of the list of bodies that take part
+    std::size_t end_body;
+    std::size_t first = 0;  ///< of the list of primitives
+    std::size_t end = 0;
+    CellRange range{};
 };
 
-bool boxes_overlap(const Primitive& p, const Primitive& q) {
-    // Without branches: which axis separates is unpredictable.
-    unsigned overlap = 1;
-    for (std::size_t k = 0; k < 3; ++k) {
-        overlap &= static_cast<unsigned>(p.low[k] <= q.high[k]) & static_cast<unsigned>(q.low[k] <= p.high[k]);
+/// What the primitive map needs of a triangle, in one cache line. Boxes overlap when each of one's lows is at most the
+/// other's high; with highs negated that is one comparison of six numbers with six.
+struct alignas(64) Member {
+    std::array<Two, 3> ends;  ///< low x y z, then −high x y z, m
+    Cell first;               ///< lowest cell numbers; the fourth is the triangle's number
+
+    static Member of(const Primitive& p) {
+        return {{Two{p.low[0], p.low[1]}, Two{p.low[2], -p.high[0]}, Two{-p.high[1], -p.high[2]}},
+                Cell{p.range.low[0], p.range.low[1], p.range.low[2], p.triangle}};
     }
-    return overlap != 0;
+    [[nodiscard]] Index triangle() const { return first[3]; }
+};
+/// A Member as others are held against it in one cell.
+struct Question {
+    std::array<Two, 3> ends;  ///< high x y z, then −low x y z, m
+    Cell first;
+    Cell cell;
+
+    Question(const Member& p, Cell where)
+        : ends{Two{-p.ends[1][1], -p.ends[2][0]}, Two{-p.ends[2][1], -p.ends[0][0]}, Two{-p.ends[0][1], -p.ends[1][0]}},
+          first(p.first),
+          cell(where) {}
+    using Answer = std::int64_t __attribute__((vector_size(16)));
+    [[nodiscard]] Answer overlap(const Member& q) const {
+        return (q.ends[0] <= ends[0]) & (q.ends[1] <= ends[1]) & (q.ends[2] <= ends[2]);
+    }
+    /// Whether this is the one cell in which the two count: its numbers are the larger of both lowest numbers.
+    [[nodiscard]] Answer counts(const Member& q) const {
+        return reinterpret_cast<Answer>((cell_max(first, q.first) == cell) | Cell{0, 0, 0, -1});
+    }
+    static bool yes(Answer answer) { return (answer[0] & answer[1]) == -1; }
+};
+
+constexpr CellRange no_cells{Cell{1, 1, 1, 0}, Cell{0, 0, 0, 0}};
+bool is_empty(const CellRange& range) { return range.low[0] > range.high[0]; }
+/// The range that holds both.
+CellRange hull(const CellRange& a, const CellRange& b) {
+    if (is_empty(a)) return b;
+    if (is_empty(b)) return a;
+    return {cell_min(a.low, b.low), cell_max(a.high, b.high)};
+}
+CellRange common(const CellRange& a, const CellRange& b) {
+    if (is_empty(a) || is_empty(b) || !a.overlaps(b)) return no_cells;
+    return {cell_max(a.low, b.low), cell_min(a.high, b.high)};
 }
 
 class Ohc final : public Detector {
@@ -102,17 +139,17 @@ public:
             return std::pair(settings_.limited() && range.kind != BodyKind::instrument, range.triangles.count);
         };
         std::stable_sort(order_.begin(), order_.end(), [&rank](Index a, Index b) { return rank(a) < rank(b); });
+        make_groups(collide, words);
         map_.prepare(std::move(collide), words, settings_.hash, settings_.hash_bits);
-        numbers_.assign(3 * static_cast<std::size_t>(topology.vertex_count) + 1, 0);
-        if (settings_.margin > 0.0 || settings_.swept) high_numbers_ = numbers_;
-        if (settings_.swept) previous_numbers_ = numbers_;
-        body_ranges_.resize(bodies);
+        cells_.prepare(topology, settings_.margin);
+        occupancy_.prepare(topology.vertex_count);
         last_pairs_.clear();
         // Room for a crowded tick; more than this grows as it comes.
         const auto room = static_cast<std::size_t>(std::min<Index>(16384, topology.triangle_count()));
-        for (std::vector<Index>* list : {&hot_, &huge_}) list->reserve(room);
+        for (std::vector<Index>* list : {&found_, &huge_}) list->reserve(room);
         primitives_.reserve(room);
-        for (std::vector<TrianglePair>* list : {&candidates_, &repeated_}) list->reserve(room);
+        members_.reserve(room);
+        for (std::vector<TrianglePair>* list : {&candidates_, &repeated_, &sorted_}) list->reserve(room);
         map_.reserve(room);
         cell_edge_ = 0.0;
         choose_cell(frame);
@@ -129,17 +166,19 @@ public:
             return;
         }
         truncated_ = false;
-        hot_.clear();
         huge_.clear();
-        hot_cells_ = 0;
-        answerable_ = is_answerable(*topology_, frame);
-        way_ = settings_.swept && answerable_ && has_way(*topology_, frame);
-        const std::int64_t to_read = topology_->vertex_count * std::int64_t{way_ ? 2 : 1};
-        if (answerable_ && order_.size() > 1 && spend(work_.vertices_read, to_read)) {
+        primitives_.clear();
+        entries_ = 0;
+        cells_.set_way(false);
+        answerable_ = read_boxes(frame);
+        const std::int64_t to_read = topology_->vertex_count * std::int64_t{cells_.way() ? 2 : 1};
+        if (answerable_ && groups_.size() > 1 && spend(work_.vertices_read, to_read)) {
             if (cell_edge_ == 0.0) choose_cell(frame);
-            number_vertices(frame);
-            mark_bodies(frame);
-            collect_shared(frame);
+            const CellRange meeting = place_groups();
+            if (!is_empty(meeting)) {
+                find_near(frame, meeting);
+                find_shared(frame);
+            }
         }
         work_of_update_ = work_;
         truncated_in_update_ = truncated_;
@@ -165,18 +204,34 @@ public:
             candidates_.insert(candidates_.end(), repeated_.begin(), repeated_.end());
             work_.triangle_tests += static_cast<std::int64_t>(candidates_.size());
             test_pairs(settings_.test, *topology_, frame, candidates_, contacts.pairs);
-            if (way_) {
+            if (cells_.way()) {
                 work_.triangle_tests += static_cast<std::int64_t>(candidates_.size());
                 test_swept(*topology_, frame, candidates_, contacts.swept);
             }
         }
-        std::sort(contacts.pairs.begin(), contacts.pairs.end());
+        sort_pairs(contacts.pairs, sorted_);
         sort_swept(contacts.swept);
         contacts.work = work_;
         contacts.truncated = truncated_;
     }
 
 private:
+    /// Bodies with equal masks become a group: neither is in its own mask, so they cannot hit each other.
+    void make_groups(const std::vector<std::uint64_t>& collide, std::size_t words) {
+        const auto mask = [&](Index body) { return std::span(collide).subspan(at(body) * words, words); };
+        const auto same = [&](Index a, Index b) { return std::ranges::equal(mask(a), mask(b)); };
+        // Each body moves up to the first one of its group.
+        groups_.clear();
+        for (std::size_t begin = 0; begin < order_.size();) {
+            const Index first = order_[begin];
+            const auto end = std::stable_partition(order_.begin() + static_cast<std::ptrdiff_t>(begin), order_.end(),
+                                                   [&](Index body) { return same(first, body); });
+            const auto past = static_cast<std::size_t>(end - order_.begin());
+            groups_.push_back({.first_body = begin, .end_body = past});
+            begin = past;
+        }
+        boxes_.resize(topology_->bodies.size());
+    }
     /// h: 1.5 × the mean edge of the moving body with the shortest edges (METHODS §12), but not below
     /// the mean edge of all triangles: a coarse body beside a fine one would spread over too many cells.
     void choose_cell(const Frame& frame) {
@@ -202,12 +257,12 @@ private:
             if (std::isfinite(shortest_moving)) shortest = shortest_moving;
             edge = std::max(1.5 * shortest, sum / count);
             if (!(edge > 0.0) || !std::isfinite(edge)) {
-                lattice_.set(1.0, corner);  // all points coincide; asked again at the next tick
+                cells_.lattice().set(1.0, corner);  // all points coincide; asked again at the next tick
                 return;
             }
         }
         cell_edge_ = edge;
-        lattice_.set(edge, corner);
+        cells_.lattice().set(edge, corner);
     }
     [[nodiscard]] double edge_length(const Frame& frame, Range triangles) const {
         double sum = 0.0;
@@ -230,175 +285,139 @@ private:
 
     // ---- lattice ----
 
-    void number_vertices(const Frame& frame) {
-        if (number_all(frame)) return;
-        // Something is further than 2^30 cells from the corner chosen before: choose one where the bodies are now.
-        Vector3 corner = frame.position.rowwise().minCoeff();
-        if (way_) corner = corner.cwiseMin(frame.previous.rowwise().minCoeff());
-        lattice_.set(lattice_.edge(), corner);
-        number_all(frame);
-    }
-    bool number_all(const Frame& frame) {
-        const double* const points = frame.position.data();
-        lattice_.numbers(points, topology_->vertex_count, -settings_.margin, numbers_.data());
-        if (two_sided()) {
-            lattice_.numbers(points, topology_->vertex_count, settings_.margin, high_numbers_.data());
-        }
-        if (way_) {
-            const double* const before = frame.previous.data();
-            const std::size_t count = 3 * static_cast<std::size_t>(topology_->vertex_count);
-            lattice_.numbers(before, topology_->vertex_count, -settings_.margin, previous_numbers_.data());
-            for (std::size_t i = 0; i < count; ++i) numbers_[i] = std::min(numbers_[i], previous_numbers_[i]);
-            lattice_.numbers(before, topology_->vertex_count, settings_.margin, previous_numbers_.data());
-            for (std::size_t i = 0; i < count; ++i) high_numbers_[i] = std::max(high_numbers_[i], previous_numbers_[i]);
-        }
-        constexpr std::int32_t most = std::numeric_limits<std::int32_t>::max();
-        scene_range_ = {Cell{most, most, most, 0}, Cell{-most, -most, -most, 0}};
-        for (const Index body : order_) {
-            CellRange range{Cell{most, most, most, 0}, Cell{-most, -most, -most, 0}};
-            const Range vertices = topology_->bodies[static_cast<std::size_t>(body)].vertices;
-            for (Index v = vertices.first; v < vertices.end(); ++v) {
-                range.low = cell_min(range.low, load_cell(numbers_.data(), v));
-                range.high = cell_max(range.high, load_cell(high_data(), v));
-            }
-            body_ranges_[static_cast<std::size_t>(body)] = range;
-            scene_range_.low = cell_min(scene_range_.low, range.low);
-            scene_range_.high = cell_max(scene_range_.high, range.high);
-        }
-        return !Lattice::at_limit(scene_range_);
-    }
-    /// A vertex covers more than one point: with a margin around it, or from frame to frame.
-    [[nodiscard]] bool two_sided() const { return settings_.margin > 0.0 || way_; }
-    [[nodiscard]] const std::int32_t* high_data() const { return two_sided() ? high_numbers_.data() : numbers_.data(); }
-    [[nodiscard]] CellRange range_of(Index triangle) const {
-        const Index* const v = topology_->triangles.data() + 3 * static_cast<std::size_t>(triangle);
-        const std::int32_t* const low = numbers_.data();
-        const std::int32_t* const high = high_data();
-        return {cell_min(cell_min(load_cell(low, v[0]), load_cell(low, v[1])), load_cell(low, v[2])),
-                cell_max(cell_max(load_cell(high, v[0]), load_cell(high, v[1])), load_cell(high, v[2]))};
-    }
-
-    // ---- large triangles ----
-
-    /// How a large triangle is cut: `slabs` across its two long edges, each into `columns` along the third.
-    struct Cut {
-        int apex = 0;  ///< corner between the two long edges
-        double slabs = 1.0;
-        double columns = 1.0;
-        double steps = 1.0;  ///< parts of the way from the frame before
-        [[nodiscard]] double pieces() const { return slabs * columns * steps; }
-    };
-    [[nodiscard]] Cut cut_of(const Frame& frame, Index triangle) const {
-        const auto v = topology_->triangles.col(triangle);
-        std::array<double, 3> opposite{};  // largest extent of the edge opposite to each corner, in cells
-        for (int k = 0; k < 3; ++k) {
-            opposite[static_cast<std::size_t>(k)] =
-                (frame.position.col(v((k + 2) % 3)) - frame.position.col(v((k + 1) % 3))).cwiseAbs().maxCoeff() /
-                lattice_.edge();
-        }
-        Cut cut;
-        cut.apex = static_cast<int>(std::min_element(opposite.begin(), opposite.end()) - opposite.begin());
-        const double longest = *std::max_element(opposite.begin(), opposite.end());
-        cut.slabs = std::max(1.0, std::ceil(longest / 2.0));
-        cut.columns = std::max(1.0, std::ceil(opposite[static_cast<std::size_t>(cut.apex)] / 2.0));
-        if (way_) {
-            double way = 0.0;
-            for (int k = 0; k < 3; ++k) {
-                way = std::max(way, (frame.position.col(v(k)) - frame.previous.col(v(k))).cwiseAbs().maxCoeff());
-            }
-            cut.steps = std::max(1.0, std::ceil(way / lattice_.edge() / 2.0));
-        }
-        return cut;
-    }
-    /// Calls use(range) for cell ranges that together hold every point of the triangle.
-    template <typename Use>
-    void for_each_piece(const Frame& frame, Index triangle, const Cut& cut, const Use& use) const {
-        const auto v = topology_->triangles.col(triangle);
-        struct Pose {
-            Vector3 apex;
-            Vector3 left;
-            Vector3 right;
-            [[nodiscard]] Vector3 point(double s, double t) const {
-                return (1.0 - s) * apex + s * ((1.0 - t) * left + t * right);
-            }
-            [[nodiscard]] double size() const {
-                return apex.cwiseAbs().maxCoeff() + left.cwiseAbs().maxCoeff() + right.cwiseAbs().maxCoeff();
-            }
-        };
-        const auto pose_in = [&](const Matrix3X& position) -> Pose {
-            return {position.col(v(cut.apex)), position.col(v((cut.apex + 1) % 3)),
-                    position.col(v((cut.apex + 2) % 3))};
-        };
-        const Pose here = pose_in(frame.position);
-        const Pose before = way_ ? pose_in(frame.previous) : here;
-        // The corners of a piece are rounded; a pad of some units in the last place keeps the pieces without gaps.
-        const double pad =
-            settings_.margin + 16.0 * std::numeric_limits<double>::epsilon() * std::max(here.size(), before.size());
-        const Vector3 padding = Vector3::Constant(pad);
-        const CellRange whole = range_of(triangle);
-        // Counts are small here: a triangle with many pieces does not come this way.
-        const int slabs = static_cast<int>(cut.slabs);
-        const int steps = static_cast<int>(cut.steps);
-        for (int i = 0; i < slabs; ++i) {
-            // A slab nearer to the apex is narrower and needs fewer columns.
-            const int columns = std::max(1, static_cast<int>(std::ceil(cut.columns * (i + 1) / slabs)));
-            for (int j = 0; j < columns; ++j) {
-                std::array<Vector3, 4> start;  // corners of the piece at the frame before, and the way to here
-                std::array<Vector3, 4> way;
-                for (std::size_t k = 0; k < 4; ++k) {
-                    const double s = static_cast<double>(i + static_cast<int>(k / 2)) / slabs;
-                    const double t = static_cast<double>(j + static_cast<int>(k % 2)) / columns;
-                    start[k] = before.point(s, t);
-                    way[k] = here.point(s, t) - start[k];
-                }
-                for (int step = 0; step < steps; ++step) {
-                    Box box;
-                    for (const int end : {step, step + 1}) {
-                        const double part = static_cast<double>(end) / steps;
-                        for (std::size_t k = 0; k < 4; ++k) box.add(start[k] + part * way[k]);
-                    }
-                    // No point of the triangle lies outside the cells between its corners'.
-                    use(CellRange{cell_max(whole.low, lattice_.cell(box.min - padding)),
-                                  cell_min(whole.high, lattice_.cell(box.max + padding))});
-                }
+    /// Boxes of all bodies, m. False when a number is not finite or the frame does not fit the topology.
+    bool read_boxes(const Frame& frame) {
+        if (frame.position.cols() != topology_->vertex_count) return false;
+        cells_.set_way(settings_.swept && has_way(*topology_, frame));
+        bool finite = true;
+        for (std::size_t body = 0; body < topology_->bodies.size(); ++body) {
+            const Range vertices = topology_->bodies[body].vertices;
+            boxes_[body] = Extent{};
+            if (vertices.count == 0) continue;
+            const std::size_t first = 3 * at(vertices.first);
+            finite &= kernels_.box_of_run(frame.position.data() + first, vertices.count, boxes_[body]);
+            if (cells_.way()) {
+                Extent before;
+                finite &= kernels_.box_of_run(frame.previous.data() + first, vertices.count, before);
+                boxes_[body].add(before);
             }
         }
+        return finite;
     }
-
-    /// Calls use(range) once for an ordinary triangle, once per piece for a large one, and not at all for one that is
-    /// better tested against everything; that one is told to `too_large`.
-    template <typename Use, typename TooLarge>
-    void for_each_range(const Frame& frame, Index triangle, const Use& use, const TooLarge& too_large) const {
-        const CellRange range = range_of(triangle);
-        if (range.cell_count() <= most_cells) {
-            use(range);
-            return;
+    /// Cell ranges of the groups; returns the cells in which two of them can meet, judged by their boxes.
+    CellRange place_groups() {
+        if (Lattice::at_limit(place_all())) {
+            // Something is further than 2^30 cells from the corner chosen before: choose one where the bodies are now.
+            Extent all;
+            for (const Extent& box : boxes_) all.add(box);
+            cells_.lattice().set(cells_.lattice().edge(), Vector3(all.low[0], all.low[1], all.low[2]));
+            place_all();
         }
-        const Cut cut = cut_of(frame, triangle);
-        if (cut.pieces() > std::min(most_pieces, 0.05 * topology_->triangle_count() + 16.0)) {
-            too_large(triangle);
-        } else {
-            for_each_piece(frame, triangle, cut, use);
+        CellRange merged = no_cells;
+        CellRange meeting = no_cells;
+        for (const Group& group : groups_) {
+            meeting = hull(meeting, common(merged, group.range));
+            merged = hull(merged, group.range);
         }
+        return meeting;
+    }
+    CellRange place_all() {
+        CellRange all = no_cells;
+        for (Group& group : groups_) {
+            group.range = no_cells;
+            for (std::size_t k = group.first_body; k < group.end_body; ++k) {
+                const Extent& box = boxes_[at(order_[k])];
+                Vector3 low(box.low[0], box.low[1], box.low[2]);
+                Vector3 high(box.high[0], box.high[1], box.high[2]);
+                low.array() -= settings_.margin;
+                high.array() += settings_.margin;
+                group.range = hull(group.range, {cells_.lattice().cell(low), cells_.lattice().cell(high)});
+            }
+            all = hull(all, group.range);
+        }
+        return all;
     }
 
     // ---- occupancy ----
 
-    void mark_bodies(const Frame& frame) {
-        occupancy_.start(scene_range_);
-        for (std::size_t k = 0; k + 1 < order_.size(); ++k) {
-            const auto body = static_cast<std::size_t>(order_[k]);
-            const Range triangles = topology_->bodies[body].triangles;
-            for (Index t = triangles.first; t < triangles.end() && !truncated_; ++t) {
-                for_each_range(
-                    frame, t,
-                    [this](const CellRange& range) {
-                        if (afford(range)) work_.cells_visited += occupancy_.mark(range);
-                    },
-                    [this](Index triangle) { huge_.push_back(triangle); });
-            }
-            occupancy_.merge(body_ranges_[body]);
+    /// Fills primitives_ with the triangles near cells that two groups may share.
+    void find_near(const Frame& frame, const CellRange& meeting) {
+        occupancy_.start(cells_.lattice(), meeting);
+        for (std::size_t g = 0; g + 1 < groups_.size(); ++g) put_in_field(frame, groups_[g]);
+        if (cells_.plain()) occupancy_.look_for_any();
+        Group& last = groups_.back();
+        last.first = primitives_.size();
+        collect(frame, last, [this](const CellRange& range) { return occupancy_.share(range); });
+        last.end = primitives_.size();
+        if (last.first == last.end && groups_.size() == 2) return;
+        if (cells_.plain()) occupancy_.look_for_shared();
+        for (std::size_t g = 0; g + 1 < groups_.size(); ++g) {
+            groups_[g].first = groups_[g].end = primitives_.size();
+            if (!occupancy_.any_shared(groups_[g].range)) continue;
+            collect(frame, groups_[g], [this](const CellRange& range) { return occupancy_.any_shared(range); });
+            groups_[g].end = primitives_.size();
         }
+    }
+    /// All vertices of the group, and triangles that reach further than one cell from them.
+    void put_in_field(const Frame& frame, const Group& group) {
+        found_.clear();
+        for_each_body(group, [&](const BodyRange& body) {
+            if (!spend(work_.cells_visited, body.triangles.count)) return;
+            if (!cells_.plain()) {
+                add_all(body.triangles);
+                return;
+            }
+            occupancy_.encode(frame, body.vertices);
+            occupancy_.add_vertices(body.vertices);
+            occupancy_.collect_wide(topology_->triangles.data(), body.triangles, found_);
+        });
+        for (const Index t : found_) {
+            const bool placed =
+                cells_.for_each_range(frame, cells_.primitive(frame, t), [this](const CellRange& range) {
+                    if (afford(range)) work_.cells_visited += occupancy_.add(range);
+                });
+            if (!placed) huge_.push_back(t);
+        }
+        occupancy_.merge(group.range, cells_.plain());
+    }
+    /// The group's triangles that cannot be ruled out by a look at their vertices and of which `is_shared` tells that
+    /// one of their cells is shared.
+    template <typename IsShared>
+    void collect(const Frame& frame, const Group& group, const IsShared& is_shared) {
+        found_.clear();
+        const bool last = &group == &groups_.back();
+        for_each_body(group, [&](const BodyRange& body) {
+            if (!spend(work_.cells_visited, body.triangles.count)) return;
+            if (!cells_.plain()) {
+                add_all(body.triangles);
+                return;
+            }
+            if (last) occupancy_.encode(frame, body.vertices);
+            occupancy_.mark(body.vertices);
+            occupancy_.collect(topology_->triangles.data(), body.triangles, found_);
+        });
+        // First all boxes, then the question that nobody can predict the answer of: so the reads do not wait for it.
+        std::size_t kept = primitives_.size();
+        for (const Index t : found_) primitives_.push_back(cells_.primitive(frame, t));
+        for (std::size_t k = kept; k < primitives_.size(); ++k) {
+            const Primitive& primitive = primitives_[k];
+            bool shared = false;
+            const bool placed = cells_.for_each_range(frame, primitive, [&](const CellRange& range) {
+                if (!afford(range)) return;
+                ++work_.cells_visited;
+                shared = is_shared(range) || shared;
+            });
+            if (!placed && last) huge_.push_back(primitive.triangle);
+            if (shared) primitives_[kept++] = primitive;
+        }
+        primitives_.resize(kept);
+    }
+    template <typename Use>
+    void for_each_body(const Group& group, const Use& use) const {
+        for (std::size_t k = group.first_body; k < group.end_body; ++k) use(topology_->bodies[at(order_[k])]);
+    }
+    void add_all(Range triangles) {
+        for (Index t = triangles.first; t < triangles.end(); ++t) found_.push_back(t);
     }
     /// Under a budget: whether one more range can be looked at.
     bool afford(const CellRange& range) {
@@ -408,100 +427,58 @@ private:
         return false;
     }
 
-    /// The triangles that lie in a shared cell; the last body first, since its cells were not marked yet.
-    void collect_shared(const Frame& frame) {
-        occupancy_.spread_once();
-        collect(frame, order_.back(), [this](const CellRange& range) {
-            if (!occupancy_.any_once(range)) return false;
-            occupancy_.share(range);
-            return true;
+    /// The same question again for the triangles left, with the cells that they really cover.
+    void find_shared(const Frame& frame) {
+        const CellRange range = occupancy_.shared_range();
+        if (is_empty(range)) {
+            primitives_.clear();
+            return;
+        }
+        shared_.start(cells_.lattice(), range);
+        const auto for_each_range = [&](const Group& group, const auto& use) {
+            for (std::size_t k = group.first; k < group.end; ++k) cells_.for_each_range(frame, primitives_[k], use);
+        };
+        for (std::size_t g = 0; g + 1 < groups_.size(); ++g) {
+            for_each_range(groups_[g], [this](const CellRange& part) {
+                if (afford(part)) work_.cells_visited += shared_.add(part);
+            });
+            shared_.merge(groups_[g].range, false);
+        }
+        for_each_range(groups_.back(), [this](const CellRange& part) {
+            if (!afford(part)) return;
+            ++work_.cells_visited;
+            shared_.share(part);
         });
-        if (hot_.empty() && order_.size() == 2) return;
-        occupancy_.spread_shared();
-        for (std::size_t k = 0; k + 1 < order_.size(); ++k) {
-            collect(frame, order_[k], [this](const CellRange& range) { return occupancy_.any_shared(range); });
+        std::size_t left = 0;
+        for (const Primitive& primitive : primitives_) {
+            std::size_t cells = 0;
+            cells_.for_each_range(frame, primitive, [&](const CellRange& part) {
+                shared_.for_each_shared(part, [&cells](Cell) { ++cells; });
+            });
+            if (cells == 0) continue;
+            entries_ += cells;
+            primitives_[left++] = primitive;
         }
-    }
-    template <typename IsShared>
-    void collect(const Frame& frame, Index body, const IsShared& is_shared) {
-        const Range triangles = topology_->bodies[static_cast<std::size_t>(body)].triangles;
-        const bool last = body == order_.back();
-        if (!spend(work_.cells_visited, triangles.count)) return;
-        for (Index t = triangles.first; t < triangles.end(); ++t) {
-            // Nearly all triangles end here: small, and nothing else near.
-            const CellRange range = range_of(t);
-            if (range.within(Occupancy::reach) && !occupancy_.near(range.low)) continue;
-            bool shared = false;
-            double cells = 0.0;
-            for_each_range(
-                frame, t,
-                [&](const CellRange& part) {
-                    if (!afford(part)) return;
-                    ++work_.cells_visited;
-                    cells += part.cell_count();
-                    if (is_shared(part)) shared = true;
-                },
-                [&](Index triangle) {
-                    if (last) huge_.push_back(triangle);
-                });
-            if (!shared) continue;
-            hot_.push_back(t);
-            hot_cells_ += static_cast<std::size_t>(cells);
-        }
+        primitives_.resize(left);
     }
 
     // ---- cell, object and primitive maps ----
 
     void hash_shared(const Frame& frame) {
-        const auto ignore = [](Index) {};
-        map_.start(hot_cells_);
-        primitives_.clear();
-        for (const Index t : hot_) {
-            const auto number = static_cast<Index>(primitives_.size());
-            const Index body = topology_->body_of_triangle[static_cast<std::size_t>(t)];
-            const CellRange whole = range_of(t);
-            Primitive primitive{
-                .range = whole, .low = {}, .high = {}, .triangle = t, .cut = whole.cell_count() > most_cells};
-            fill_box(frame, primitive);
-            primitives_.push_back(primitive);
-            for_each_range(
-                frame, t,
-                [&](const CellRange& range) {
-                    for (std::int32_t z = range.low[2]; z <= range.high[2]; ++z) {
-                        for (std::int32_t y = range.low[1]; y <= range.high[1]; ++y) {
-                            for (std::int32_t x = range.low[0]; x <= range.high[0]; ++x) {
-                                const Cell cell{x, y, z, 0};
-                                if (!occupancy_.shared(cell)) continue;
-                                if (!spend(work_.cells_visited, 1)) return;
-                                map_.add(cell, body, number);
-                            }
-                        }
-                    }
-                },
-                ignore);
+        map_.start(entries_);
+        members_.clear();
+        any_cut_ = false;
+        for (std::size_t k = 0; k < primitives_.size(); ++k) {
+            const Primitive& primitive = primitives_[k];
+            members_.push_back(Member::of(primitive));
+            any_cut_ = any_cut_ || primitive.cut;
+            cells_.for_each_range(frame, primitive, [&](const CellRange& range) {
+                shared_.for_each_shared(range, [&](Cell cell) {
+                    if (spend(work_.cells_visited, 1)) map_.add(cell, primitive.body, static_cast<Index>(k));
+                });
+            });
         }
         map_.cascade();
-    }
-    void fill_box(const Frame& frame, Primitive& primitive) const {
-        const Index* const v = topology_->triangles.data() + 3 * static_cast<std::size_t>(primitive.triangle);
-        const auto fill = [&v, &primitive](const Matrix3X& position) {
-            const double* const a = position.data() + 3 * static_cast<std::size_t>(v[0]);
-            const double* const b = position.data() + 3 * static_cast<std::size_t>(v[1]);
-            const double* const c = position.data() + 3 * static_cast<std::size_t>(v[2]);
-            for (std::size_t k = 0; k < 3; ++k) {
-                primitive.low[k] = std::min(primitive.low[k], std::min(std::min(a[k], b[k]), c[k]));
-                primitive.high[k] = std::max(primitive.high[k], std::max(std::max(a[k], b[k]), c[k]));
-            }
-        };
-        constexpr double infinity = std::numeric_limits<double>::infinity();
-        primitive.low.fill(infinity);
-        primitive.high.fill(-infinity);
-        fill(frame.position);
-        if (way_) fill(frame.previous);
-        for (std::size_t k = 0; k < 3; ++k) {
-            primitive.low[k] -= settings_.margin;
-            primitive.high[k] += settings_.margin;
-        }
     }
 
     /// Fills candidates_ (each pair once) and repeated_ (pairs of cut triangles). `after_meeting` is asked after the
@@ -512,38 +489,53 @@ private:
             [&](const std::array<std::int32_t, 3>& cell, std::span<const Index> first, std::span<const Index> second) {
                 if (!spend(work_.box_tests, static_cast<std::int64_t>(first.size() * second.size()))) return false;
                 for (const Index i : first) {
-                    const Primitive& p = primitives_[static_cast<std::size_t>(i)];
-                    for (const Index j : second) {
-                        const Primitive& q = primitives_[static_cast<std::size_t>(j)];
-                        if (!boxes_overlap(p, q)) continue;
-                        if (p.cut || q.cut) {
-                            repeated_.push_back({p.triangle, q.triangle});
-                        } else if (cell[0] == std::max(p.range.low[0], q.range.low[0]) &&
-                                   cell[1] == std::max(p.range.low[1], q.range.low[1]) &&
-                                   cell[2] == std::max(p.range.low[2], q.range.low[2])) {
-                            candidates_.push_back({p.triangle, q.triangle});
-                        }
+                    const Question p(members_[at(i)], Cell{cell[0], cell[1], cell[2], 0});
+                    if (any_cut_) {
+                        meet_cut(p, i, second);
+                    } else {
+                        meet(p, members_[at(i)].triangle(), second);
                     }
                 }
                 return after_meeting();
             });
     }
 
+    /// Without branches: which boxes overlap, and in which cell a pair counts, is unpredictable.
+    void meet(const Question& p, Index triangle, std::span<const Index> second) {
+        std::size_t count = candidates_.size();
+        candidates_.resize(count + second.size());
+        for (const Index j : second) {
+            const Member& q = members_[at(j)];
+            candidates_[count] = {triangle, q.triangle()};
+            count += Question::yes(p.overlap(q) & p.counts(q)) ? 1 : 0;
+        }
+        candidates_.resize(count);
+    }
+    /// As above where some triangles are in pieces: such a pair comes once per cell.
+    void meet_cut(const Question& p, Index i, std::span<const Index> second) {
+        for (const Index j : second) {
+            const Member& q = members_[at(j)];
+            if (!Question::yes(p.overlap(q))) continue;
+            if (primitives_[at(i)].cut || primitives_[at(j)].cut) {
+                repeated_.push_back({members_[at(i)].triangle(), q.triangle()});
+            } else if (Question::yes(p.counts(q))) {
+                candidates_.push_back({members_[at(i)].triangle(), q.triangle()});
+            }
+        }
+    }
+
     /// Triangles too large for the lattice against every triangle of every body they may hit.
     void test_huge(const Frame& frame) {
         for (const Index t : huge_) {
-            Primitive p{.range = range_of(t), .low = {}, .high = {}, .triangle = t, .cut = true};
-            fill_box(frame, p);
-            const Index own = topology_->body_of_triangle[static_cast<std::size_t>(t)];
+            const Primitive p = cells_.primitive(frame, t);
             for (const Index body : order_) {
-                if (!map_.may_hit(own, body)) continue;
-                const Range triangles = topology_->bodies[static_cast<std::size_t>(body)].triangles;
+                if (!map_.may_hit(p.body, body)) continue;
+                const Range triangles = topology_->bodies[at(body)].triangles;
                 if (!spend(work_.box_tests, triangles.count)) return;
                 for (Index other = triangles.first; other < triangles.end(); ++other) {
-                    if (!p.range.overlaps(range_of(other))) continue;
-                    Primitive q{.range = p.range, .low = {}, .high = {}, .triangle = other, .cut = true};
-                    fill_box(frame, q);
-                    if (boxes_overlap(p, q)) repeated_.push_back({std::min(t, other), std::max(t, other)});
+                    if (boxes_overlap(p, cells_.primitive(frame, other))) {
+                        repeated_.push_back({std::min(t, other), std::max(t, other)});
+                    }
                 }
             }
         }
@@ -623,9 +615,11 @@ private:
             const std::size_t i = 3 * at(v);
             if (here[i] == before[i] && here[i + 1] == before[i + 1] && here[i + 2] == before[i + 2]) continue;
             std::copy_n(here + i, 3, before + i);
-            lattice_.numbers(here + i, 1, -settings_.margin, &numbers_[i]);
-            if (two_sided()) lattice_.numbers(here + i, 1, settings_.margin, &high_numbers_[i]);
-            if (Lattice::at_limit({load_cell(numbers_.data(), v), load_cell(high_data(), v)})) return false;
+            const Vector3 point(here[i], here[i + 1], here[i + 2]);
+            const Vector3 margin = Vector3::Constant(settings_.margin);
+            if (Lattice::at_limit({cells_.lattice().cell(point - margin), cells_.lattice().cell(point + margin)})) {
+                return false;
+            }
             for (Index k = first_triangle_[at(v)]; k < first_triangle_[at(v) + 1]; ++k) {
                 const Index t = triangles_of_vertices_[at(k)];
                 if (changed_at_[at(t)] == change_ || takes_part_[at(body_of(t))] == 0) continue;
@@ -640,7 +634,8 @@ private:
     void stand_anew(const Frame& frame) {
         known_ = true;
         last_ = frame.position;
-        number_vertices(frame);
+        (void)read_boxes(frame);
+        place_groups();
         work_.vertices_read += topology_->vertex_count;
         standing_.start(topology_->triangle_count(), settings_.hash, settings_.hash_bits);
         std::fill(places_.begin(), places_.end(), Place::nowhere);
@@ -658,29 +653,28 @@ private:
 
     void rehash_changed(const Frame& frame) {
         for (const Index t : changed_) {
-            const CellRange range = range_of(t);
-            const bool plain = range.cell_count() <= most_cells;
+            const Primitive primitive = cells_.primitive(frame, t);
+            const CellRange& range = primitive.range;
+            const bool plain = !primitive.cut;
             if (plain && places_[at(t)] == Place::cells && range == ranges_[at(t)]) continue;
             if (places_[at(t)] == Place::huge) huge_.erase(std::find(huge_.begin(), huge_.end(), t));
             if (places_[at(t)] != Place::huge) work_.cells_visited += standing_.remove(t);
             ranges_[at(t)] = range;
             places_[at(t)] = plain ? Place::cells : Place::pieces;
-            for_each_range(
-                frame, t,
-                [&](const CellRange& part) {
-                    for (std::int32_t z = part.low[2]; z <= part.high[2]; ++z) {
-                        for (std::int32_t y = part.low[1]; y <= part.high[1]; ++y) {
-                            for (std::int32_t x = part.low[0]; x <= part.high[0]; ++x) {
-                                ++work_.cells_visited;
-                                standing_.insert(Cell{x, y, z, 0}, body_of(t), t);
-                            }
+            const bool placed = cells_.for_each_range(frame, primitive, [&](const CellRange& part) {
+                for (std::int32_t z = part.low[2]; z <= part.high[2]; ++z) {
+                    for (std::int32_t y = part.low[1]; y <= part.high[1]; ++y) {
+                        for (std::int32_t x = part.low[0]; x <= part.high[0]; ++x) {
+                            ++work_.cells_visited;
+                            standing_.insert(Cell{x, y, z, 0}, body_of(t), t);
                         }
                     }
-                },
-                [&](Index triangle) {
-                    places_[at(triangle)] = Place::huge;
-                    huge_.push_back(triangle);
-                });
+                }
+            });
+            if (!placed) {
+                places_[at(t)] = Place::huge;
+                huge_.push_back(t);
+            }
         }
     }
 
@@ -695,9 +689,7 @@ private:
         for (const Index t : changed_) {
             if (places_[at(t)] == Place::huge) continue;
             const Index own = body_of(t);
-            Primitive p{
-                .range = ranges_[at(t)], .low = {}, .high = {}, .triangle = t, .cut = places_[at(t)] == Place::pieces};
-            fill_box(frame, p);
+            const Primitive p = cells_.primitive(frame, t);
             work_.cells_visited += standing_.for_each_neighbour(
                 t, [&](const std::array<std::int32_t, 3>& cell, Index body, std::int32_t first) {
                     if (!map_.may_hit(own, body)) return;
@@ -716,8 +708,7 @@ private:
                 });
         }
         for (const Index t : huge_) {
-            Primitive p{.range = ranges_[at(t)], .low = {}, .high = {}, .triangle = t, .cut = true};
-            fill_box(frame, p);
+            const Primitive p = cells_.primitive(frame, t);
             const auto look_at = [&](Index other) {
                 if (!map_.may_hit(body_of(t), body_of(other))) return;
                 ++work_.box_tests;
@@ -741,11 +732,9 @@ private:
         answered_ = true;
     }
     void add_candidate(const Frame& frame, const Primitive& p, Index other, std::vector<TrianglePair>& list) const {
-        Primitive q{.range = p.range, .low = {}, .high = {}, .triangle = other, .cut = p.cut};
-        fill_box(frame, q);
-        if (boxes_overlap(p, q)) list.push_back({std::min(p.triangle, other), std::max(p.triangle, other)});
+        if (boxes_overlap(p, cells_.primitive(frame, other)))
+            list.push_back({std::min(p.triangle, other), std::max(p.triangle, other)});
     }
-    static std::size_t at(Index number) { return static_cast<std::size_t>(number); }
     [[nodiscard]] Index body_of(Index triangle) const { return topology_->body_of_triangle[at(triangle)]; }
 
     // ---- limits ----
@@ -766,7 +755,7 @@ private:
                 if (truncated_ || !spend(work_.triangle_tests, 1)) return false;
                 tested_.insert(place, pair);
                 test_pairs(settings_.test, *topology_, frame, {&pair, 1}, contacts.pairs);
-                if (!way_ || !either_moved(*topology_, frame, pair)) continue;
+                if (!cells_.way() || !either_moved(*topology_, frame, pair)) continue;
                 if (static_cast<std::int64_t>(contacts.swept.size()) >= settings_.max_pairs) truncated_ = true;
                 if (truncated_ || !spend(work_.triangle_tests, 1)) return false;
                 test_swept(*topology_, frame, {&pair, 1}, contacts.swept);
@@ -786,30 +775,33 @@ private:
         std::sort(last_pairs_.begin(), last_pairs_.end());
     }
 
+    static std::size_t at(Index number) { return static_cast<std::size_t>(number); }
+
     Settings settings_;
     const Topology* topology_ = nullptr;
+    const ClusterKernels& kernels_ = cluster_kernels().front();
     std::vector<Index> order_;  ///< bodies that take part
-    Lattice lattice_;
+    std::vector<Group> groups_;
     double cell_edge_ = 0.0;  ///< m; 0: not chosen yet
+    TriangleCells cells_;
+    Occupancy occupancy_;  ///< where groups may meet, judged by vertices
+    Occupancy shared_;     ///< where they do, judged by triangles
     CellMap map_;
-    Occupancy occupancy_;
     bool answerable_ = false;
-    bool way_ = false;  ///< boxes of this tick hold both of its ends
     bool truncated_ = false;
     WorkCounters work_;
     WorkCounters work_of_update_;
     bool truncated_in_update_ = false;
 
     // Buffers of one tick.
-    std::vector<std::int32_t> numbers_;           ///< 3 per vertex: lowest cell of the vertex, less the margin
-    std::vector<std::int32_t> high_numbers_;      ///< its highest cell, plus the margin; empty where both are one
-    std::vector<std::int32_t> previous_numbers_;  ///< cells at the frame before; empty unless swept
-    std::vector<CellRange> body_ranges_;
-    CellRange scene_range_{};
-    std::vector<Index> hot_;   ///< triangles in shared cells
-    std::vector<Index> huge_;  ///< triangles tested against everything
-    std::size_t hot_cells_ = 0;
+    std::vector<Extent> boxes_;  ///< per body, m
+    std::vector<Index> found_;   ///< triangles that a look at their vertices did not rule out
+    std::vector<Index> huge_;    ///< triangles tested against everything
+    std::size_t entries_ = 0;    ///< of the cell map, at most
     std::vector<Primitive> primitives_;
+    std::vector<Member> members_;  ///< same numbers
+    bool any_cut_ = false;
+    std::vector<TrianglePair> sorted_;  ///< scratch
     std::vector<TrianglePair> candidates_;
     std::vector<TrianglePair> repeated_;
     std::vector<TrianglePair> tested_;      ///< under limits: sorted, what was tested this tick
@@ -821,7 +813,7 @@ private:
     bool known_ = false;    ///< the frame before was followed
     bool answered_ = true;  ///< detect has seen the changes; until then they add up
     StandingMap standing_;
-    Matrix3X last_;                             ///< 3×N, m: the positions that numbers_ and the maps stand for
+    Matrix3X last_;                             ///< 3×N, m: the positions that the maps stand for
     std::vector<Index> first_triangle_;         ///< N + 1; where the triangles of a vertex start
     std::vector<Index> triangles_of_vertices_;  ///< 3 T
     std::vector<std::uint8_t> takes_part_;      ///< per body

@@ -125,20 +125,22 @@ TEST(Ohc, CellNumbersAreMonotone) {
     }
 }
 
-TEST(Ohc, BulkNumbersEqualSingleNumbers) {
+TEST(Ohc, CellsOfBoxesEqualSingleNumbers) {
     Lattice lattice;
     lattice.set(0.0123, Vector3(0.4, -0.3, 7.0));
     std::mt19937 random(6);
     std::uniform_real_distribution<double> anywhere(-20.0, 20.0);
-    for (const Index count : {0, 1, 3, 4, 5, 8, 17}) {
-        std::vector<double> points(3 * static_cast<std::size_t>(count));
-        for (double& x : points) x = anywhere(random);
-        std::vector<std::int32_t> numbers(points.size() + 1, -7);
-        lattice.numbers(points.data(), count, 0.25, numbers.data());
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            EXPECT_EQ(numbers[i], lattice.number(points[i] + 0.25, static_cast<int>(i % 3)));
+    for (int k = 0; k < 5000; ++k) {
+        const double wide = k % 9 == 0 ? 1e12 : 1.0;
+        double x[6];
+        for (double& number : x) number = wide * anywhere(random);
+        const CellRange range = lattice.range(Two{x[0], x[1]}, Two{x[2], x[3]}, Two{x[4], x[5]});
+        const double low[3] = {x[0], x[1], x[4]};
+        const double high[3] = {x[2], x[3], x[5]};
+        for (int axis = 0; axis < 3; ++axis) {
+            EXPECT_EQ(range.low[axis], lattice.number(low[axis], axis));
+            EXPECT_EQ(range.high[axis], lattice.number(high[axis], axis));
         }
-        EXPECT_EQ(numbers.back(), -7) << "wrote behind the end";
     }
 }
 

@@ -1,0 +1,64 @@
+// The two inner loops over vertices of ohc's first level in the widest vectors the CPU has: in which cell of a window a
+// vertex lies, and whether a bit field is set there.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "geometry/types.hpp"
+
+namespace trocar {
+
+/// A block of cells of the lattice (lattice.hpp), taken together 2^shift by 2^shift by 2^shift into coarse cells, of
+/// which an axis has at most 512. What lies outside counts as lying in the outermost cells.
+struct CellWindow {
+    double inverse = 1.0;                         ///< 1 / edge of a cell, 1/m
+    std::array<double, 3> base{0.0, 0.0, 0.0};    ///< q = round(x · inverse − base)
+    std::array<double, 3> first{0.0, 0.0, 0.0};   ///< smallest q inside, a whole number
+    std::array<double, 3> last{0.0, 0.0, 0.0};    ///< largest
+    std::array<double, 3> origin{0.0, 0.0, 0.0};  ///< q that coarse cell 0 begins with, at most `first`
+    int shift = 0;
+    std::uint32_t row = 32;    ///< bits of a row along x in a bit field
+    std::uint32_t plane = 32;  ///< bits of a plane of rows
+};
+
+/// Coarse cell of a vertex: nine bits per axis with a spare bit above each, and a mark on top.
+namespace cell_code {
+inline constexpr std::uint32_t bits = 10;
+inline constexpr std::uint32_t most = 511;
+inline constexpr std::uint32_t mark = 1U << 31U;
+inline std::uint32_t axis(std::uint32_t code, unsigned k) { return (code >> (bits * k)) & most; }
+/// Place of the cell's bit in a bit field over the window.
+inline std::uint32_t place(std::uint32_t code, const CellWindow& window) {
+    return axis(code, 0) + axis(code, 1) * window.row + axis(code, 2) * window.plane;
+}
+/// The spare bit of each axis; the lowest one; all others but the lowest two.
+inline constexpr std::uint32_t spare = (1U << 9U) | (1U << 19U) | (1U << 29U);
+inline constexpr std::uint32_t ones = (1U << 0U) | (1U << 10U) | (1U << 20U);
+inline constexpr std::uint32_t upper = 0x3FFFFFFFU & ~(ones | (ones << 1U));
+/// Zero exactly when every axis of the two codes differs by at most one. With the spare bit set no axis borrows from
+/// the next: it holds 512 + a − b + 1, which is 512, 513 or 514.
+inline std::uint32_t apart(std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t difference = ((a | spare) + ones) - (b & ~mark);
+    return ((difference ^ spare) | ((difference + ones) ^ spare)) & upper;
+}
+}  // namespace cell_code
+
+struct OccupancyKernels {
+    /// Codes of `count` finite points (x y z …), without marks.
+    void (*encode)(const double* points, Index count, const CellWindow& window, std::uint32_t* codes);
+    /// Marks the codes whose bit is set in `field`.
+    void (*mark)(const std::uint32_t* field, Index count, const CellWindow& window, std::uint32_t* codes);
+    /// Numbers of the triangles first … first+count-1 (three corners each, starting at corners[3 · first]) of which the
+    /// first corner's code has a bit of `mark` or two corners' codes differ by more than one along an axis. Writes
+    /// them in order and returns how many; `found` has room for `count`.
+    Index (*select)(const std::uint32_t* codes, const Index* corners, Index first, Index count, std::uint32_t mark,
+                    Index* found);
+    const char* target;  ///< instruction set, as Highway names it
+};
+
+/// One for each instruction set that was built and that this CPU has, the best first, the plainest last.
+const std::vector<OccupancyKernels>& occupancy_kernels();
+
+}  // namespace trocar

@@ -1,0 +1,199 @@
+// Where a triangle lies: its box and the cells it covers, the same for every part of ohc. Large triangles are cut into
+// pieces for that, since most cells of their boxes do not hold them.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "detect/lattice.hpp"
+#include "geometry/types.hpp"
+#include "scene/world.hpp"
+
+namespace trocar {
+
+/// A triangle that may lie in a shared cell.
+struct Primitive {
+    CellRange range;             ///< cells of its box
+    std::array<double, 3> low;   ///< box, m
+    std::array<double, 3> high;  ///< m
+    Index triangle;
+    Index body;
+    bool cut;  ///< in pieces: its cells are not a full range, so the one-cell rule does not hold for it
+};
+
+inline bool boxes_overlap(const Primitive& p, const Primitive& q) {
+    // Without branches: which axis separates is unpredictable.
+    unsigned overlap = 1;
+    for (std::size_t k = 0; k < 3; ++k) {
+        overlap &= static_cast<unsigned>(p.low[k] <= q.high[k]) & static_cast<unsigned>(q.low[k] <= p.high[k]);
+    }
+    return overlap != 0;
+}
+
+class TriangleCells {
+public:
+    static constexpr double most_cells = 343.0;    ///< a triangle that covers more is cut into pieces
+    static constexpr double most_pieces = 4096.0;  ///< a triangle that needs more is tested against everything
+
+    /// margin: m, added around every triangle.
+    void prepare(const Topology& topology, double margin) {
+        topology_ = &topology;
+        margin_ = margin;
+    }
+    /// way: triangles stand for all places between the frame before and this one.
+    void set_way(bool way) { way_ = way; }
+    [[nodiscard]] bool way() const { return way_; }
+    /// A vertex stands for its position and nothing around it.
+    [[nodiscard]] bool plain() const { return margin_ == 0.0 && !way_; }
+    [[nodiscard]] double margin() const { return margin_; }
+    [[nodiscard]] Lattice& lattice() { return lattice_; }
+    [[nodiscard]] const Lattice& lattice() const { return lattice_; }
+
+    [[nodiscard]] Primitive primitive(const Frame& frame, Index triangle) const {
+        Primitive p;
+        p.triangle = triangle;
+        p.body = topology_->body_of_triangle[static_cast<std::size_t>(triangle)];
+        const Index* const v = topology_->triangles.data() + 3 * static_cast<std::size_t>(triangle);
+        const auto corner = [v](const Matrix3X& position, std::size_t k) {
+            return position.data() + 3 * static_cast<std::size_t>(v[k]);
+        };
+        const double* const a = corner(frame.position, 0);
+        const double* const b = corner(frame.position, 1);
+        const double* const c = corner(frame.position, 2);
+        const auto least = [](auto x, auto y) { return y < x ? y : x; };
+        const auto most = [](auto x, auto y) { return x < y ? y : x; };
+        Two low = least(least(two(a), two(b)), two(c));
+        Two high = most(most(two(a), two(b)), two(c));
+        Two z{least(least(a[2], b[2]), c[2]), most(most(a[2], b[2]), c[2])};
+        if (way_) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                const double* const before = corner(frame.previous, k);
+                low = least(low, two(before));
+                high = most(high, two(before));
+                z = Two{least(z[0], before[2]), most(z[1], before[2])};
+            }
+        }
+        low -= margin_;
+        high += margin_;
+        z += Two{-margin_, margin_};
+        p.low = {low[0], low[1], z[0]};
+        p.high = {high[0], high[1], z[1]};
+        p.range = lattice_.range(low, high, z);
+        p.cut = p.range.cell_count() > most_cells;
+        return p;
+    }
+
+    /// Calls use(range) once for an ordinary triangle, once per piece for a large one, and not at all for one that is
+    /// better tested against everything. Returns false for that one.
+    template <typename Use>
+    bool for_each_range(const Frame& frame, const Primitive& p, const Use& use) const {
+        if (!p.cut) {
+            use(p.range);
+            return true;
+        }
+        const Cut cut = cut_of(frame, p.triangle);
+        if (cut.pieces() > std::min(most_pieces, 0.05 * topology_->triangle_count() + 16.0)) return false;
+        for_each_piece(frame, p, cut, use);
+        return true;
+    }
+
+private:
+    static Two two(const double* xy) {
+        Two result;
+        std::memcpy(&result, xy, sizeof result);
+        return result;
+    }
+    /// How a large triangle is cut: `slabs` across its two long edges, each into `columns` along the third.
+    struct Cut {
+        int apex = 0;  ///< corner between the two long edges
+        double slabs = 1.0;
+        double columns = 1.0;
+        double steps = 1.0;  ///< parts of the way from the frame before
+        [[nodiscard]] double pieces() const { return slabs * columns * steps; }
+    };
+    [[nodiscard]] Cut cut_of(const Frame& frame, Index triangle) const {
+        const auto v = topology_->triangles.col(triangle);
+        std::array<double, 3> opposite{};  // largest extent of the edge opposite to each corner, in cells
+        for (int k = 0; k < 3; ++k) {
+            opposite[static_cast<std::size_t>(k)] =
+                (frame.position.col(v((k + 2) % 3)) - frame.position.col(v((k + 1) % 3))).cwiseAbs().maxCoeff() /
+                lattice_.edge();
+        }
+        Cut cut;
+        cut.apex = static_cast<int>(std::min_element(opposite.begin(), opposite.end()) - opposite.begin());
+        const double longest = *std::max_element(opposite.begin(), opposite.end());
+        cut.slabs = std::max(1.0, std::ceil(longest / 2.0));
+        cut.columns = std::max(1.0, std::ceil(opposite[static_cast<std::size_t>(cut.apex)] / 2.0));
+        if (way_) {
+            double way = 0.0;
+            for (int k = 0; k < 3; ++k) {
+                way = std::max(way, (frame.position.col(v(k)) - frame.previous.col(v(k))).cwiseAbs().maxCoeff());
+            }
+            cut.steps = std::max(1.0, std::ceil(way / lattice_.edge() / 2.0));
+        }
+        return cut;
+    }
+    /// Calls use(range) for cell ranges that together hold every point of the triangle.
+    template <typename Use>
+    void for_each_piece(const Frame& frame, const Primitive& p, const Cut& cut, const Use& use) const {
+        const auto v = topology_->triangles.col(p.triangle);
+        struct Corners {
+            Vector3 apex;
+            Vector3 left;
+            Vector3 right;
+            [[nodiscard]] Vector3 point(double s, double t) const {
+                return (1.0 - s) * apex + s * ((1.0 - t) * left + t * right);
+            }
+            [[nodiscard]] double size() const {
+                return apex.cwiseAbs().maxCoeff() + left.cwiseAbs().maxCoeff() + right.cwiseAbs().maxCoeff();
+            }
+        };
+        const auto corners_in = [&](const Matrix3X& position) -> Corners {
+            return {position.col(v(cut.apex)), position.col(v((cut.apex + 1) % 3)),
+                    position.col(v((cut.apex + 2) % 3))};
+        };
+        const Corners here = corners_in(frame.position);
+        const Corners before = way_ ? corners_in(frame.previous) : here;
+        // The corners of a piece are rounded; a pad of some units in the last place keeps the pieces without gaps.
+        const double pad =
+            margin_ + 16.0 * std::numeric_limits<double>::epsilon() * std::max(here.size(), before.size());
+        const Vector3 padding = Vector3::Constant(pad);
+        // Counts are small here: a triangle with many pieces does not come this way.
+        const int slabs = static_cast<int>(cut.slabs);
+        const int steps = static_cast<int>(cut.steps);
+        for (int i = 0; i < slabs; ++i) {
+            // A slab nearer to the apex is narrower and needs fewer columns.
+            const int columns = std::max(1, static_cast<int>(std::ceil(cut.columns * (i + 1) / slabs)));
+            for (int j = 0; j < columns; ++j) {
+                std::array<Vector3, 4> start;  // corners of the piece at the frame before, and the way to here
+                std::array<Vector3, 4> way;
+                for (std::size_t k = 0; k < 4; ++k) {
+                    const double s = static_cast<double>(i + static_cast<int>(k / 2)) / slabs;
+                    const double t = static_cast<double>(j + static_cast<int>(k % 2)) / columns;
+                    start[k] = before.point(s, t);
+                    way[k] = here.point(s, t) - start[k];
+                }
+                for (int step = 0; step < steps; ++step) {
+                    Box box;
+                    for (const int end : {step, step + 1}) {
+                        const double part = static_cast<double>(end) / steps;
+                        for (std::size_t k = 0; k < 4; ++k) box.add(start[k] + part * way[k]);
+                    }
+                    // No point of the triangle lies outside the cells between its corners'.
+                    use(CellRange{cell_max(p.range.low, lattice_.cell(box.min - padding)),
+                                  cell_min(p.range.high, lattice_.cell(box.max + padding))});
+                }
+            }
+        }
+    }
+
+    const Topology* topology_ = nullptr;
+    double margin_ = 0.0;
+    bool way_ = false;
+    Lattice lattice_;
+};
+
+}  // namespace trocar

@@ -1,0 +1,212 @@
+// The first level of ohc's cascade: codes, marks and choices of every instruction set against their plain meaning.
+#include "detect/occupancy.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "detect/lattice.hpp"
+
+namespace trocar::test {
+namespace {
+
+/// A window of 100 × 300 × 512 coarse cells of 2^shift lattice cells each.
+CellWindow window_on(const Lattice& lattice, int shift) {
+    CellWindow window;
+    const std::int64_t count[3] = {100, 300, 512};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        window.base[axis] = lattice.base(static_cast<int>(axis));
+        window.origin[axis] = -70.0;
+        window.first[axis] = -70.0;
+        window.last[axis] = -71.0 + static_cast<double>(count[axis] << shift);
+    }
+    window.inverse = lattice.inverse();
+    window.shift = shift;
+    window.row = 128;
+    window.plane = 128 * 300;
+    return window;
+}
+
+std::vector<double> points_around(double reach, std::size_t count, std::mt19937& random) {
+    std::uniform_real_distribution<double> anywhere(-reach, reach);
+    std::vector<double> points(3 * count);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        points[i] = anywhere(random);
+        if (i % 5 == 0) points[i] = std::round(points[i] * 200.0) / 200.0;  // on a boundary of cells of 0.01
+        if (i % 41 == 0) points[i] *= 1e200;
+    }
+    return points;
+}
+
+TEST(OccupancyKernels, CodesAreTheLatticesNumbersClampedToTheWindow) {
+    Lattice lattice;
+    lattice.set(0.01, Vector3(0.3, -0.2, 0.1));
+    std::mt19937 random(1);
+    for (const OccupancyKernels& kernels : occupancy_kernels()) {
+        for (const int shift : {0, 2}) {
+            const CellWindow window = window_on(lattice, shift);
+            for (const std::size_t count : {0U, 1U, 2U, 3U, 7U, 8U, 9U, 400U}) {
+                const std::vector<double> points = points_around(8.0, count, random);
+                std::vector<std::uint32_t> codes(count + 1, 77U);
+                kernels.encode(points.data(), static_cast<Index>(count), window, codes.data());
+                EXPECT_EQ(codes.back(), 77U) << "wrote behind the end, " << kernels.target;
+                for (std::size_t v = 0; v < count; ++v) {
+                    for (unsigned axis = 0; axis < 3; ++axis) {
+                        const double cell = lattice.number(points[3 * v + axis], static_cast<int>(axis));
+                        const double inside = std::min(std::max(cell, window.first[axis]), window.last[axis]);
+                        EXPECT_EQ(cell_code::axis(codes[v], axis),
+                                  std::floor((inside - window.origin[axis]) / (1 << shift)))
+                            << kernels.target;
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST(OccupancyKernels, MarksAreTheFieldsBits) {
+    Lattice lattice;
+    lattice.set(0.01, Vector3(0.0, 0.0, 0.0));
+    const CellWindow window = window_on(lattice, 0);
+    std::mt19937 random(2);
+    std::vector<std::uint32_t> field(std::size_t{window.plane} * 512 / 32);
+    for (std::uint32_t& word : field) word = static_cast<std::uint32_t>(random());
+    const std::vector<double> points = points_around(4.0, 501, random);
+    for (const OccupancyKernels& kernels : occupancy_kernels()) {
+        std::vector<std::uint32_t> codes(501);
+        kernels.encode(points.data(), 501, window, codes.data());
+        const std::vector<std::uint32_t> plain = codes;
+        kernels.mark(field.data(), 501, window, codes.data());
+        for (std::size_t v = 0; v < codes.size(); ++v) {
+            const std::size_t place = cell_code::axis(plain[v], 0) + std::size_t{128} * cell_code::axis(plain[v], 1) +
+                                      std::size_t{128} * 300 * cell_code::axis(plain[v], 2);
+            const bool set = ((field[place / 32] >> (place % 32)) & 1U) != 0;
+            EXPECT_EQ(codes[v], plain[v] | (set ? 0x80000000U : 0U)) << kernels.target;
+        }
+    }
+}
+
+TEST(OccupancyKernels, TrianglesAreChosenByTheirFirstCornersMarkAndTheirWidth) {
+    std::mt19937 random(3);
+    std::vector<std::uint32_t> codes(64);
+    std::vector<Index> corners(3 * 3000);
+    for (Index& corner : corners) corner = static_cast<Index>(random() % codes.size());
+    for (int round = 0; round < 40; ++round) {
+        // Numbers close together, so that differences of 0, 1 and 2 all come often; also at both ends of an axis.
+        const std::uint32_t from[3] = {round % 3 == 0 ? 0U : 200U, round % 4 == 0 ? 508U : 31U, 300U};
+        for (std::uint32_t& code : codes) {
+            code = (random() % 2) << 31U;
+            for (unsigned axis = 0; axis < 3; ++axis) code |= (from[axis] + random() % (1 + round % 4)) << (10 * axis);
+        }
+        for (const std::uint32_t mark : {0U, cell_code::mark}) {
+            std::vector<Index> expected;
+            for (Index t = 11; t < 11 + 2950; ++t) {
+                const Index* const corner = &corners[3 * static_cast<std::size_t>(t)];
+                bool chosen = (codes[static_cast<std::size_t>(corner[0])] & mark) != 0;
+                for (const int k : {1, 2}) {
+                    for (unsigned axis = 0; axis < 3; ++axis) {
+                        const auto a =
+                            static_cast<int>(codes[static_cast<std::size_t>(corner[0])] >> (10 * axis)) & 511;
+                        const auto b =
+                            static_cast<int>(codes[static_cast<std::size_t>(corner[k])] >> (10 * axis)) & 511;
+                        chosen = chosen || std::abs(a - b) > 1;
+                    }
+                }
+                if (chosen) expected.push_back(t);
+            }
+            for (const OccupancyKernels& kernels : occupancy_kernels()) {
+                std::vector<Index> found(2950);
+                const Index count = kernels.select(codes.data(), corners.data(), 11, 2950, mark, found.data());
+                found.resize(static_cast<std::size_t>(count));
+                EXPECT_EQ(found, expected) << kernels.target;
+            }
+        }
+    }
+}
+
+/// Two bodies of small triangles strewn around, some far outside, some large, and which cells both hold, found cell by
+/// cell: no triangle that holds one may be lost.
+TEST(Occupancy, LosesNoTriangleWithASharedCell) {
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    for (const double reach : {4.0, 40.0, 700.0, 1e4}) {
+        constexpr Index triangles = 600;
+        Frame frame;
+        frame.position.resize(3, 2 * 3 * triangles);
+        std::vector<Index> corners(2 * 3 * triangles);
+        for (Index t = 0; t < 2 * triangles; ++t) {
+            // Each body fills a part of space; they overlap in a third of it.
+            const Vector3 middle =
+                reach * Vector3(unit(random) + (t < triangles ? 0.6 : -0.6), unit(random), unit(random));
+            const double size = t % 50 == 0 ? 0.2 * reach : 0.6;
+            for (int k = 0; k < 3; ++k) {
+                frame.position.col(3 * t + k) = middle + size * Vector3(unit(random), unit(random), unit(random));
+                corners[static_cast<std::size_t>(3 * t + k)] = 3 * t + k;
+            }
+        }
+        Lattice lattice;
+        lattice.set(1.0, Vector3::Zero());
+        const auto range_of = [&](Index t) {
+            CellRange range{lattice.cell(frame.position.col(3 * t)), lattice.cell(frame.position.col(3 * t))};
+            for (int k = 1; k < 3; ++k) {
+                range.low = cell_min(range.low, lattice.cell(frame.position.col(3 * t + k)));
+                range.high = cell_max(range.high, lattice.cell(frame.position.col(3 * t + k)));
+            }
+            return range;
+        };
+        CellRange group[2] = {range_of(0), range_of(triangles)};
+        for (Index t = 0; t < 2 * triangles; ++t) {
+            CellRange& all = group[t / triangles];
+            all.low = cell_min(all.low, range_of(t).low);
+            all.high = cell_max(all.high, range_of(t).high);
+        }
+        Occupancy occupancy;
+        occupancy.prepare(2 * 3 * triangles);
+        occupancy.start(lattice, {cell_max(group[0].low, group[1].low), cell_min(group[0].high, group[1].high)});
+        std::vector<Index> wide;
+        occupancy.encode(frame, {0, 3 * triangles});
+        occupancy.add_vertices({0, 3 * triangles});
+        occupancy.collect_wide(corners.data(), {0, triangles}, wide);
+        for (const Index t : wide) occupancy.add(range_of(t));
+        occupancy.merge(group[0], true);
+        occupancy.look_for_any();
+        std::vector<Index> found;
+        occupancy.encode(frame, {3 * triangles, 3 * triangles});
+        occupancy.mark({3 * triangles, 3 * triangles});
+        occupancy.collect(corners.data(), {triangles, triangles}, found);
+        std::vector<Index> shared;
+        for (const Index t : found) {
+            if (occupancy.share(range_of(t))) shared.push_back(t);
+        }
+        occupancy.look_for_shared();
+        occupancy.mark({0, 3 * triangles});
+        found.clear();
+        occupancy.collect(corners.data(), {0, triangles}, found);
+        for (const Index t : found) {
+            if (occupancy.any_shared(range_of(t))) shared.push_back(t);
+        }
+        std::sort(shared.begin(), shared.end());
+        int meetings = 0;
+        for (Index a = 0; a < triangles; ++a) {
+            for (Index b = triangles; b < 2 * triangles; ++b) {
+                if (!range_of(a).overlaps(range_of(b))) continue;
+                ++meetings;
+                EXPECT_TRUE(std::binary_search(shared.begin(), shared.end(), a)) << reach;
+                EXPECT_TRUE(std::binary_search(shared.begin(), shared.end(), b)) << reach;
+                const CellRange common{cell_max(range_of(a).low, range_of(b).low),
+                                       cell_min(range_of(a).high, range_of(b).high)};
+                std::int64_t cells = 0;
+                if (common.cell_count() < 1e5) {
+                    occupancy.for_each_shared(common, [&cells](Cell) { ++cells; });
+                    EXPECT_EQ(static_cast<double>(cells), common.cell_count());
+                }
+            }
+        }
+        EXPECT_GT(meetings, 20) << reach;
+        EXPECT_LT(shared.size(), 2U * triangles) << "everything is kept, nothing was ruled out";
+    }
+}
+
+}  // namespace
+}  // namespace trocar::test
