@@ -1,20 +1,22 @@
 // ohc: the detector that the thesis describes (§3.3, §4.2), as METHODS §2 reconstructs it. Space is split into equal
-// cells, nothing is remembered from tick to tick, no mesh connectivity is used, and no body is ever held against
-// another body: the work grows with the triangles, not with the pairs of bodies. A tick is a cascade, each level
-// passing on only what it could not rule out:
+// cells, no mesh connectivity is used, and no body is ever held against another body: the work grows with the
+// triangles, not with the pairs of bodies. A tick is a cascade, each level passing on only what it could not rule out:
 //
-//   lattice      every vertex -> its cell numbers; a triangle's cells are the range between its corners' cells
-//   occupancy    one bit per cell: which cells hold triangles of two bodies (occupancy.hpp)            [update]
-//   cell map     the triangles in such cells are hashed; a cell with two bodies that may collide is live
-//   object map   the bodies in each live cell
-//   primitive map  their triangles in each live cell (all three: cell_map.hpp)                         [detect]
-//   boxes        triangles that share a live cell and whose boxes overlap; the pair counts in one cell only, the one
-//                whose numbers are the larger of the two triangles' lowest numbers, so that no pair comes twice
-//   triangles    the exact test (narrow_phase.hpp)
+//   boxes of bodies  where can two groups of bodies meet at all; the cells there are the window of this tick
+//   occupancy        per group one bit per cell of the window, from the vertices; a triangle is ruled out by a look at
+//                    three numbers, one per corner (occupancy.hpp). Nearly all triangles end here
+//   shared cells     the same bits again for the triangles left, with the cells that they really cover       [update]
+//   cell map         what lies in cells of two groups is hashed; a cell with two bodies that may collide is live
+//   object map       the bodies in each live cell
+//   primitive map    their triangles in each live cell (all three: cell_map.hpp)                             [detect]
+//   boxes            triangles that share a live cell and whose boxes overlap; the pair counts in one cell only, the
+//   one
+//                    whose numbers are the larger of the two triangles' lowest numbers, so that no pair comes twice
+//   triangles        the exact test (narrow_phase.hpp)
 //
-// Why no pair is missed: lattice.hpp. Triangles that span many cells are cut into pieces for marking and hashing only
-// (they come repeatedly, which a sort undoes); those that would need more pieces than a plain look at every other
-// triangle costs are looked at in that plain way.
+// Why no pair is missed: lattice.hpp. Triangles that span very many cells are cut into pieces for marking and hashing
+// only (triangle_cells.hpp; they come repeatedly, which a sort undoes); those that would need more pieces than a plain
+// look at every other triangle costs are looked at in that plain way.
 #include <algorithm>
 #include <array>
 #include <cmath>

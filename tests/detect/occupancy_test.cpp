@@ -92,12 +92,13 @@ TEST(OccupancyKernels, TrianglesAreChosenByTheirFirstCornersMarkAndTheirWidth) {
     std::vector<std::uint32_t> codes(64);
     std::vector<Index> corners(3 * 3000);
     for (Index& corner : corners) corner = static_cast<Index>(random() % codes.size());
-    for (int round = 0; round < 40; ++round) {
+    for (unsigned round = 0; round < 40; ++round) {
         // Numbers close together, so that differences of 0, 1 and 2 all come often; also at both ends of an axis.
         const std::uint32_t from[3] = {round % 3 == 0 ? 0U : 200U, round % 4 == 0 ? 508U : 31U, 300U};
         for (std::uint32_t& code : codes) {
-            code = (random() % 2) << 31U;
-            for (unsigned axis = 0; axis < 3; ++axis) code |= (from[axis] + random() % (1 + round % 4)) << (10 * axis);
+            code = static_cast<std::uint32_t>(random() % 2) << 31U;
+            for (unsigned axis = 0; axis < 3; ++axis)
+                code |= (from[axis] + static_cast<std::uint32_t>(random() % (1U + round % 4U))) << (10 * axis);
         }
         for (const std::uint32_t mark : {0U, cell_code::mark}) {
             std::vector<Index> expected;
@@ -137,8 +138,8 @@ TEST(Occupancy, LosesNoTriangleWithASharedCell) {
         std::vector<Index> corners(2 * 3 * triangles);
         for (Index t = 0; t < 2 * triangles; ++t) {
             // Each body fills a part of space; they overlap in a third of it.
-            const Vector3 middle =
-                reach * Vector3(unit(random) + (t < triangles ? 0.6 : -0.6), unit(random), unit(random));
+            Vector3 middle = reach * Vector3(unit(random) + (t < triangles ? 0.6 : -0.6), unit(random), unit(random));
+            if (t >= triangles && t % 10 == 0) middle = frame.position.col(3 * (t - triangles));  // a sure meeting
             const double size = t % 50 == 0 ? 0.2 * reach : 0.6;
             for (int k = 0; k < 3; ++k) {
                 frame.position.col(3 * t + k) = middle + size * Vector3(unit(random), unit(random), unit(random));
