@@ -3,7 +3,8 @@
 //
 // Settings, and where they depart from the library's default:
 // * manual bottom-up refit: leaves get their new boxes, then every inner node is merged from its children in one pass.
-//   Bullet's own btDbvt::update removes and reinserts each leaf, which is far slower when every vertex moves.
+//   Bullet's own btDbvt::update (update=reinsert) takes each leaf out and puts it back, which is far slower when every
+//   vertex moves.
 // * optimizeTopDown once after the build: the best tree the library makes by itself.
 // * Debian's build "bullet" stores float boxes; they are rounded outward, so that nothing is missed.
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>
@@ -61,6 +62,7 @@ struct ExactTest final : btDbvt::ICollide {
 
 class BulletDbvt final : public Detector {
 public:
+    explicit BulletDbvt(bool reinsert) : reinsert_(reinsert) {}
     void prepare(const Topology& topology, const Frame& frame) override {
         topology_ = &topology;
         trees_.clear();
@@ -86,12 +88,15 @@ public:
         vertices_.narrow(frame);
         for (std::size_t i = 0; i < trees_.size(); ++i) {
             const BodyRange& body = topology_->bodies[i];
-            if (frame.moved && std::none_of(frame.moved->begin(), frame.moved->end(), [&body](Range moved) {
-                    return moved.first < body.vertices.end() && body.vertices.first < moved.end();
-                })) {
+            if (!baselines::may_have_moved(frame, body)) continue;
+            Tree& tree = *trees_[i];
+            if (reinsert_) {
+                for (Index t = 0; t < body.triangles.count; ++t) {
+                    btDbvtVolume volume = volume_of(*topology_, vertices_, body.triangles.first + t);
+                    tree.tree.update(tree.leaves[static_cast<std::size_t>(t)], volume);
+                }
                 continue;
             }
-            Tree& tree = *trees_[i];
             for (Index t = 0; t < body.triangles.count; ++t) {
                 tree.leaves[static_cast<std::size_t>(t)]->volume =
                     volume_of(*topology_, vertices_, body.triangles.first + t);
@@ -118,6 +123,7 @@ public:
     }
 
 private:
+    bool reinsert_;
     const Topology* topology_ = nullptr;
     baselines::FloatVertices vertices_;
     std::vector<std::unique_ptr<Tree>> trees_;
@@ -127,12 +133,18 @@ private:
 
 DetectorEntry bullet_dbvt_detector();
 DetectorEntry bullet_dbvt_detector() {
-    return {
-        .name = "bullet_dbvt",
-        .library = "Bullet",
-        .version = std::to_string(BT_BULLET_VERSION / 100) + "." + std::to_string(BT_BULLET_VERSION % 100),
-        .configuration = "btDbvt, single precision, manual bottom-up refit; candidates decided by trocar's exact test",
-        .make = [](const ParameterValues& /*parameters*/) { return std::make_unique<BulletDbvt>(); }};
+    return {.name = "bullet_dbvt",
+            .library = "Bullet",
+            .version = std::to_string(BT_BULLET_VERSION / 100) + "." + std::to_string(BT_BULLET_VERSION % 100),
+            .configuration = "btDbvt, single precision; candidates decided by trocar's exact test",
+            .parameters = {{.name = "update",
+                            .type = Parameter::Type::choice,
+                            .default_value = "refit",
+                            .choices = {"refit", "reinsert"},
+                            .meaning = "new boxes bottom up in the same tree, or the library's update of each leaf"}},
+            .make = [](const ParameterValues& parameters) {
+                return std::make_unique<BulletDbvt>(parameters.is("update", "reinsert"));
+            }};
 }
 
 }  // namespace trocar

@@ -4,7 +4,7 @@
 // Settings, and where they depart from the library's default:
 // * the tree class btGImpactQuantizedBvh is driven through its own primitive interface instead of a collision shape:
 //   shape, margin (default 0.01 units) and contact generation would only add work and false candidates.
-// * update() each tick: the library's own refit of a deforming mesh.
+// * update() each tick: the library's own refit of a deforming mesh. update=rebuild builds the tree anew.
 // * boxes are quantised to 16 bits over the bounds of the build plus one unit, rounded to nearest. Two quanta are added
 //   to each box, so that rounding cannot lose a pair (default: none, touching pairs get lost).
 // * a vertex outside the bounds of the build would be clamped and missed: the tree is rebuilt in a tick in which a body
@@ -77,6 +77,7 @@ void build(const Topology& topology, const Frame& frame, BodyTree& body) {
 
 class BulletGimpact final : public Detector {
 public:
+    explicit BulletGimpact(bool rebuild) : rebuild_(rebuild) {}
     void prepare(const Topology& topology, const Frame& frame) override {
         topology_ = &topology;
         bodies_.clear();
@@ -92,10 +93,14 @@ public:
         if (bodies_.empty() && !topology_->bodies.empty()) prepare(*topology_, frame);
         for (const auto& body : bodies_) {
             if (body->boxes.body().triangles.count == 0) continue;
+            if (!baselines::may_have_moved(frame, body->boxes.body())) {
+                body->boxes.look_at(frame, body->inflation);
+                continue;
+            }
             const Box box = baselines::box_of_body(*topology_, frame, body->boxes.body());
             const bool inside = (box.min.array() >= body->bounds.min.array()).all() &&
                                 (box.max.array() <= body->bounds.max.array()).all();
-            if (inside) {
+            if (inside && !rebuild_) {
                 body->boxes.look_at(frame, body->inflation);
                 body->tree.update();
             } else {
@@ -125,6 +130,7 @@ public:
     }
 
 private:
+    bool rebuild_;
     const Topology* topology_ = nullptr;
     std::vector<std::unique_ptr<BodyTree>> bodies_;
     btPairSet candidates_;
@@ -134,12 +140,18 @@ private:
 
 DetectorEntry bullet_gimpact_detector();
 DetectorEntry bullet_gimpact_detector() {
-    return {
-        .name = "bullet_gimpact",
-        .library = "Bullet",
-        .version = std::to_string(BT_BULLET_VERSION / 100) + "." + std::to_string(BT_BULLET_VERSION % 100),
-        .configuration = "GImpact quantised tree, single precision, refit; candidates decided by trocar's exact test",
-        .make = [](const ParameterValues& /*parameters*/) { return std::make_unique<BulletGimpact>(); }};
+    return {.name = "bullet_gimpact",
+            .library = "Bullet",
+            .version = std::to_string(BT_BULLET_VERSION / 100) + "." + std::to_string(BT_BULLET_VERSION % 100),
+            .configuration = "GImpact quantised tree, single precision; candidates decided by trocar's exact test",
+            .parameters = {{.name = "update",
+                            .type = Parameter::Type::choice,
+                            .default_value = "refit",
+                            .choices = {"refit", "rebuild"},
+                            .meaning = "follow the vertices in the same tree, or build a new tree every tick"}},
+            .make = [](const ParameterValues& parameters) {
+                return std::make_unique<BulletGimpact>(parameters.is("update", "rebuild"));
+            }};
 }
 
 }  // namespace trocar

@@ -2,6 +2,7 @@
 // turns their candidates into pairs. Our own narrow phase is used for all of them, so that only broad phases differ.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -90,6 +91,13 @@ inline Box box_of_body(const Topology& /*topology*/, const Frame& frame, const B
     if (body.triangles.count == 0) return box;
     for (Index v = body.vertices.first; v < body.vertices.end(); ++v) box.add(frame.position.col(v));
     return box;
+}
+
+/// Whether a body has to be followed this tick. Every rival is spared the bodies at rest, as its users would spare it.
+inline bool may_have_moved(const Frame& frame, const BodyRange& body) {
+    return !frame.moved || std::any_of(frame.moved->begin(), frame.moved->end(), [&body](Range moved) {
+        return moved.first < body.vertices.end() && body.vertices.first < moved.end();
+    });
 }
 
 /// Tests one candidate exactly and appends it when the closed triangles meet.

@@ -4,11 +4,12 @@
 //
 // Settings, and where they depart from the library's default:
 // * boxes are rebuilt each tick in double; the algorithm has no state to keep.
-// * closed boxes (the default topology) and the default cutoff of 10.
+// * closed boxes (the default topology); `cutoff`, below which segment trees give way to a sweep, is 10, the default.
 // * two bodies whose boxes do not overlap are not asked about, as with the other libraries that are asked body by body.
 // * the algorithm permutes its arrays: they are refilled each tick, so the order of one tick cannot speed up the next.
 #include <CGAL/box_intersection_d.h>
 
+#include <cstddef>
 #include <memory>
 #include <vector>
 
@@ -23,6 +24,7 @@ using TriangleBox = CGAL::Box_intersection_d::Box_with_info_d<double, 3, Index>;
 
 class CgalBoxes final : public Detector {
 public:
+    explicit CgalBoxes(std::ptrdiff_t cutoff) : cutoff_(cutoff) {}
     void prepare(const Topology& topology, const Frame& /*frame*/) override {
         topology_ = &topology;
         boxes_.assign(topology.bodies.size(), {});
@@ -50,7 +52,7 @@ public:
             if (!body_boxes_[static_cast<std::size_t>(a)].overlaps(body_boxes_[static_cast<std::size_t>(b)])) continue;
             auto& boxes_a = boxes_[static_cast<std::size_t>(a)];
             auto& boxes_b = boxes_[static_cast<std::size_t>(b)];
-            CGAL::box_intersection_d(boxes_a.begin(), boxes_a.end(), boxes_b.begin(), boxes_b.end(), test);
+            CGAL::box_intersection_d(boxes_a.begin(), boxes_a.end(), boxes_b.begin(), boxes_b.end(), test, cutoff_);
         }
         contacts.sort_pairs();
     }
@@ -66,6 +68,7 @@ private:
         }
     }
 
+    std::ptrdiff_t cutoff_;
     const Topology* topology_ = nullptr;
     std::vector<std::vector<TriangleBox>> boxes_;
     std::vector<Box> body_boxes_;
@@ -79,7 +82,16 @@ DetectorEntry cgal_boxes_detector() {
             .library = "CGAL",
             .version = CGAL_VERSION_STR,
             .configuration = "box_intersection_d (GPL-3), double boxes; candidates decided by trocar's exact test",
-            .make = [](const ParameterValues& /*parameters*/) { return std::make_unique<CgalBoxes>(); }};
+            .parameters = {{.name = "cutoff",
+                            .type = Parameter::Type::integer,
+                            .unit = "1",
+                            .default_value = "10",
+                            .minimum = 1,
+                            .maximum = 1e9,
+                            .meaning = "sets of fewer boxes are swept instead of divided further"}},
+            .make = [](const ParameterValues& parameters) {
+                return std::make_unique<CgalBoxes>(static_cast<std::ptrdiff_t>(parameters.integer("cutoff")));
+            }};
 }
 
 }  // namespace trocar

@@ -4,13 +4,18 @@
 // * device "threads=1": every contestant runs on one thread (default: all cores).
 // * geometry build quality REFIT and scene flag DYNAMIC: the tree is refitted to the moved vertices each tick instead
 // of
-//   being rebuilt (default: MEDIUM, static); quality=rebuild offers a LOW quality rebuild per tick.
+//   being rebuilt (default: MEDIUM, static). The scene's own quality is LOW, which makes one tree per geometry, the
+//   only kind that Embree refits; the geometry's tree is built once by the surface area heuristic.
+// * update=rebuild builds a tree of `quality` each tick: low (Morton codes) or medium (surface area heuristic).
 // * boxes are rounded outward to float: Embree stores float boxes, and nothing may be missed.
-// * leaf=cluster puts runs of 32 consecutive triangles into one primitive, the hybrid a sceptic asks for.
+// * leaf=cluster puts runs of `cluster_size` consecutive triangles into one primitive, the hybrid a sceptic asks for.
+// * errors of the device end the tick as outcome `threw`; a library of another version than its header is refused.
 #include <embree3/rtcore.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -24,7 +29,7 @@ namespace {
 using baselines::box_of_body;
 using baselines::FloatBox;
 
-constexpr Index cluster_size = 32;
+constexpr Index largest_cluster = 64;
 
 /// One body as Embree sees it. Address is stable: bounds callbacks hold it.
 struct EmbreeBody {
@@ -68,8 +73,8 @@ struct Query {
 
 /// The triangles of a run that overlap `common`, with their boxes.
 struct RunBoxes {
-    std::array<Index, cluster_size> triangle;
-    std::array<FloatBox, cluster_size> box;
+    std::array<Index, largest_cluster> triangle;
+    std::array<FloatBox, largest_cluster> box;
     std::size_t count = 0;
     FloatBox hull;
 
@@ -115,8 +120,11 @@ void on_collisions(void* user, RTCCollision* collisions, unsigned int count) {
 class EmbreeCollide final : public Detector {
 public:
     explicit EmbreeCollide(const ParameterValues& parameters)
-        : triangles_per_primitive_(parameters.is("leaf", "cluster") ? cluster_size : 1),
-          refit_(parameters.is("update", "refit")) {}
+        : triangles_per_primitive_(
+              parameters.is("leaf", "cluster") ? static_cast<Index>(parameters.integer("cluster_size")) : 1),
+          quality_(parameters.is("update", "refit")     ? RTC_BUILD_QUALITY_REFIT
+                   : parameters.is("quality", "medium") ? RTC_BUILD_QUALITY_MEDIUM
+                                                        : RTC_BUILD_QUALITY_LOW) {}
     ~EmbreeCollide() override { release(); }
     EmbreeCollide(const EmbreeCollide&) = delete;
     EmbreeCollide& operator=(const EmbreeCollide&) = delete;
@@ -127,6 +135,7 @@ public:
         release();
         topology_ = &topology;
         device_ = rtcNewDevice("threads=1");
+        if (device_ != nullptr && rtcGetDeviceProperty(device_, RTC_DEVICE_PROPERTY_VERSION) != RTC_VERSION) release();
         if (device_ == nullptr || !is_answerable(topology, frame)) return;
         vertices_.narrow(frame);
         for (const BodyRange& range : topology.bodies) {
@@ -144,7 +153,7 @@ public:
             rtcSetGeometryUserPrimitiveCount(body->geometry, static_cast<unsigned int>(body->primitive_count()));
             rtcSetGeometryUserData(body->geometry, body.get());
             rtcSetGeometryBoundsFunction(body->geometry, primitive_bounds, nullptr);
-            rtcSetGeometryBuildQuality(body->geometry, refit_ ? RTC_BUILD_QUALITY_REFIT : RTC_BUILD_QUALITY_LOW);
+            rtcSetGeometryBuildQuality(body->geometry, quality_);
             rtcCommitGeometry(body->geometry);
             rtcAttachGeometry(body->scene, body->geometry);
             rtcCommitScene(body->scene);
@@ -159,12 +168,7 @@ public:
         for (std::size_t i = 0; i < bodies_.size(); ++i) {
             EmbreeBody& body = *bodies_[i];
             body.frame = &frame;
-            const Range vertices = topology_->bodies[i].vertices;
-            if (frame.moved && std::none_of(frame.moved->begin(), frame.moved->end(), [vertices](Range moved) {
-                    return moved.first < vertices.end() && vertices.first < moved.end();
-                })) {
-                continue;
-            }
+            if (!baselines::may_have_moved(frame, topology_->bodies[i])) continue;
             body.box = box_of_body(*topology_, frame, topology_->bodies[i]);
             rtcUpdateGeometryBuffer(body.geometry, RTC_BUFFER_TYPE_VERTEX, 0);
             rtcCommitGeometry(body.geometry);
@@ -176,7 +180,8 @@ public:
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
         if (device_ == nullptr) {
-            contacts.outcome = {OutcomeKind::unsupported, "Embree could not make a device"};
+            contacts.outcome = {OutcomeKind::unsupported,
+                                "Embree could not make a device, or is another version than its header"};
             return;
         }
         for (auto [a, b] : topology_->body_pairs) {
@@ -190,6 +195,10 @@ public:
             rtcCollide(body_a.scene, body_b.scene, on_collisions, &query);
         }
         contacts.sort_pairs();
+        if (const RTCError error = rtcGetDeviceError(device_); error != RTC_ERROR_NONE) {
+            contacts.clear();
+            contacts.outcome = {OutcomeKind::threw, fmt::format("Embree reported error {}", static_cast<int>(error))};
+        }
     }
 
 private:
@@ -204,7 +213,7 @@ private:
     }
 
     Index triangles_per_primitive_;
-    bool refit_;
+    RTCBuildQuality quality_;
     const Topology* topology_ = nullptr;
     RTCDevice device_ = nullptr;
     baselines::FloatVertices vertices_;
@@ -229,7 +238,19 @@ DetectorEntry embree_collide_detector() {
                             .type = Parameter::Type::choice,
                             .default_value = "triangle",
                             .choices = {"triangle", "cluster"},
-                            .meaning = "what a primitive is: one triangle, or 32 consecutive ones"}},
+                            .meaning = "what a primitive is: one triangle, or several consecutive ones"},
+                           {.name = "cluster_size",
+                            .type = Parameter::Type::integer,
+                            .unit = "1",
+                            .default_value = "32",
+                            .minimum = 1,
+                            .maximum = largest_cluster,
+                            .meaning = "leaf=cluster: triangles in a primitive"},
+                           {.name = "quality",
+                            .type = Parameter::Type::choice,
+                            .default_value = "low",
+                            .choices = {"low", "medium"},
+                            .meaning = "update=rebuild: tree by Morton codes, or by the surface area heuristic"}},
             .make = [](const ParameterValues& parameters) { return std::make_unique<EmbreeCollide>(parameters); }};
 }
 

@@ -11,6 +11,7 @@
 //  world vertices     transforms stay the identity and the vertices are the frame's: fcl::collide() would copy both
 //                     models per query for AABB, RSS and KDOP trees. For the same reason the traversal node is driven
 //                     directly; for OBB, OBBRSS and kIOS this is what fcl::collide() does too.
+//  bodies at rest     not updated, where the frame tells which vertices moved.
 //  num_max_contacts   unlimited (default 1, which stops at the first hit).
 //  enable_contact     only when native contacts are wanted (default off). In that mode FCL drops pairs whose contact
 //  has
@@ -36,6 +37,7 @@
 #include <utility>
 #include <vector>
 
+#include "candidates.hpp"
 #include "method/entry.hpp"
 #include "method/frame_check.hpp"
 
@@ -94,6 +96,7 @@ public:
         try {
             for (std::size_t body = 0; body < models_.size(); ++body) {
                 if (!models_[body]) continue;
+                if (!rebuild && !baselines::may_have_moved(frame, topology_->bodies[body])) continue;
                 Model& model = *models_[body];
                 const Range vertices = topology_->bodies[body].vertices;
                 check(model.beginReplaceModel());

@@ -41,6 +41,7 @@
 #include <utility>
 #include <vector>
 
+#include "candidates.hpp"
 #include "geometry/input_error.hpp"
 #include "method/entry.hpp"
 #include "method/frame_check.hpp"
@@ -179,7 +180,7 @@ private:
     void follow(const Frame& frame) {
         for (std::size_t i = 0; i < bodies_.size(); ++i) {
             MeshBody& body = bodies_[i];
-            if (body.meshes.empty()) continue;
+            if (body.meshes.empty() || !baselines::may_have_moved(frame, topology_->bodies[i])) continue;
             fill_vertices(frame, topology_->bodies[i], body);
             for (const auto& mesh : body.meshes) {
                 if (settings_.refit) {
