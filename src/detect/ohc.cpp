@@ -17,6 +17,10 @@
 // Why no pair is missed: lattice.hpp. Triangles that span very many cells are cut into pieces for marking and hashing
 // only (triangle_cells.hpp; they come repeatedly, which a sort undoes); those that would need more pieces than a plain
 // look at every other triangle costs are looked at in that plain way.
+//
+// Nothing is remembered from tick to tick, but with incremental=on: then bodies that rest, or of which less than half
+// moves, stay out of the cascade and their triangles stay hashed (kept_triangles.hpp), and under limits: then the pairs
+// of the tick before are tested first, what concerns an instrument next, all else last.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,12 +32,12 @@
 
 #include "detect/cell_map.hpp"
 #include "detect/cluster_kernels.hpp"
+#include "detect/kept_triangles.hpp"
 #include "detect/lattice.hpp"
 #include "detect/narrow_phase.hpp"
 #include "detect/occupancy.hpp"
 #include "detect/pair_sort.hpp"
 #include "detect/shared_parameters.hpp"
-#include "detect/standing_map.hpp"
 #include "detect/swept.hpp"
 #include "detect/triangle_cells.hpp"
 #include "method/entry.hpp"
@@ -146,6 +150,8 @@ public:
         cells_.prepare(topology, settings_.margin);
         occupancy_.prepare(topology.vertex_count);
         last_pairs_.clear();
+        last_.resize(3, 0);
+        answered_ = true;
         // Room for a crowded tick; more than this grows as it comes.
         const auto room = static_cast<std::size_t>(std::min<Index>(16384, topology.triangle_count()));
         for (std::vector<Index>* list : {&found_, &huge_}) list->reserve(room);
@@ -168,13 +174,18 @@ public:
             return;
         }
         truncated_ = false;
+        at_rest_ = settings_.incremental && settings_.limited() && !settings_.swept && is_at_rest(frame);
+        if (at_rest_) {
+            work_of_update_ = work_;
+            return;
+        }
         huge_.clear();
         primitives_.clear();
         entries_ = 0;
         cells_.set_way(false);
         answerable_ = read_boxes(frame);
         const std::int64_t to_read = topology_->vertex_count * std::int64_t{cells_.way() ? 2 : 1};
-        if (answerable_ && groups_.size() > 1 && spend(work_.vertices_read, to_read)) {
+        if (answerable_ && active_.size() > 1 && spend(work_.vertices_read, to_read)) {
             if (cell_edge_ == 0.0) choose_cell(frame);
             const CellRange meeting = place_groups();
             if (!is_empty(meeting)) {
@@ -191,7 +202,10 @@ public:
         if (!answerable_ && !check_frame(*topology_, frame, contacts)) return;
         work_ = work_of_update_;
         truncated_ = truncated_in_update_;
-        if (follows_) {
+        if (at_rest_) {
+            contacts.pairs = last_pairs_;
+            truncated_ = last_truncated_;
+        } else if (follows_) {
             detect_changed(frame, contacts);
         } else if (settings_.limited()) {
             detect_limited(frame, contacts);
@@ -199,8 +213,8 @@ public:
             candidates_.clear();
             repeated_.clear();
             hash_shared(frame);
-            gather_candidates([] { return true; });
-            test_huge(frame);
+            gather_candidates(any_bodies, [] { return true; });
+            test_huge(frame, any_bodies);
             std::sort(repeated_.begin(), repeated_.end());
             repeated_.erase(std::unique(repeated_.begin(), repeated_.end()), repeated_.end());
             candidates_.insert(candidates_.end(), repeated_.begin(), repeated_.end());
@@ -233,6 +247,9 @@ private:
             begin = past;
         }
         boxes_.resize(topology_->bodies.size());
+        takes_part_.assign(topology_->bodies.size(), 0);
+        for (const Index body : order_) takes_part_[at(body)] = 1;
+        active_ = groups_;
     }
     /// h: 1.5 × the mean edge of the moving body with the shortest edges (METHODS §12), but not below
     /// the mean edge of all triangles: a coarse body beside a fine one would spread over too many cells.
@@ -317,7 +334,7 @@ private:
         }
         CellRange merged = no_cells;
         CellRange meeting = no_cells;
-        for (const Group& group : groups_) {
+        for (const Group& group : active_) {
             meeting = hull(meeting, common(merged, group.range));
             merged = hull(merged, group.range);
         }
@@ -325,9 +342,10 @@ private:
     }
     CellRange place_all() {
         CellRange all = no_cells;
-        for (Group& group : groups_) {
+        for (Group& group : active_) {
             group.range = no_cells;
             for (std::size_t k = group.first_body; k < group.end_body; ++k) {
+                if (is_kept(order_[k])) continue;
                 const Extent& box = boxes_[at(order_[k])];
                 Vector3 low(box.low[0], box.low[1], box.low[2]);
                 Vector3 high(box.high[0], box.high[1], box.high[2]);
@@ -345,19 +363,20 @@ private:
     /// Fills primitives_ with the triangles near cells that two groups may share.
     void find_near(const Frame& frame, const CellRange& meeting) {
         occupancy_.start(cells_.lattice(), meeting);
-        for (std::size_t g = 0; g + 1 < groups_.size(); ++g) put_in_field(frame, groups_[g]);
+        for (std::size_t g = 0; g + 1 < active_.size(); ++g) put_in_field(frame, active_[g]);
         if (cells_.plain()) occupancy_.look_for_any();
-        Group& last = groups_.back();
+        Group& last = active_.back();
         last.first = primitives_.size();
         collect(frame, last, [this](const CellRange& range) { return occupancy_.share(range); });
         last.end = primitives_.size();
-        if (last.first == last.end && groups_.size() == 2) return;
+        if (last.first == last.end && active_.size() == 2) return;
         if (cells_.plain()) occupancy_.look_for_shared();
-        for (std::size_t g = 0; g + 1 < groups_.size(); ++g) {
-            groups_[g].first = groups_[g].end = primitives_.size();
-            if (!occupancy_.any_shared(groups_[g].range)) continue;
-            collect(frame, groups_[g], [this](const CellRange& range) { return occupancy_.any_shared(range); });
-            groups_[g].end = primitives_.size();
+        for (std::size_t g = 0; g + 1 < active_.size(); ++g) {
+            Group& group = active_[g];
+            group.first = group.end = primitives_.size();
+            if (!occupancy_.any_shared(group.range)) continue;
+            collect(frame, group, [this](const CellRange& range) { return occupancy_.any_shared(range); });
+            group.end = primitives_.size();
         }
     }
     /// All vertices of the group, and triangles that reach further than one cell from them.
@@ -387,7 +406,7 @@ private:
     template <typename IsShared>
     void collect(const Frame& frame, const Group& group, const IsShared& is_shared) {
         found_.clear();
-        const bool last = &group == &groups_.back();
+        const bool last = &group == &active_.back();
         for_each_body(group, [&](const BodyRange& body) {
             if (!spend(work_.cells_visited, body.triangles.count)) return;
             if (!cells_.plain()) {
@@ -416,7 +435,9 @@ private:
     }
     template <typename Use>
     void for_each_body(const Group& group, const Use& use) const {
-        for (std::size_t k = group.first_body; k < group.end_body; ++k) use(topology_->bodies[at(order_[k])]);
+        for (std::size_t k = group.first_body; k < group.end_body; ++k) {
+            if (!is_kept(order_[k])) use(topology_->bodies[at(order_[k])]);
+        }
     }
     void add_all(Range triangles) {
         for (Index t = triangles.first; t < triangles.end(); ++t) found_.push_back(t);
@@ -440,13 +461,13 @@ private:
         const auto for_each_range = [&](const Group& group, const auto& use) {
             for (std::size_t k = group.first; k < group.end; ++k) cells_.for_each_range(frame, primitives_[k], use);
         };
-        for (std::size_t g = 0; g + 1 < groups_.size(); ++g) {
-            for_each_range(groups_[g], [this](const CellRange& part) {
+        for (std::size_t g = 0; g + 1 < active_.size(); ++g) {
+            for_each_range(active_[g], [this](const CellRange& part) {
                 if (afford(part)) work_.cells_visited += shared_.add(part);
             });
-            shared_.merge(groups_[g].range, false);
+            shared_.merge(active_[g].range, false);
         }
-        for_each_range(groups_.back(), [this](const CellRange& part) {
+        for_each_range(active_.back(), [this](const CellRange& part) {
             if (!afford(part)) return;
             ++work_.cells_visited;
             shared_.share(part);
@@ -483,12 +504,15 @@ private:
         map_.cascade();
     }
 
-    /// Fills candidates_ (each pair once) and repeated_ (pairs of cut triangles). `after_meeting` is asked after the
-    /// triangles of two bodies in one cell; false ends the search.
-    template <typename AfterMeeting>
-    void gather_candidates(const AfterMeeting& after_meeting) {
+    static bool any_bodies(Index /*a*/, Index /*b*/) { return true; }
+
+    /// Fills candidates_ (each pair once) and repeated_ (pairs of cut triangles) from the bodies that are `wanted`.
+    /// `after_meeting` is asked after the triangles of two bodies in one cell; false ends the search.
+    template <typename Wanted, typename AfterMeeting>
+    void gather_candidates(const Wanted& wanted, const AfterMeeting& after_meeting) {
         map_.for_each_meeting(
             [&](const std::array<std::int32_t, 3>& cell, std::span<const Index> first, std::span<const Index> second) {
+                if (!wanted(primitives_[at(first.front())].body, primitives_[at(second.front())].body)) return true;
                 if (!spend(work_.box_tests, static_cast<std::int64_t>(first.size() * second.size()))) return false;
                 for (const Index i : first) {
                     const Question p(members_[at(i)], Cell{cell[0], cell[1], cell[2], 0});
@@ -527,11 +551,12 @@ private:
     }
 
     /// Triangles too large for the lattice against every triangle of every body they may hit.
-    void test_huge(const Frame& frame) {
+    template <typename Wanted>
+    void test_huge(const Frame& frame, const Wanted& wanted) {
         for (const Index t : huge_) {
             const Primitive p = cells_.primitive(frame, t);
             for (const Index body : order_) {
-                if (!map_.may_hit(p.body, body)) continue;
+                if (!map_.may_hit(p.body, body) || is_kept(body) || !wanted(p.body, body)) continue;
                 const Range triangles = topology_->bodies[at(body)].triangles;
                 if (!spend(work_.box_tests, triangles.count)) return;
                 for (Index other = triangles.first; other < triangles.end(); ++other) {
@@ -544,6 +569,20 @@ private:
     }
 
     // ---- incremental ----
+    //
+    // A body of which most moves goes through the cascade at every tick. A body that rests, or of which less than half
+    // moves, is kept: its triangles stay hashed, those that moved are looked around, and what moves elsewhere asks the
+    // maps that are there. Pairs of two triangles that did not move are taken over from the tick before.
+
+    static constexpr int patience = 8;  ///< ticks of rest, or nearly, after which a body is kept
+
+    struct Following {
+        bool kept = false;
+        bool moved = false;      ///< not kept: since the last answer
+        int calm = 0;            ///< ticks since it last moved as a whole
+        std::int64_t asked = 0;  ///< vertices that may have moved
+    };
+    [[nodiscard]] bool is_kept(Index body) const { return follows_ && following_[at(body)].kept; }
 
     /// Which triangles move when a vertex moves.
     void list_triangles_of_vertices() {
@@ -557,174 +596,275 @@ private:
         for (Index t = 0; t < topology_->triangle_count(); ++t) {
             for (int k = 0; k < 3; ++k) triangles_of_vertices_[at(next[at(topology_->triangles(k, t))]++)] = t;
         }
-        takes_part_.assign(topology_->bodies.size(), 0);
-        for (const Index body : order_) takes_part_[at(body)] = 1;
-        const auto triangles = static_cast<std::size_t>(topology_->triangle_count());
-        changed_at_.assign(triangles, 0);
-        ranges_.assign(triangles, CellRange{});
-        places_.assign(triangles, Place::cells);
+        following_.assign(topology_->bodies.size(), Following{});
+        changed_at_.assign(static_cast<std::size_t>(topology_->triangle_count()), 0);
         change_ = 0;
         changed_.clear();
         last_.resize(3, 0);
         answered_ = true;
+        moving_ = false;
     }
 
-    /// Looks for vertices that moved, among the ranges that the frame tells or among all, and puts their triangles into
-    /// other cells where need be. What the last detect found about the others stays true.
+    /// Finds out what moved, among the ranges that the frame tells or among all, and puts kept triangles into other
+    /// cells where need be.
     void follow(const Frame& frame) {
         truncated_ = truncated_in_update_ = false;
-        answerable_ = is_answerable(*topology_, frame);
-        if (!answerable_) {
-            known_ = false;  // ranges told by later frames start from a frame that was not followed
-            return;
-        }
-        if (order_.size() < 2) return;
+        // Ranges told by later frames start from a frame that was followed.
+        const bool told = std::exchange(known_, false) && frame.moved.has_value();
+        answerable_ = frame.position.cols() == topology_->vertex_count;
+        if (!answerable_) return;
         if (answered_) {
             ++change_;
             changed_.clear();
+            moving_ = false;
             answered_ = false;
         }
-        const bool followed_before = known_;
-        if (cell_edge_ == 0.0) {
-            choose_cell(frame);
-            last_.resize(3, 0);
-        }
-        if (last_.cols() != frame.position.cols()) {
-            stand_anew(frame);
+        redo_ = false;
+        if (last_.cols() == 0 || cell_edge_ == 0.0) {
+            answerable_ = known_ = is_answerable(*topology_, frame);
+            if (answerable_) keep_all(frame);
             return;
         }
-        known_ = true;
-        const Range everything{0, topology_->vertex_count};
-        const std::span<const Range> told = followed_before && frame.moved ? std::span<const Range>(*frame.moved)
-                                                                           : std::span<const Range>(&everything, 1);
-        for (const Range& range : told) {
-            const Index first = std::clamp(range.first, 0, everything.count);
-            const Index end = std::clamp(range.end(), first, everything.count);
-            if (!follow_range(frame, {first, end - first})) {
-                stand_anew(frame);
-                return;
+        answerable_ = known_ = look_at_bodies(frame, told) && look_at_vertices(frame, told);
+        if (!answerable_) return;
+        active_.clear();
+        for (const Group& group : groups_) {
+            for (std::size_t k = group.first_body; k < group.end_body; ++k) {
+                if (is_kept(order_[k])) continue;
+                active_.push_back(group);
+                break;
             }
         }
-        rehash_changed(frame);
+        if (!rehash_changed(frame)) {
+            keep_all(frame);
+            return;
+        }
+        if (!active_.empty() && Lattice::at_limit(place_all())) {
+            keep_all(frame);
+            return;
+        }
+        redo_ = !active_.empty() && (moving_ || changed_near_moving());
+        primitives_.clear();
+        huge_.clear();
+        entries_ = 0;
+        if (!redo_) return;
+        const CellRange meeting = place_groups();
+        if (active_.size() < 2 || is_empty(meeting)) return;
+        find_near(frame, meeting);
+        find_shared(frame);
     }
 
-    /// False when a vertex went beyond the lattice.
-    bool follow_range(const Frame& frame, Range range) {
-        work_.vertices_read += range.count;
-        const double* const here = frame.position.data();
-        double* const before = last_.data();
-        for (Index v = range.first; v < range.end(); ++v) {
-            const std::size_t i = 3 * at(v);
-            if (here[i] == before[i] && here[i + 1] == before[i + 1] && here[i + 2] == before[i + 2]) continue;
-            std::copy_n(here + i, 3, before + i);
-            const Vector3 point(here[i], here[i + 1], here[i + 2]);
-            const Vector3 margin = Vector3::Constant(settings_.margin);
-            if (Lattice::at_limit({cells_.lattice().cell(point - margin), cells_.lattice().cell(point + margin)})) {
-                return false;
+    /// Which bodies move as a whole, in part or not at all. False when a number is not finite.
+    bool look_at_bodies(const Frame& frame, bool told) {
+        for (std::size_t body = 0; body < following_.size(); ++body) {
+            following_[body].asked = told ? 0 : topology_->bodies[body].vertices.count;
+        }
+        if (told) {
+            for_each_told(frame, [this](Index body, Range part) { following_[at(body)].asked += part.count; });
+        }
+        leaving_.clear();
+        bool finite = true;
+        for (std::size_t body = 0; body < following_.size(); ++body) {
+            Following& state = following_[body];
+            const Range vertices = topology_->bodies[body].vertices;
+            if (state.asked == 0 && (state.kept || told)) {
+                if (!state.kept) ++state.calm;
+            } else if (state.kept) {
+                if (2 * state.asked > vertices.count && most_samples_moved(frame, vertices)) {
+                    leaving_.push_back(static_cast<Index>(body));
+                }
+            } else {
+                const std::int64_t moved = told ? state.asked : count_moved(frame, vertices);
+                state.moved = state.moved || moved > 0;
+                state.calm = 2 * moved > vertices.count ? 0 : state.calm + 1;
+                work_.vertices_read += vertices.count;
+                if (moved > 0) finite &= read_box(frame, body);
+                moving_ = moving_ || (moved > 0 && takes_part(static_cast<Index>(body)));
             }
+        }
+        for (const Index body : leaving_) {
+            finite &= read_box(frame, at(body));
+            following_[at(body)] = {.kept = false, .moved = true};
+            work_.vertices_read += topology_->bodies[at(body)].vertices.count;
+            moving_ = true;
+        }
+        if (!leaving_.empty()) forget_leaving(frame);
+        if (!finite) return false;
+        for (const Index body : order_) {
+            if (following_[at(body)].kept || following_[at(body)].calm < patience) continue;
+            following_[at(body)] = {.kept = true};
+            const BodyRange& range = topology_->bodies[at(body)];
+            last_.middleCols(range.vertices.first, range.vertices.count) =
+                frame.position.middleCols(range.vertices.first, range.vertices.count);
+            for (Index t = range.triangles.first; t < range.triangles.end(); ++t) change(t);
+        }
+        return true;
+    }
+    [[nodiscard]] bool takes_part(Index body) const { return takes_part_[at(body)] != 0; }
+    bool read_box(const Frame& frame, std::size_t body) {
+        const Range vertices = topology_->bodies[body].vertices;
+        return vertices.count == 0 ||
+               kernels_.box_of_run(frame.position.data() + 3 * at(vertices.first), vertices.count, boxes_[body]);
+    }
+    template <typename Use>
+    void for_each_told(const Frame& frame, const Use& use) const {
+        for (const Range& range : *frame.moved) {
+            for (std::size_t body = 0; body < topology_->bodies.size(); ++body) {
+                const Range own = topology_->bodies[body].vertices;
+                const Index first = std::max(range.first, own.first);
+                const Index end = std::min(range.end(), own.end());
+                if (first < end) use(static_cast<Index>(body), Range{first, end - first});
+            }
+        }
+    }
+    [[nodiscard]] bool vertex_moved(const Frame& frame, Index v) const {
+        const double* const here = frame.position.data() + 3 * at(v);
+        const double* const before = last_.data() + 3 * at(v);
+        return !(here[0] == before[0] && here[1] == before[1] && here[2] == before[2]);
+    }
+    void remember(const Frame& frame, Index v) {
+        std::copy_n(frame.position.data() + 3 * at(v), 3, last_.data() + 3 * at(v));
+    }
+    /// A look at some vertices, spread evenly, which is all that a moving body pays for the question.
+    [[nodiscard]] bool most_samples_moved(const Frame& frame, Range vertices) const {
+        const Index stride = std::max(1, vertices.count / 32);
+        Index moved = 0;
+        Index samples = 0;
+        for (Index v = vertices.first; v < vertices.end(); v += stride, ++samples) {
+            moved += vertex_moved(frame, v) ? 1 : 0;
+        }
+        return 2 * moved > samples;
+    }
+    /// How many vertices moved since they were last remembered; all of them when most samples moved.
+    std::int64_t count_moved(const Frame& frame, Range vertices) {
+        if (most_samples_moved(frame, vertices)) {
+            const Index stride = std::max(1, vertices.count / 32);
+            for (Index v = vertices.first; v < vertices.end(); v += stride) remember(frame, v);
+            return vertices.count;
+        }
+        std::int64_t moved = 0;
+        for (Index v = vertices.first; v < vertices.end(); ++v) {
+            if (!vertex_moved(frame, v)) continue;
+            ++moved;
+            remember(frame, v);
+        }
+        return moved;
+    }
+    /// The maps without the bodies that move as a whole from this tick on.
+    void forget_leaving(const Frame& frame) {
+        std::int64_t leaving = 0;
+        std::int64_t staying = 0;
+        for (const Index body : leaving_) leaving += topology_->bodies[at(body)].triangles.count;
+        for (const Index body : order_) {
+            if (is_kept(body)) staying += topology_->bodies[at(body)].triangles.count;
+        }
+        if (leaving <= staying) {
+            for (const Index body : leaving_) {
+                const Range triangles = topology_->bodies[at(body)].triangles;
+                for (Index t = triangles.first; t < triangles.end(); ++t) work_.cells_visited += kept_.take(t);
+            }
+            return;
+        }
+        kept_.start(topology_->triangle_count(), settings_.hash, settings_.hash_bits);
+        for (const Index body : order_) {
+            if (!is_kept(body)) continue;
+            const Range triangles = topology_->bodies[at(body)].triangles;
+            for (Index t = triangles.first; t < triangles.end(); ++t) {
+                work_.cells_visited += kept_.put(frame, cells_, cells_.primitive(frame, t));
+            }
+        }
+    }
+
+    /// Which triangles of kept bodies moved. False when a number is not finite.
+    bool look_at_vertices(const Frame& frame, bool told) {
+        if (told) {
+            bool finite = true;
+            for_each_told(frame, [&](Index body, Range part) {
+                if (is_kept(body) && finite) finite = look_at_range(frame, part);
+            });
+            return finite;
+        }
+        for (const Index body : order_) {
+            if (is_kept(body) && !look_at_range(frame, topology_->bodies[at(body)].vertices)) return false;
+        }
+        return true;
+    }
+    bool look_at_range(const Frame& frame, Range range) {
+        work_.vertices_read += range.count;
+        for (Index v = range.first; v < range.end(); ++v) {
+            if (!vertex_moved(frame, v)) continue;
+            if (!frame.position.col(v).allFinite()) return false;
+            remember(frame, v);
             for (Index k = first_triangle_[at(v)]; k < first_triangle_[at(v) + 1]; ++k) {
-                const Index t = triangles_of_vertices_[at(k)];
-                if (changed_at_[at(t)] == change_ || takes_part_[at(body_of(t))] == 0) continue;
-                changed_at_[at(t)] = change_;
-                changed_.push_back(t);
+                change(triangles_of_vertices_[at(k)]);
             }
         }
         return true;
     }
+    void change(Index triangle) {
+        if (std::exchange(changed_at_[at(triangle)], change_) != change_) changed_.push_back(triangle);
+    }
 
-    /// All triangles into empty maps: at the first frame, and when the bodies left the lattice.
-    void stand_anew(const Frame& frame) {
-        known_ = true;
-        last_ = frame.position;
+    /// All triangles into empty maps: at the first frame, and when a kept one left the lattice.
+    void keep_all(const Frame& frame) {
+        if (cell_edge_ == 0.0) choose_cell(frame);
         (void)read_boxes(frame);
+        for (Following& state : following_) state = {};
+        active_ = groups_;
         place_groups();
+        active_.clear();
+        for (const Index body : order_) following_[at(body)].kept = true;
+        last_ = frame.position;
+        moving_ = redo_ = false;
         work_.vertices_read += topology_->vertex_count;
-        standing_.start(topology_->triangle_count(), settings_.hash, settings_.hash_bits);
-        std::fill(places_.begin(), places_.end(), Place::nowhere);
+        kept_.start(topology_->triangle_count(), settings_.hash, settings_.hash_bits);
+        primitives_.clear();
         huge_.clear();
-        changed_.clear();
+        entries_ = 0;
         for (const Index body : order_) {
             const Range triangles = topology_->bodies[at(body)].triangles;
-            for (Index t = triangles.first; t < triangles.end(); ++t) {
-                changed_at_[at(t)] = change_;
-                changed_.push_back(t);
-            }
+            for (Index t = triangles.first; t < triangles.end(); ++t) change(t);
         }
-        rehash_changed(frame);
+        (void)rehash_changed(frame);
     }
-
-    void rehash_changed(const Frame& frame) {
+    /// False when a triangle is beyond the lattice, whose corner may have been chosen elsewhere.
+    bool rehash_changed(const Frame& frame) {
+        bool inside = true;
         for (const Index t : changed_) {
-            const Primitive primitive = cells_.primitive(frame, t);
-            const CellRange& range = primitive.range;
-            const bool plain = !primitive.cut;
-            if (plain && places_[at(t)] == Place::cells && range == ranges_[at(t)]) continue;
-            if (places_[at(t)] == Place::huge) huge_.erase(std::find(huge_.begin(), huge_.end(), t));
-            if (places_[at(t)] != Place::huge) work_.cells_visited += standing_.remove(t);
-            ranges_[at(t)] = range;
-            places_[at(t)] = plain ? Place::cells : Place::pieces;
-            const bool placed = cells_.for_each_range(frame, primitive, [&](const CellRange& part) {
-                for (std::int32_t z = part.low[2]; z <= part.high[2]; ++z) {
-                    for (std::int32_t y = part.low[1]; y <= part.high[1]; ++y) {
-                        for (std::int32_t x = part.low[0]; x <= part.high[0]; ++x) {
-                            ++work_.cells_visited;
-                            standing_.insert(Cell{x, y, z, 0}, body_of(t), t);
-                        }
-                    }
-                }
-            });
-            if (!placed) {
-                places_[at(t)] = Place::huge;
-                huge_.push_back(t);
-            }
+            if (!is_kept(body_of(t))) continue;  // changed first and moved on with its whole body
+            const Primitive p = cells_.primitive(frame, t);
+            inside = inside && !Lattice::at_limit(p.range);
+            work_.cells_visited += kept_.put(frame, cells_, p);
         }
+        return inside;
+    }
+    /// Whether a kept triangle moved where a body is that goes through the cascade.
+    [[nodiscard]] bool changed_near_moving() const {
+        return std::any_of(changed_.begin(), changed_.end(), [this](Index t) {
+            if (!is_kept(body_of(t))) return true;
+            if (kept_.is_huge(t)) return true;
+            return std::any_of(active_.begin(), active_.end(),
+                               [&](const Group& group) { return group.range.overlaps(kept_.range(t)); });
+        });
     }
 
-    /// Pairs of which neither triangle moved are as before; the others are looked for around the triangles that moved.
     void detect_changed(const Frame& frame, ContactSet& contacts) {
         candidates_.clear();
         repeated_.clear();
-        const auto changed = [this](Index t) { return changed_at_[at(t)] == change_; };
+        const auto stays = [this](Index t) {
+            return changed_at_[at(t)] != change_ && !(redo_ && !is_kept(body_of(t)));
+        };
         for (const TrianglePair& pair : last_pairs_) {
-            if (!changed(pair.a) && !changed(pair.b)) contacts.pairs.push_back(pair);
+            if (stays(pair.a) && stays(pair.b)) contacts.pairs.push_back(pair);
         }
-        for (const Index t : changed_) {
-            if (places_[at(t)] == Place::huge) continue;
-            const Index own = body_of(t);
-            const Primitive p = cells_.primitive(frame, t);
-            work_.cells_visited += standing_.for_each_neighbour(
-                t, [&](const std::array<std::int32_t, 3>& cell, Index body, std::int32_t first) {
-                    if (!map_.may_hit(own, body)) return;
-                    standing_.for_each_triangle(first, [&](Index other) {
-                        ++work_.box_tests;
-                        if (changed(other) && body < own) return;  // found from there
-                        const CellRange& range = ranges_[at(other)];
-                        const bool cut = p.cut || places_[at(other)] == Place::pieces;
-                        if (!cut && (cell[0] != std::max(p.range.low[0], range.low[0]) ||
-                                     cell[1] != std::max(p.range.low[1], range.low[1]) ||
-                                     cell[2] != std::max(p.range.low[2], range.low[2]))) {
-                            return;
-                        }
-                        add_candidate(frame, p, other, cut ? repeated_ : candidates_);
-                    });
-                });
+        if (redo_) {
+            hash_shared(frame);
+            gather_candidates(any_bodies, [] { return true; });
+            test_huge(frame, any_bodies);
+            ask_kept(frame);
         }
-        for (const Index t : huge_) {
-            const Primitive p = cells_.primitive(frame, t);
-            const auto look_at = [&](Index other) {
-                if (!map_.may_hit(body_of(t), body_of(other))) return;
-                ++work_.box_tests;
-                add_candidate(frame, p, other, repeated_);
-            };
-            if (!changed(t)) {
-                for (const Index other : changed_) look_at(other);
-                continue;
-            }
-            for (const Index body : order_) {
-                const Range triangles = topology_->bodies[at(body)].triangles;
-                for (Index other = triangles.first; other < triangles.end(); ++other) look_at(other);
-            }
-        }
+        look_around_changed(frame);
+        look_around_huge(frame, stays);
         std::sort(repeated_.begin(), repeated_.end());
         repeated_.erase(std::unique(repeated_.begin(), repeated_.end()), repeated_.end());
         candidates_.insert(candidates_.end(), repeated_.begin(), repeated_.end());
@@ -733,9 +873,105 @@ private:
         last_pairs_ = contacts.pairs;
         answered_ = true;
     }
-    void add_candidate(const Frame& frame, const Primitive& p, Index other, std::vector<TrianglePair>& list) const {
-        if (boxes_overlap(p, cells_.primitive(frame, other)))
-            list.push_back({std::min(p.triangle, other), std::max(p.triangle, other)});
+    /// Triangles of bodies that are not kept against those that are.
+    void ask_kept(const Frame& frame) {
+        if (std::none_of(order_.begin(), order_.end(), [this](Index body) { return is_kept(body); })) return;
+        kept_.cover(cells_.lattice());
+        for (const Group& group : active_) {
+            if (!kept_.any_near(group.range) && kept_.huge().empty()) continue;
+            for_each_body(group, [&](const BodyRange& body) {
+                work_.cells_visited += body.triangles.count;
+                for (Index t = body.triangles.first; t < body.triangles.end(); ++t) ask_kept(frame, t);
+            });
+        }
+    }
+    void ask_kept(const Frame& frame, Index triangle) {
+        const Primitive p = cells_.primitive(frame, triangle);
+        if (!kept_.any_near(p.range)) return;
+        const bool placed = cells_.for_each_range(frame, p, [&](const CellRange& part) {
+            work_.cells_visited +=
+                kept_.for_each_in(part, [&](const std::array<std::int32_t, 3>& cell, Index body, std::int32_t first) {
+                    if (map_.may_hit(p.body, body)) meet_kept(frame, p, cell, first);
+                });
+        });
+        if (placed) return;
+        for (const Index body : order_) {
+            if (!map_.may_hit(p.body, body) || !is_kept(body)) continue;
+            const Range others = topology_->bodies[at(body)].triangles;
+            work_.box_tests += others.count;
+            for (Index other = others.first; other < others.end(); ++other) {
+                add_candidate(p, cells_.primitive(frame, other), repeated_);
+            }
+        }
+    }
+    /// Triangles of one body in one cell.
+    void meet_kept(const Frame& frame, const Primitive& p, const std::array<std::int32_t, 3>& cell,
+                   std::int32_t first) {
+        kept_.for_each_triangle(first, [&](Index other) { meet_kept_one(frame, p, cell, other); });
+    }
+    void meet_kept_one(const Frame& frame, const Primitive& p, const std::array<std::int32_t, 3>& cell, Index other) {
+        ++work_.box_tests;
+        const CellRange& range = kept_.range(other);
+        const bool cut = p.cut || kept_.is_cut(other);
+        if (!cut &&
+            (cell[0] != std::max(p.range.low[0], range.low[0]) || cell[1] != std::max(p.range.low[1], range.low[1]) ||
+             cell[2] != std::max(p.range.low[2], range.low[2]))) {
+            return;
+        }
+        add_candidate(p, cells_.primitive(frame, other), cut ? repeated_ : candidates_);
+    }
+    /// Kept triangles that moved against all kept ones.
+    void look_around_changed(const Frame& frame) {
+        // With one group there is nobody to meet.
+        const std::size_t kept_groups =
+            static_cast<std::size_t>(std::count_if(groups_.begin(), groups_.end(), [this](const Group& group) {
+                return std::any_of(order_.begin() + static_cast<std::ptrdiff_t>(group.first_body),
+                                   order_.begin() + static_cast<std::ptrdiff_t>(group.end_body),
+                                   [this](Index body) { return is_kept(body); });
+            }));
+        if (kept_groups < 2) return;
+        for (const Index t : changed_) {
+            const Index own = body_of(t);
+            if (!is_kept(own) || kept_.is_huge(t)) continue;
+            const Primitive p = cells_.primitive(frame, t);
+            work_.cells_visited += kept_.for_each_neighbour(
+                t, [&](const std::array<std::int32_t, 3>& cell, Index body, std::int32_t first) {
+                    if (!map_.may_hit(own, body)) return;
+                    kept_.for_each_triangle(first, [&](Index other) {
+                        if (changed_at_[at(other)] == change_ && body < own) return;  // found from there
+                        meet_kept_one(frame, p, cell, other);
+                    });
+                });
+        }
+    }
+    /// Kept triangles that are in no cell against all others, of which one of the two moved.
+    template <typename Stays>
+    void look_around_huge(const Frame& frame, const Stays& stays) {
+        for (const Index t : kept_.huge()) {
+            const Primitive p = cells_.primitive(frame, t);
+            const auto look_at = [&](Index other) {
+                if (stays(t) && stays(other)) return;
+                ++work_.box_tests;
+                add_candidate(p, cells_.primitive(frame, other), repeated_);
+            };
+            const bool all = !stays(t) || redo_;
+            if (!all) {
+                for (const Index other : changed_) {
+                    if (map_.may_hit(p.body, body_of(other))) look_at(other);
+                }
+                continue;
+            }
+            for (const Index body : order_) {
+                if (!map_.may_hit(p.body, body)) continue;
+                const Range triangles = topology_->bodies[at(body)].triangles;
+                for (Index other = triangles.first; other < triangles.end(); ++other) look_at(other);
+            }
+        }
+    }
+    static void add_candidate(const Primitive& p, const Primitive& q, std::vector<TrianglePair>& list) {
+        if (boxes_overlap(p, q)) {
+            list.push_back({std::min(p.triangle, q.triangle), std::max(p.triangle, q.triangle)});
+        }
     }
     [[nodiscard]] Index body_of(Index triangle) const { return topology_->body_of_triangle[at(triangle)]; }
 
@@ -768,13 +1004,57 @@ private:
         const bool cut_before = std::exchange(truncated_, false);
         if (flush() && !cut_before) {
             hash_shared(frame);
-            if (!truncated_) gather_candidates(flush);
-            if (!truncated_) test_huge(frame);
-            if (!truncated_) flush();
+            // What an instrument does is felt at once: it comes before what tissues do among themselves.
+            for (const bool instruments : {true, false}) {
+                const auto wanted = [this, instruments](Index a, Index b) {
+                    return (is_instrument(a) || is_instrument(b)) == instruments;
+                };
+                if (!truncated_) gather_candidates(wanted, flush);
+                if (!truncated_) test_huge(frame, wanted);
+                if (!truncated_) flush();
+            }
         }
         truncated_ = truncated_ || cut_before;
         last_pairs_ = contacts.pairs;
         std::sort(last_pairs_.begin(), last_pairs_.end());
+        last_truncated_ = truncated_;
+        answered_ = true;
+    }
+    [[nodiscard]] bool is_instrument(Index body) const {
+        return topology_->bodies[at(body)].kind == BodyKind::instrument;
+    }
+    /// Under limits and when incremental: whether the last answer is this one's, too, because nothing moved since.
+    bool is_at_rest(const Frame& frame) {
+        const bool told = std::exchange(known_, false) && frame.moved.has_value();
+        if (frame.position.cols() != topology_->vertex_count) return false;
+        bool rests = last_.cols() != 0 && answered_;
+        std::int64_t looked_at = 0;
+        if (last_.cols() == 0) {
+            last_ = frame.position;
+        } else if (told) {
+            for_each_told(frame, [&](Index /*body*/, Range part) { looked_at += part.count; });
+        } else {
+            looked_at = topology_->vertex_count;
+        }
+        if (!spend(work_.vertices_read, looked_at)) {
+            last_.resize(3, 0);
+            return false;
+        }
+        const auto look = [&](Index /*body*/, Range part) {
+            for (Index v = part.first; v < part.end(); ++v) {
+                if (!vertex_moved(frame, v)) continue;
+                rests = false;
+                remember(frame, v);
+            }
+        };
+        if (told) {
+            for_each_told(frame, look);
+        } else {
+            look(0, {0, topology_->vertex_count});
+        }
+        known_ = true;
+        if (!rests) answered_ = false;
+        return rests;
     }
 
     static std::size_t at(Index number) { return static_cast<std::size_t>(number); }
@@ -784,7 +1064,8 @@ private:
     const ClusterKernels& kernels_ = cluster_kernels().front();
     std::vector<Index> order_;  ///< bodies that take part
     std::vector<Group> groups_;
-    double cell_edge_ = 0.0;  ///< m; 0: not chosen yet
+    std::vector<Group> active_;  ///< groups that go through the cascade; when incremental those with moving bodies
+    double cell_edge_ = 0.0;     ///< m; 0: not chosen yet
     TriangleCells cells_;
     Occupancy occupancy_;  ///< where groups may meet, judged by vertices
     Occupancy shared_;     ///< where they do, judged by triangles
@@ -810,18 +1091,21 @@ private:
     std::vector<TrianglePair> last_pairs_;  ///< under limits and when incremental: what the tick before reported
 
     // What is kept from tick to tick; all empty unless incremental.
-    enum class Place : std::uint8_t { nowhere, cells, pieces, huge };
     bool follows_ = false;
-    bool known_ = false;    ///< the frame before was followed
-    bool answered_ = true;  ///< detect has seen the changes; until then they add up
-    StandingMap standing_;
-    Matrix3X last_;                             ///< 3×N, m: the positions that the maps stand for
+    bool known_ = false;           ///< the frame before was followed
+    bool answered_ = true;         ///< detect has seen the changes; until then they add up
+    bool moving_ = false;          ///< a body that is not kept moved since
+    bool at_rest_ = false;         ///< under limits: nothing moved since the last answer
+    bool last_truncated_ = false;  ///< of that answer
+    bool redo_ = false;            ///< such bodies are looked at again in this tick
+    KeptTriangles kept_;
+    std::vector<Following> following_;          ///< per body
+    std::vector<Index> leaving_;                ///< bodies
+    Matrix3X last_;                             ///< 3×N, m: what positions are compared with
     std::vector<Index> first_triangle_;         ///< N + 1; where the triangles of a vertex start
     std::vector<Index> triangles_of_vertices_;  ///< 3 T
     std::vector<std::uint8_t> takes_part_;      ///< per body
     std::vector<std::uint32_t> changed_at_;     ///< per triangle: the change in which it last moved
-    std::vector<CellRange> ranges_;             ///< per triangle
-    std::vector<Place> places_;                 ///< per triangle
     std::vector<Index> changed_;
     std::uint32_t change_ = 0;
 };
@@ -866,9 +1150,9 @@ DetectorEntry ohc_detector() {
               .type = Type::choice,
               .default_value = "off",
               .choices = {"off", "on"},
-              .meaning = "keep the maps from tick to tick and look only at what moved: for scenes in which most "
-                         "vertices rest; "
-                         "without effect under limits or with swept=on"},
+              .meaning = "keep the maps of bodies that rest, or of which less than half moves, and look only at what "
+                         "moved; under limits an answer is kept only while nothing moves at all; without effect "
+                         "with swept=on"},
              swept_parameter(),
              max_pairs_parameter(),
              work_budget_parameter()},

@@ -73,6 +73,16 @@ public:
         }
         return count;
     }
+    /// As above for a cell of one's own choice.
+    template <typename Use>
+    void for_each_at(Cell where, const Use& use) const {
+        const std::array<std::int32_t, 3> key{where[0], where[1], where[2]};
+        const std::int32_t number = find(key);
+        if (number == none) return;
+        for (std::int32_t o = cells_[at(number)].first_object; o != none; o = objects_[at(o)].next) {
+            use(key, objects_[at(o)].body, objects_[at(o)].first);
+        }
+    }
     /// Walks the triangles of one body in one cell from the first entry on.
     template <typename Use>
     void for_each_triangle(std::int32_t entry, const Use& use) const {
@@ -133,11 +143,16 @@ private:
         table_[slot] = cell;
     }
 
-    std::int32_t find_or_make(Cell where) {
-        const std::array<std::int32_t, 3> key{where[0], where[1], where[2]};
+    [[nodiscard]] std::int32_t find(const std::array<std::int32_t, 3>& key) const {
         for (std::size_t slot = home(key); table_[slot] != none; slot = (slot + 1) & wrap()) {
             if (cells_[at(table_[slot])].key == key) return table_[slot];
         }
+        return none;
+    }
+
+    std::int32_t find_or_make(Cell where) {
+        const std::array<std::int32_t, 3> key{where[0], where[1], where[2]};
+        if (const std::int32_t known = find(key); known != none) return known;
         if (2 * (++used_) > table_.size()) resize(bits_ + 1);
         const std::int32_t cell = take(cells_, free_cell_);
         is_used_.resize(cells_.size(), 0);

@@ -98,6 +98,89 @@ TEST(OhcIncremental, EveryTickHasThePairsOfAFreshStart) {
     }
 }
 
+/// Bodies move as a whole for a while, then in part, then rest, each in its own rhythm: so each is kept and let go of
+/// again and again, alone and together with others.
+TEST(OhcIncremental, BodiesThatComeToRestAndMoveOnAreAnsweredAllTheWay) {
+    World world = scenes().front();
+    std::mt19937 random(17);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    const auto told = started(world, {});
+    const auto untold = started(world, {});
+    const auto limited = started(world, {{"max_pairs", "100000"}});
+    struct Phase {
+        unsigned kind = 0;  ///< 0 rest, 1 in part, 2 whole
+        unsigned ticks = 0;
+    };
+    std::vector<Phase> phases(world.topology.bodies.size());
+    std::size_t pairs = 0;
+    std::int64_t least_work = std::numeric_limits<std::int64_t>::max();
+    for (int tick = 0; tick < 160; ++tick) {
+        world.frame.previous = world.frame.position;
+        world.frame.tick = tick;
+        std::vector<Range> moved;
+        for (std::size_t b = 0; b < phases.size() && tick > 0; ++b) {
+            Phase& phase = phases[b];
+            if (phase.ticks == 0)
+                phase = {static_cast<unsigned>(random() % 3), 1 + static_cast<unsigned>(random() % 24)};
+            --phase.ticks;
+            const bool everybody_rests = tick % 40 >= 28;
+            if (phase.kind == 0 || everybody_rests) continue;
+            Range range = world.topology.bodies[b].vertices;
+            if (phase.kind == 1) range = {range.first + range.count / 2, range.count / 5};
+            moved.push_back(range);
+            const Vector3 by = 0.001 * Vector3(uniform(random), uniform(random), uniform(random));
+            for (Index v = range.first; v < range.end(); ++v) world.frame.position.col(v) += by;
+        }
+        Frame plain = world.frame;
+        plain.moved.reset();
+        // Told ranges may be too long, overlap, or lie outside altogether.
+        if (tick % 5 == 4) moved.push_back({-10, 30});
+        if (tick % 7 == 6) moved.push_back({world.topology.vertex_count - 3, 1000});
+        if (tick % 9 == 8) moved.push_back({world.topology.vertex_count + 50, 10});
+        if (tick > 0) world.frame.moved = moved;
+        const std::vector<TrianglePair> expected = answer(*started(world, {}, false), plain).pairs;
+        pairs += expected.size();
+        const ContactSet contacts = answer(*told, world.frame);
+        ASSERT_EQ(contacts.pairs, expected) << "told, tick " << tick;
+        ASSERT_EQ(answer(*untold, plain).pairs, expected) << "untold, tick " << tick;
+        ASSERT_EQ(answer(*limited, tick % 2 == 0 ? world.frame : plain).pairs, expected) << "limited, tick " << tick;
+        least_work = std::min(least_work, contacts.work.work());
+    }
+    EXPECT_GT(pairs, 1000U);
+    EXPECT_LT(least_work, 100) << "nothing ever came to rest";
+}
+
+TEST(OhcIncremental, UnderLimitsAWorldAtRestAddsNothingButTheLook) {
+    World world = scenes().front();
+    const std::vector<TrianglePair> all = answer(*started(world, {}, false), world.frame).pairs;
+    ASSERT_GT(all.size(), 20U);
+    for (const Settings& settings :
+         std::vector<Settings>{{{"max_pairs", "100000"}}, {{"max_pairs", "9"}}, {{"work_budget", "100000000"}}}) {
+        const auto detector = started(world, settings);
+        world.frame.moved.reset();
+        const ContactSet first = answer(*detector, world.frame);
+        const ContactSet compared = answer(*detector, world.frame);
+        EXPECT_EQ(compared.pairs, first.pairs);
+        EXPECT_EQ(compared.truncated, first.truncated);
+        EXPECT_EQ(compared.truncated, settings.contains("max_pairs") && settings.at("max_pairs") == "9");
+        EXPECT_EQ(compared.work.work(), world.topology.vertex_count);
+        world.frame.moved = std::vector<Range>{};
+        const ContactSet told = answer(*detector, world.frame);
+        EXPECT_EQ(told.pairs, first.pairs);
+        EXPECT_EQ(told.work.work(), 0);
+        World elsewhere = world;
+        const Range shaft_vertices = world.topology.bodies[0].vertices;
+        for (Index v = 0; v < shaft_vertices.count; ++v) elsewhere.frame.position.col(v) += Vector3(0.5, 0.0, 0.0);
+        elsewhere.frame.moved = std::vector<Range>{shaft_vertices};
+        const ContactSet moved = answer(*detector, elsewhere.frame);
+        elsewhere.frame.moved.reset();
+        const std::vector<TrianglePair> expected = answer(*started(elsewhere, {}, false), elsewhere.frame).pairs;
+        if (!moved.truncated) {
+            EXPECT_EQ(moved.pairs, expected);
+        }
+    }
+}
+
 TEST(OhcIncremental, ABadFrameInBetweenLosesNothing) {
     World world = scenes().front();
     const auto detector = started(world, {});

@@ -221,6 +221,73 @@ TEST(OhcLimits, PairsOfTheLastTickComeFirst) {
     EXPECT_TRUE(std::includes(contacts.pairs.begin(), contacts.pairs.end(), lasting.begin(), lasting.end()));
 }
 
+/// Two tissues with very many pairs among themselves, all of lower numbers and inserted first, and an instrument that
+/// meets them in a few places: the few must not be crowded out by the many, nor those of the tick before by new ones.
+TEST(OhcLimits, InstrumentsComeBeforeTheCrowd) {
+    const auto world_at = [](double x) {
+        return make_world("crowd", {{BodyKind::tissue, soup(250, 0.012, 0.06, 51)},
+                                    {BodyKind::tissue, soup(250, 0.012, 0.06, 52)},
+                                    {BodyKind::instrument, shaft(0.002, 0.06, 8, 12).move({x, 0.0, 0.01})},
+                                    {BodyKind::rigid, sphere(0.02, 10)}});
+    };
+    const auto touches_instrument = [](const World& world, const TrianglePair& pair) {
+        const auto kind_of = [&world](Index t) {
+            const Index body = world.topology.body_of_triangle[static_cast<std::size_t>(t)];
+            return world.topology.bodies[static_cast<std::size_t>(body)].kind;
+        };
+        return kind_of(pair.a) == BodyKind::instrument || kind_of(pair.b) == BodyKind::instrument;
+    };
+    const auto count_touching = [&](const World& world, const Pairs& pairs) {
+        return std::count_if(pairs.begin(), pairs.end(),
+                             [&](const TrianglePair& pair) { return touches_instrument(world, pair); });
+    };
+    const World world = world_at(0.0);
+    const Pairs all = expected_pairs(world);
+    const auto of_instrument = count_touching(world, all);
+    ASSERT_GT(of_instrument, 20);
+    ASSERT_GT(static_cast<std::ptrdiff_t>(all.size()), 4 * of_instrument);
+    for (const std::ptrdiff_t most : {of_instrument / 2, of_instrument, of_instrument + 30}) {
+        const ContactSet contacts = answer(world, {{"max_pairs", std::to_string(most)}});
+        EXPECT_EQ(static_cast<std::ptrdiff_t>(contacts.pairs.size()), most);
+        EXPECT_TRUE(contacts.truncated);
+        EXPECT_EQ(count_touching(world, contacts.pairs), std::min(most, of_instrument));
+    }
+    // A budget that ends among the instrument's pairs leaves nothing but those.
+    const std::int64_t whole = answer(world).work.work();
+    bool seen = false;
+    for (std::int64_t budget = whole / 4; budget < whole; budget += whole / 64) {
+        const ContactSet contacts = answer(world, {{"work_budget", std::to_string(budget)}});
+        ASSERT_TRUE(contacts.truncated || contacts.pairs == all);
+        const auto touching = count_touching(world, contacts.pairs);
+        if (touching < of_instrument) {
+            EXPECT_EQ(touching, static_cast<std::ptrdiff_t>(contacts.pairs.size()));
+        }
+        seen = seen || (touching > 0 && contacts.truncated);
+    }
+    EXPECT_TRUE(seen);
+    // Second tick: what lasts of the first answer, whoever it concerns, then the instrument's.
+    const World after = world_at(0.004);
+    const Pairs all_after = expected_pairs(after);
+    const auto most = static_cast<std::ptrdiff_t>(of_instrument + 40);
+    const auto detector = make_detector("ohc", {{"max_pairs", std::to_string(most)}});
+    detector->prepare(world.topology, world.frame);
+    ContactSet contacts;
+    detector->update(world.frame);
+    detector->detect(world.frame, contacts);
+    const Pairs first = contacts.pairs;
+    detector->update(after.frame);
+    detector->detect(after.frame, contacts);
+    Pairs lasting;
+    std::set_intersection(first.begin(), first.end(), all_after.begin(), all_after.end(), std::back_inserter(lasting));
+    EXPECT_TRUE(std::includes(contacts.pairs.begin(), contacts.pairs.end(), lasting.begin(), lasting.end()));
+    Pairs added;
+    std::set_difference(contacts.pairs.begin(), contacts.pairs.end(), lasting.begin(), lasting.end(),
+                        std::back_inserter(added));
+    const auto new_of_instrument = count_touching(after, all_after) - count_touching(after, lasting);
+    EXPECT_EQ(count_touching(after, added),
+              std::min(static_cast<std::ptrdiff_t>(added.size()), static_cast<std::ptrdiff_t>(new_of_instrument)));
+}
+
 TEST(OhcLimits, MaximumOfPairsIsKeptAndTold) {
     const World world = dipping(0);
     const Pairs whole = answer(world).pairs;
