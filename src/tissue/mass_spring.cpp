@@ -1,5 +1,7 @@
 #include "tissue/mass_spring.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -132,6 +134,48 @@ int stable_substeps(const Materials& materials, const Matrix3X& position, double
     if (omega == 0.0 && damping_rate == 0.0) return 1;
     const double limit = 0.95 * critical_time_step(omega, damping_rate);
     return std::max(1, static_cast<int>(std::ceil(std::min(dt / limit, 1e6))));
+}
+
+bool surely_unstable(const Materials& materials, const Matrix3X& position, double h) {
+    // The scheme at the growth factor z = -1: 4 M - h² K - 2 h C. It is positive definite for z towards minus infinity,
+    // so that any displacement that makes it negative proves a root z < -1.
+    const Eigen::Index n = position.cols();
+    Matrix3X shape(3, n);
+    for (Eigen::Index i = 0; i < shape.size(); ++i) {
+        shape.data()[i] = std::sin(1.0 + 0.754877666 * static_cast<double>(i * i + i));
+    }
+    for (Index v = 0; v < n; ++v) {
+        if (!is_free(materials, v)) shape.col(v).setZero();
+    }
+    Matrix3X image(3, n);
+    constexpr int most_iterations = 100;
+    for (int iteration = 0; iteration < most_iterations; ++iteration) {
+        apply_stiffness(materials, position, shape, image);
+        image *= h * h;
+        for (const Spring& spring : materials.springs) {
+            const Vector3 d = position.col(spring.j) - position.col(spring.i);
+            if (spring.damping == 0.0 || d.squaredNorm() == 0.0) continue;
+            const Vector3 u = d.normalized();
+            const Vector3 f = 2.0 * h * spring.damping * u.dot(shape.col(spring.i) - shape.col(spring.j)) * u;
+            if (is_free(materials, spring.i)) image.col(spring.i) += f;
+            if (is_free(materials, spring.j)) image.col(spring.j) -= f;
+        }
+        double mass = 0.0;
+        for (Index v = 0; v < n; ++v) {
+            if (!is_free(materials, v)) continue;
+            if (!materials.drag.empty()) image.col(v) += 2.0 * h * materials.drag[at(v)] * shape.col(v);
+            mass += materials.mass[at(v)] * shape.col(v).squaredNorm();
+        }
+        if (mass == 0.0) return false;
+        if (shape.cwiseProduct(image).sum() > 4.0 * mass) return true;
+        for (Index v = 0; v < n; ++v) {
+            if (is_free(materials, v)) shape.col(v) = image.col(v) / materials.mass[at(v)];
+        }
+        const double size = shape.cwiseAbs().maxCoeff();
+        if (!(size > 0.0) || !std::isfinite(size)) return false;
+        shape /= size;
+    }
+    return false;
 }
 
 MassSpring::MassSpring(const Topology& topology, const Materials& materials) : materials_(&materials) {
@@ -471,6 +515,12 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, Frame& frame, std
         }
     }
     limit_strain();
+    if (limited_edges_ > 0 && blows_up(dt)) {
+        return {OutcomeKind::unstable,
+                fmt::format("sub-steps of {:.3g} ms are beyond the stability limit; only the strain limit holds the "
+                            "springs together ({} sub-steps a tick are stable)",
+                            h * 1e3, stable_substeps(*materials_, start_, dt))};
+    }
 
     for (const Index v : tissue_) {
         frame.previous.col(v) = start_.col(v);
@@ -486,6 +536,16 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, Frame& frame, std
         wrench.moment += source.reaction_point.cross(force);
     }
     return {};
+}
+
+/// Whether the limiter hides a scheme that blows up. Asked when the limiter acts, from the place at the start of the
+/// tick, and then after every 64 such ticks only.
+bool MassSpring::blows_up(double dt) {
+    constexpr std::int64_t seldom = 64;
+    if (limited_ticks_++ % seldom != 0) return false;
+    const int substeps = std::max(1, materials_->substeps);
+    if (substeps >= stable_substeps(*materials_, start_, dt)) return false;
+    return surely_unstable(*materials_, start_, dt / substeps);
 }
 
 /// Two passes of Provot's correction: an edge that is too long is brought back to the limit by its ends' inverse

@@ -182,6 +182,76 @@ TEST(MassSpring, ChainsAndSheetsAreBoundedBelowTheLimitOnly) {
     }
 }
 
+TEST(MassSpring, SurelyUnstableIsTheExactLimitOfAChain) {
+    // Fixed-fixed chain of n: omega = 2 sqrt(k/m) sin(n pi / (2 n + 2)); along it, damping c of springs adds
+    // c/k omega² to the rate: h² w² + 2 h (drag/m + c/k w²) = 4.
+    for (const auto& [n, drag, damping] : {std::tuple{8, 0.0, 0.0}, {5, 0.3, 0.0}, {11, 0.0, 0.05}, {6, 0.1, 0.2}}) {
+        std::vector<Vector3> points;
+        std::vector<std::uint8_t> pinned;
+        std::vector<Spring> springs;
+        for (Index i = 0; i < n + 2; ++i) {
+            points.emplace_back(0.01 * i, 0.0, 0.0);
+            pinned.push_back(i == 0 || i == n + 1 ? 1 : 0);
+            if (i > 0) springs.push_back({.i = i - 1, .j = i, .rest = 0.01, .k = 400.0, .damping = damping});
+        }
+        TissueSample s = make_tissue(points, std::vector<double>(points.size(), 1e-3), pinned, springs);
+        s.materials.drag.assign(points.size(), drag);
+        const double omega = 2.0 * std::sqrt(400.0 / 1e-3) * std::sin(n * std::numbers::pi / (2.0 * n + 2.0));
+        const double rate = drag / 1e-3 + damping / 400.0 * omega * omega;
+        const double critical = (-rate + std::sqrt(rate * rate + 4.0 * omega * omega)) / (omega * omega);
+        EXPECT_FALSE(surely_unstable(s.materials, s.frame.position, 0.999 * critical)) << n;
+        EXPECT_TRUE(surely_unstable(s.materials, s.frame.position, 1.01 * critical)) << n;
+    }
+}
+
+TEST(MassSpring, TheStrainLimiterDoesNotHideABlowUp) {
+    // With sub-steps that are too long any small motion grows until the limiter alone keeps the disc together.
+    for (const int substeps : {1, 4}) {
+        TissueSample s = make_disc(0.03, 0.005, 100.0, 0.2, mass);
+        s.materials.drag.assign(s.materials.mass.size(), 5.0 * mass);
+        for (Spring& spring : s.materials.springs) spring.damping = 0.02;
+        s.materials.substeps = substeps;
+        s.frame.velocity(2, 0) = -1e-3;
+        MassSpring tissue(s.topology, s.materials);
+        const Effect effect = empty_effect(s.topology);
+        std::vector<Wrench> reaction(1);
+        Outcome outcome;
+        for (int tick = 0; tick < 2000 && outcome.ok(); ++tick)
+            outcome = tissue.advance(effect, 1e-3, s.frame, reaction);
+        EXPECT_EQ(outcome.kind, substeps == 1 ? OutcomeKind::unstable : OutcomeKind::ok) << outcome.message;
+        EXPECT_TRUE(s.frame.all_finite());
+    }
+}
+
+TEST(MassSpring, MillionStepsWithoutDampingKeepTheirEnergy) {
+    // Two preloaded springs hold a mass from both sides: h w = 0.31 along them. The energy of semi-implicit Euler stays
+    // within 1 / (1 + h w / 2) and 1 / (1 - h w / 2) of the start's, for ever.
+    TissueSample s =
+        make_tissue({Vector3(0, 0, 0), Vector3(0.01, 0, 0), Vector3(0.02, 0, 0)}, {1e-3, 1e-3, 1e-3}, {1, 0, 1},
+                    {Spring{.i = 0, .j = 1, .rest = 0.01, .k = 50.0, .preload = 0.1},
+                     Spring{.i = 1, .j = 2, .rest = 0.01, .k = 50.0, .preload = 0.1}});
+    s.materials.substeps = 1;
+    s.frame.velocity(0, 1) = 0.01;
+    const double moving = 0.5 * 1e-3 * 0.01 * 0.01;
+    const double at_rest = energy(s) - moving;
+    MassSpring tissue(s.topology, s.materials);
+    const Effect effect = empty_effect(s.topology);
+    std::vector<Wrench> reaction(1);
+    const double h = 0.001;
+    const double ripple = 0.5 * h * std::sqrt(100.0 / 1e-3);
+    double least = 1.0;
+    double most = 1.0;
+    for (int tick = 0; tick < 1000000; ++tick) {
+        ASSERT_TRUE(tissue.advance(effect, h, s.frame, reaction).ok());
+        const double share = (energy(s) - at_rest) / moving;
+        least = std::min(least, share);
+        most = std::max(most, share);
+    }
+    EXPECT_GT(least, 1.0 / (1.0 + ripple) - 1e-3);
+    EXPECT_LT(most, 1.0 / (1.0 - ripple) + 1e-3);
+    EXPECT_GT(most - least, 0.1 * ripple);
+}
+
 TEST(MassSpring, AutomaticSubStepsStayBelowTheExactLimit) {
     TissueSample s = make_disc(0.03, 0.005, 100.0, 0.2, mass);
     s.materials.drag.assign(s.materials.mass.size(), 5.0 * mass);
