@@ -48,9 +48,23 @@ Vector3 SurfaceNeighbours::blended_normal(const Topology& topology, const Matrix
     Vector3 face = area_normal(topology, position, triangle);
     const double size = face.norm();
     if (size > 0.0) face /= size;
+    const bool bends = topology.bodies[at(topology.body_of_triangle[at(triangle)])].kind == BodyKind::tissue;
+    constexpr double crease = 0.5;  // cosine of 60 degrees
     Vector3 sum = Vector3::Zero();
     for (int i = 0; i < 3; ++i) {
-        if (weights[i] != 0.0) sum += weights[i] * vertex_normal(topology, position, topology.triangles(i, triangle));
+        if (weights[i] == 0.0) continue;
+        const Index vertex = topology.triangles(i, triangle);
+        if (bends) {
+            sum += weights[i] * vertex_normal(topology, position, vertex);
+            continue;
+        }
+        Vector3 corner = Vector3::Zero();
+        for (const Index t : triangles_at(vertex)) {
+            const Vector3 normal = area_normal(topology, position, t);
+            if (normal.dot(face) >= crease * normal.norm()) corner += normal;
+        }
+        const double length = corner.norm();
+        if (length > 0.0) sum += weights[i] / length * corner;
     }
     const double length = sum.norm();
     constexpr double least_agreement = 0.26;  // cosine of 75 degrees

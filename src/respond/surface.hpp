@@ -22,8 +22,9 @@ public:
     [[nodiscard]] double area(Index vertex) const { return area_[static_cast<std::size_t>(vertex)]; }
     /// Unit, area-weighted mean of the adjacent outer normals; zero where they cancel.
     [[nodiscard]] Vector3 vertex_normal(const Topology& topology, const Matrix3X& position, Index vertex) const;
-    /// Normalised barycentric blend of the corner normals of a triangle: continuous along the surface (METHODS §5). The
-    /// face normal where the blend leaves it by more than 75 degrees (a sharp rim).
+    /// Normalised barycentric blend of the corner normals of a triangle: continuous along the surface (METHODS §5). Not
+    /// across creases of more than 60 degrees of a tool or bone, whose faces stay flat up to the crease; and the face
+    /// normal where the blend leaves it by more than 75 degrees (a sharp rim).
     [[nodiscard]] Vector3 blended_normal(const Topology& topology, const Matrix3X& position, Index triangle,
                                          const Vector3& weights) const;
 

@@ -52,6 +52,11 @@ std::vector<Parameter> thesis_parameters() {
         number("f_max", "N", "5", 0.0, 1e6, "largest spring force of one contact with clamp=on"),
         choice("edges", {"interval", "normal"},
                "crossing edges: along the interval by its length (faithful), or along their common normal (corrected)"),
+        choice("rigid", {"contact", "patch", "hold"},
+               "between instruments and rigid bodies: the pair's k per contact (faithful); or one contact per patch in "
+               "which two bodies meet, with the pair's k once and the patch's depth, area and middle; and with hold "
+               "(corrected) as stiff as rigid_settle says where a hand yields"),
+        number("rigid_settle", "s", "0.0025", 1e-4, 10.0, "time constant in which rigid=hold stops the hand's device"),
         choice("projection", {"place", "hold"},
                "tissue vertex in a face: put on the face (faithful, 3.8), or held by a stiff contact (corrected)"),
         choice(
@@ -72,7 +77,8 @@ std::vector<Parameter> thesis_parameters() {
         number("n_back", "1", "10", 0.0, 1e6, "ticks that back-projection looks back"),
         number("l_max", "m", "0.02", 0.0, 1e3, "longest back-projection"),
         number("settle_time", "s", "0.003", 1e-6, 10.0, "time constant of projection=hold and of the ledger"),
-        number("slip_damping", "1", "10", 0.0, 1e3,
+        number("clear_speed", "m/s", "0.5", 1e-6, 1e6, "fastest at which projection=hold and the ledger clear a depth"),
+        number("slip_damping", "1", "40", 0.0, 1e3,
                "damper of the ledger's contacts along a surface whose normal turns, in units of force times turn times "
                "tick; 0 = off"),
         number("d_max", "m", "0.015", 0.0, 1e3, "depth at which the ledger reports rupture"),
@@ -112,6 +118,8 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.area_stiffness = on("stiffness", "area");
     s.clamp = on("clamp", "on");
     s.edge_normal = on("edges", "normal");
+    s.hold_rigid = on("rigid", "hold");
+    s.rigid_patch = s.hold_rigid || values.is("rigid", "patch");
     s.constrain = on("projection", "hold");
     s.relative_path = on("path", "relative");
     s.impulse_reaction = on("reaction", "impulse");
@@ -144,6 +152,8 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.k = values.number("k");
     s.mu = values.number("mu");
     s.settle_time = values.number("settle_time");
+    s.rigid_settle = values.number("rigid_settle");
+    s.clear_speed = values.number("clear_speed");
     s.slip_damping = values.number("slip_damping");
     s.d_max = values.number("d_max");
     s.contacts_held = values.is("contacts", "hold");

@@ -24,6 +24,8 @@ struct ThesisSettings {
     bool area_stiffness = false;    ///< kappa A_v on tissue; false: mean of springs
     bool clamp = false;             ///< force on contact between 0 and f_max; false: as the equation gives it
     bool edge_normal = false;       ///< edges pushed along their common normal; false: along the interval
+    bool rigid_patch = false;       ///< between what does not deform: one contact per patch; false: each its own
+    bool hold_rigid = false;        ///< with rigid_patch, where a hand yields: stiff; false: the pair's k
     bool constrain = false;         ///< tissue in an instrument or bone: held by a stiff contact; false: placed (3.8)
     bool relative_path = false;     ///< 3.7: path seen from the face, else closest point; false: absolute path
     bool impulse_reaction = false;  ///< reaction of placed tissue from momentum; false: equilibrium of A2
@@ -46,8 +48,10 @@ struct ThesisSettings {
     double friction_k = 1000.0;       ///< N/m, of the tangential spring
     double velocity_filter = 0.0;     ///< Hz, on the instruments' velocity; 0: off
     double hard_stiffness = 1e5;      ///< N/m, of constraints
+    double rigid_settle = 0.0025;     ///< s, in which a stiff contact stops a hand
     double settle_time = 0.003;       ///< s, time constant with which a constraint clears a depth
-    double slip_damping = 10.0;       ///< 1, of the ledger, see steady()
+    double clear_speed = 0.5;         ///< m/s, fastest at which a constraint clears a depth
+    double slip_damping = 40.0;       ///< 1, of the ledger, see steady()
     double d_max = 0.015;             ///< m, rupture beyond
     bool contacts_held = false;
     bool contacts_explicit = false;

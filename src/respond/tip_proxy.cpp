@@ -295,17 +295,29 @@ void TipProxies::respond(const Topology& topology, const Materials& materials, c
     }
 }
 
+Index TipProxies::rigid_of(Index body) const {
+    const auto found = std::find_if(tips_.begin(), tips_.end(), [body](const Tip& tip) { return tip.body == body; });
+    return found == tips_.end() ? -1 : found->rigid;
+}
+
+double TipProxies::share_left(Index instrument, const Vector3& place) const {
+    double share = 1.0;
+    if (!led_) return share;
+    for (const Tip& tip : tips_) {
+        if (tip.body != instrument) continue;
+        const double outside = std::clamp((place - tip.place).norm() / (2.0 * radius_) - 1.0, 0.0, 1.0);
+        share = std::min(share, outside * outside * (3.0 - 2.0 * outside));
+    }
+    return share;
+}
+
 bool TipProxies::takes(const Topology& topology, const Frame& frame, const Contact& contact) const {
     if (!led_ || contact.a < 0 || contact.b < 0) return false;
     const Index body_a = topology.body_of_triangle[at(contact.a)];
     const Index body_b = topology.body_of_triangle[at(contact.b)];
     if (topology.bodies[at(body_b)].kind != BodyKind::rigid) return false;
-    return std::any_of(tips_.begin(), tips_.end(), [&](const Tip& tip) {
-        if (tip.body != body_a) return false;
-        const bool enters = contact.kind == ContactCase::a_enters_b && contact.vertex_a >= 0;
-        const Vector3 place = enters ? Vector3(frame.position.col(contact.vertex_a)) : contact.point;
-        return (place - tip.place).norm() <= 2.0 * radius_;
-    });
+    const bool enters = contact.kind == ContactCase::a_enters_b && contact.vertex_a >= 0;
+    return share_left(body_a, enters ? Vector3(frame.position.col(contact.vertex_a)) : contact.point) == 0.0;
 }
 
 }  // namespace trocar

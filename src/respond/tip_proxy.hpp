@@ -78,8 +78,14 @@ public:
     /// mu; v is the tip's speed along that direction. Nothing for frames without poses.
     void respond(const Topology& topology, const Materials& materials, const PairLaws& laws, const Frame& frame,
                  Effect& effect);
-    /// True when a contact of an instrument with a rigid body is the proxy's: its instrument vertex, or its point where
-    /// none enters, lies within two radii of a tip that is led by a proxy in this tick.
+    /// The first rigid partner of a body that has a proxy, -1 without.
+    [[nodiscard]] Index rigid_of(Index body) const;
+    /// How much of a contact of an instrument with a rigid body is not the proxy's, in [0, 1]: nothing within two radii
+    /// of a tip that is led by a proxy in this tick, all of it from four radii on, smooth between, so that a contact
+    /// that slides away from the tip is handed over without a jump. `place` is where the instrument is in contact, m.
+    [[nodiscard]] double share_left(Index instrument, const Vector3& place) const;
+    /// True when nothing of a contact of an instrument with a rigid body is left beside the proxy; its place is the
+    /// instrument's vertex, or the contact's point where none enters.
     [[nodiscard]] bool takes(const Topology& topology, const Frame& frame, const Contact& contact) const;
 
 private:

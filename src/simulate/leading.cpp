@@ -144,18 +144,22 @@ void Leading::advance(double time, const Effect& effect, const std::vector<Wrenc
         }
         load[body] = sum;
     }
-    for (Hand& hand : operators_) {
+    led_.clear();
+    for (const Hand& hand : operators_) {
         const Motion& script = *scene_->bodies[at(hand.bodies.front())].motion;
-        const Vector3 target = script.pose_at(time).translation;
-        const Vector3 target_velocity = (target - script.pose_at(time - dt).translation) / dt;
-        Wrench external;
+        LedHand led{.model = &script.hand, .bodies = hand.bodies, .target = script.pose_at(time).translation};
+        led.target_velocity = (led.target - script.pose_at(time - dt).translation) / dt;
         for (const Index body : hand.bodies) {
-            external.force += load[at(body)].force;
-            external.moment += load[at(body)].moment;
+            led.external.force += load[at(body)].force;
+            led.external.moment += load[at(body)].moment;
         }
-        const Wrench mean = advance_operator(script.hand, topology, frame, hand.bodies, target, target_velocity, effect,
-                                             external, dt, scene_->materials.substeps, hand.state);
-        for (const Index body : hand.bodies) load[at(body)] = mean;
+        led.state = hand.state;
+        led_.push_back(led);
+    }
+    hands_.advance(topology, frame, effect, dt, scene_->materials.substeps, led_);
+    for (std::size_t i = 0; i < operators_.size(); ++i) {
+        operators_[i].state = led_[i].state;
+        for (const Index body : operators_[i].bodies) load[at(body)] = led_[i].load;
     }
     for (Index body = 0; body < topology.body_count(); ++body) {
         if (hand_of_body_[at(body)] < 0) continue;

@@ -45,6 +45,8 @@ private:
 
     const Scene* scene_;
     std::vector<Hand> operators_;
+    std::vector<LedHand> led_;  ///< of operators_, for one tick
+    HandOperators hands_;
     std::vector<Index> hand_of_body_;  ///< position in operators_, -1 = scripted or fixed
     std::vector<Pose> last_pose_;
     Index shown_body_ = -1;

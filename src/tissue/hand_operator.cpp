@@ -7,88 +7,148 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// +1 when the contact pushes one of the bodies, -1 when it reacts on one of them without moving tissue, else 0.
-int side_of(const LinearContact& contact, const Topology& topology, std::span<const Index> bodies) {
-    bool pushes_tissue = false;
-    for (std::size_t i = 0; i < 3; ++i) {
-        if (contact.vertices[i] < 0 || contact.weights[i] == 0.0) continue;
-        for (const Index body : bodies) {
-            if (topology.bodies[at(body)].vertices.contains(contact.vertices[i])) return 1;
-        }
-        for (const BodyRange& body : topology.bodies) {
-            pushes_tissue =
-                pushes_tissue || (body.kind == BodyKind::tissue && body.vertices.contains(contact.vertices[i]));
-        }
+Index hand_of(std::span<const LedHand> hands, Index body) {
+    for (std::size_t hand = 0; hand < hands.size(); ++hand) {
+        const std::span<const Index> bodies = hands[hand].bodies;
+        if (std::find(bodies.begin(), bodies.end(), body) != bodies.end()) return static_cast<Index>(hand);
     }
-    if (pushes_tissue) return 0;
-    return std::find(bodies.begin(), bodies.end(), contact.reaction_body) != bodies.end() ? -1 : 0;
-}
-
-/// Where the contact loads the instrument, m.
-Vector3 point_of(const LinearContact& contact, int side, const Frame& frame) {
-    if (side < 0) return contact.reaction_point;
-    Vector3 point = Vector3::Zero();
-    for (std::size_t i = 0; i < 3; ++i) {
-        if (contact.vertices[i] >= 0) point += contact.weights[i] * frame.position.col(contact.vertices[i]);
-    }
-    return point;
+    return -1;
 }
 
 }  // namespace
 
-Wrench advance_operator(const OperatorModel& model, const Topology& topology, const Frame& frame,
-                        std::span<const Index> bodies, const Vector3& target, const Vector3& target_velocity,
-                        const Effect& effect, const Wrench& external, double dt, int substeps, OperatorState& state) {
+/// Contacts that press on a hand without moving tissue.
+void HandOperators::collect(const Topology& topology, const Frame& frame, const Effect& effect,
+                            std::span<const LedHand> hands) {
+    rows_.clear();
+    for (const LinearContact& contact : effect.contacts) {
+        Row row;
+        bool pushes_tissue = false;
+        double whole_rate = -contact.face_velocity;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const Index vertex = contact.vertices[i];
+            if (vertex < 0 || contact.weights[i] == 0.0) continue;
+            const Index body = topology.body_of_vertex(vertex);
+            pushes_tissue = pushes_tissue || topology.bodies[at(body)].kind == BodyKind::tissue;
+            if (row.plus < 0) row.plus = hand_of(hands, body);
+            whole_rate += contact.weights[i] * frame.velocity.col(vertex).dot(contact.normal);
+            row.plus_point += contact.weights[i] * frame.position.col(vertex);
+        }
+        if (pushes_tissue) continue;
+        if (contact.reaction_body >= 0) row.minus = hand_of(hands, contact.reaction_body);
+        if (row.plus < 0 && row.minus < 0) continue;
+        row.minus_point = contact.reaction_point;
+        row.normal = contact.normal;
+        row.offset = whole_rate - rate(row, start_);
+        row.first_depth = -contact.gap;
+        row.stiffness = contact.k;
+        row.damping = std::max(contact.mu, 0.0);
+        row.explicit_damping = std::min(contact.mu, 0.0);
+        row.adhesive = contact.adhesive;
+        row.bilateral = contact.bilateral;
+        rows_.push_back(row);
+    }
+}
+
+double HandOperators::rate(const Row& row, const Eigen::VectorXd& velocity) const {
+    double sum = 0.0;
+    if (row.plus >= 0) sum += velocity.segment<3>(3 * row.plus).dot(row.normal);
+    if (row.minus >= 0) sum -= velocity.segment<3>(3 * row.minus).dot(row.normal);
+    return sum + row.offset;
+}
+
+/// (M + h Σ c Jᵀ J) v' = M v_free + h Σ (k d − c offset) Jᵀ with c = mu + h k and J = n on the pushed hand, −n on the
+/// other. Contacts that would pull leave the sum, which is then solved again.
+void HandOperators::solve(double h, std::span<const LedHand> hands) {
+    velocity_ = free_;
+    constexpr int most_changes = 8;
+    for (int change = 0; change < most_changes; ++change) {
+        matrix_.setZero();
+        for (std::size_t hand = 0; hand < hands.size(); ++hand) {
+            const auto row = static_cast<Eigen::Index>(3 * hand);
+            matrix_.block<3, 3>(row, row).diagonal().setConstant(hands[hand].model->mass);
+            right_side_.segment<3>(row) = hands[hand].model->mass * free_.segment<3>(row);
+        }
+        for (Row& row : rows_) {
+            const double force = row.pressure - row.implicit * (rate(row, velocity_) - row.offset);
+            row.on = row.bilateral || (!row.open && (row.adhesive || change == 0 || force > 0.0));
+            if (!row.on) continue;
+            const Matrix3 block = h * row.implicit * row.normal * row.normal.transpose();
+            const Vector3 push = h * row.pressure * row.normal;
+            if (row.plus >= 0) {
+                matrix_.block<3, 3>(3 * row.plus, 3 * row.plus) += block;
+                right_side_.segment<3>(3 * row.plus) += push;
+            }
+            if (row.minus >= 0) {
+                matrix_.block<3, 3>(3 * row.minus, 3 * row.minus) += block;
+                right_side_.segment<3>(3 * row.minus) -= push;
+            }
+            if (row.plus >= 0 && row.minus >= 0) {
+                matrix_.block<3, 3>(3 * row.plus, 3 * row.minus) -= block;
+                matrix_.block<3, 3>(3 * row.minus, 3 * row.plus) -= block;
+            }
+        }
+        factor_.compute(matrix_);
+        solved_ = factor_.solve(right_side_);
+        const bool settled = change > 0 && (solved_ - velocity_).norm() <= 1e-12 * solved_.norm();
+        velocity_.swap(solved_);
+        if (settled) break;
+    }
+}
+
+void HandOperators::advance(const Topology& topology, const Frame& frame, const Effect& effect, double dt, int substeps,
+                            std::span<LedHand> hands) {
+    if (hands.empty()) return;
     const int steps = std::max(1, substeps);
     const double h = dt / steps;
-    const Vector3 first_position = state.position;
-    const Vector3 first_velocity = state.velocity;
-    Wrench mean = external;
-    for (int step = 0; step < steps; ++step) {
-        const Vector3 hand = model.hand_stiffness * (target - state.position) +
-                             model.hand_damping * (target_velocity - state.velocity) - model.damping * state.velocity;
-        const Vector3 free_velocity = state.velocity + h / model.mass * (hand + external.force);
-        // All contacts together: (m + h Σ c n nᵀ) v' = m v + h Σ (k d - c offset) n with c = mu + h k, where a
-        // contact's rate is offset + v'·n. Those that would pull leave the sum, which is then solved again.
-        Vector3 velocity = free_velocity;
-        Vector3 moment = Vector3::Zero();
-        constexpr int most_changes = 8;
-        for (int change = 0; change < most_changes; ++change) {
-            Matrix3 matrix = model.mass * Matrix3::Identity();
-            Vector3 right_side = model.mass * free_velocity;
-            moment.setZero();
-            for (const LinearContact& contact : effect.contacts) {
-                const int side = side_of(contact, topology, bodies);
-                if (side == 0) continue;
-                double first_rate = -contact.face_velocity;
-                for (std::size_t i = 0; i < 3; ++i) {
-                    if (contact.vertices[i] < 0) continue;
-                    first_rate += contact.weights[i] * frame.velocity.col(contact.vertices[i]).dot(contact.normal);
-                }
-                const Vector3 n = side * contact.normal;
-                const double offset = first_rate - first_velocity.dot(n);
-                const double depth = -contact.gap - step * h * offset - (state.position - first_position).dot(n);
-                const double c = std::max(contact.mu, 0.0) + h * contact.k;
-                const double pressure =
-                    contact.k * depth - c * offset - std::min(contact.mu, 0.0) * (offset + state.velocity.dot(n));
-                const bool presses = change == 0 || pressure - c * velocity.dot(n) > 0.0;
-                if (!contact.bilateral && (depth < 0.0 || !(contact.adhesive || presses))) continue;
-                matrix += h * c * n * n.transpose();
-                right_side += h * pressure * n;
-                // Of the solution so far: exact once the rounds have settled.
-                moment += point_of(contact, side, frame).cross((pressure - c * velocity.dot(n)) * n);
-            }
-            const Vector3 solved = matrix.inverse() * right_side;
-            const bool settled = change > 0 && (solved - velocity).norm() <= 1e-12 * solved.norm();
-            velocity = solved;
-            if (settled) break;
-        }
-        mean.force += model.mass / (h * steps) * (velocity - free_velocity);
-        mean.moment += moment / steps;
-        state.velocity = velocity;
-        state.position += h * velocity;
+    const auto size = static_cast<Eigen::Index>(3 * hands.size());
+    matrix_.resize(size, size);
+    for (Eigen::VectorXd* vector : {&start_, &free_, &right_side_, &velocity_, &solved_}) vector->resize(size);
+    first_position_.resize(hands.size());
+    for (std::size_t i = 0; i < hands.size(); ++i) {
+        start_.segment<3>(static_cast<Eigen::Index>(3 * i)) = hands[i].state.velocity;
+        first_position_[i] = hands[i].state.position;
+        hands[i].load = hands[i].external;
     }
-    return mean;
+    collect(topology, frame, effect, hands);
+    for (int step = 0; step < steps; ++step) {
+        for (std::size_t i = 0; i < hands.size(); ++i) {
+            const OperatorModel& model = *hands[i].model;
+            const OperatorState& state = hands[i].state;
+            const Vector3 pull = model.hand_stiffness * (hands[i].target - state.position) +
+                                 model.hand_damping * (hands[i].target_velocity - state.velocity) -
+                                 model.damping * state.velocity;
+            free_.segment<3>(static_cast<Eigen::Index>(3 * i)) =
+                state.velocity + h / model.mass * (pull + hands[i].external.force);
+            start_.segment<3>(static_cast<Eigen::Index>(3 * i)) = state.velocity;
+        }
+        const auto moved = [&](Index hand) -> Vector3 {
+            return hands[at(hand)].state.position - first_position_[at(hand)];
+        };
+        for (Row& row : rows_) {
+            double depth = row.first_depth;
+            if (row.plus >= 0) depth -= moved(row.plus).dot(row.normal);
+            if (row.minus >= 0) depth += moved(row.minus).dot(row.normal);
+            depth -= step * h * row.offset;
+            row.implicit = row.damping + h * row.stiffness;
+            row.pressure = row.stiffness * depth - row.implicit * row.offset - row.explicit_damping * rate(row, start_);
+            row.open = depth < 0.0;
+        }
+        solve(h, hands);
+        for (const Row& row : rows_) {
+            if (!row.on) continue;
+            const Vector3 force = (row.pressure - row.implicit * (rate(row, velocity_) - row.offset)) * row.normal;
+            if (row.plus >= 0) hands[at(row.plus)].load.moment += row.plus_point.cross(force) / steps;
+            if (row.minus >= 0) hands[at(row.minus)].load.moment -= row.minus_point.cross(force) / steps;
+        }
+        for (std::size_t i = 0; i < hands.size(); ++i) {
+            const auto place = static_cast<Eigen::Index>(3 * i);
+            const Vector3 change = velocity_.segment<3>(place) - free_.segment<3>(place);
+            hands[i].load.force += hands[i].model->mass / (h * steps) * change;
+            hands[i].state.velocity = velocity_.segment<3>(place);
+            hands[i].state.position += h * hands[i].state.velocity;
+        }
+    }
 }
 
 }  // namespace trocar

@@ -2,7 +2,9 @@
 // pushed back by contact (METHODS §11). Translation only; rotation and jaw follow the script.
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <span>
+#include <vector>
 
 #include "contact/effect.hpp"
 #include "scene/motion.hpp"
@@ -15,14 +17,57 @@ struct OperatorState {
     Vector3 velocity = Vector3::Zero();  ///< m/s
 };
 
-/// Advances one instrument (the bodies that share its pose) over dt in `substeps` semi-implicit steps: hand spring and
-/// damping explicit, contacts implicit. Contacts of the effect act when they push vertices of these bodies, or react on
-/// one of these bodies without moving tissue; contacts with tissue come as `external` (the reaction that
-/// MassSpring::advance returned, plus the effect's own wrenches), constant over the tick. `frame` gives the vertex
-/// velocities for which gaps and face velocities were written. Returns the mean load of contacts and `external` on the
-/// instrument over the tick, moments about the world origin.
-Wrench advance_operator(const OperatorModel& model, const Topology& topology, const Frame& frame,
-                        std::span<const Index> bodies, const Vector3& target, const Vector3& target_velocity,
-                        const Effect& effect, const Wrench& external, double dt, int substeps, OperatorState& state);
+/// One hand, the bodies it holds (they share its pose), and what becomes of it in a tick.
+struct LedHand {
+    const OperatorModel* model = nullptr;
+    std::span<const Index> bodies = {};
+    Vector3 target = Vector3::Zero();           ///< m, world
+    Vector3 target_velocity = Vector3::Zero();  ///< m/s
+    Wrench external = {};      ///< constant over the tick: what tissue gave back, and the effect's own wrenches
+    OperatorState state = {};  ///< in and out
+    Wrench load = {};          ///< out: mean of contacts and `external` over the tick, moments about the world origin
+};
+
+/// Advances all hands over dt in `substeps` semi-implicit steps: hand springs and damping explicit, contacts implicit
+/// and solved for all hands together, so that two hands that press on each other do not both give way to the same
+/// depth. Contacts of the effect act when they push vertices of a hand's bodies, or react on one of its bodies, without
+/// moving tissue; contacts with tissue come as LedHand::external.
+class HandOperators {
+public:
+    /// `frame` gives the vertex velocities for which gaps and face velocities were written. Memory is kept.
+    void advance(const Topology& topology, const Frame& frame, const Effect& effect, double dt, int substeps,
+                 std::span<LedHand> hands);
+
+private:
+    /// A contact as the hands see it: v_plus·n − v_minus·n + offset is its rate.
+    struct Row {
+        Index plus = -1;   ///< hand that is pushed along the normal, -1: none
+        Index minus = -1;  ///< hand that takes the reaction
+        Vector3 normal = Vector3::Zero();
+        Vector3 plus_point = Vector3::Zero();
+        Vector3 minus_point = Vector3::Zero();
+        double first_depth = 0.0;  ///< m
+        double offset = 0.0;       ///< m/s, part of the rate that no hand gives
+        double stiffness = 0.0;
+        double damping = 0.0;           ///< >= 0, implicit
+        double explicit_damping = 0.0;  ///< <= 0
+        double pressure = 0.0;          ///< N, force without the implicit part
+        double implicit = 0.0;          ///< N s/m, of the sub-step
+        bool adhesive = false;
+        bool bilateral = false;
+        bool open = false;  ///< its gap is open
+        bool on = false;
+    };
+
+    void collect(const Topology& topology, const Frame& frame, const Effect& effect, std::span<const LedHand> hands);
+    [[nodiscard]] double rate(const Row& row, const Eigen::VectorXd& velocity) const;
+    void solve(double h, std::span<const LedHand> hands);
+
+    std::vector<Row> rows_;
+    std::vector<Vector3> first_position_;
+    Eigen::MatrixXd matrix_;
+    Eigen::VectorXd start_, free_, right_side_, velocity_, solved_;
+    Eigen::LDLT<Eigen::MatrixXd> factor_;
+};
 
 }  // namespace trocar

@@ -453,6 +453,12 @@ std::vector<Switch> switches() {
         s.frame.position.col(4) = Vector3(0.004, 0.005, -0.05);
         s.materials.springs = {Spring{.i = 3, .j = 4, .rest = 0.04, .k = 40.0}};
     };
+    const auto rigid_stiffness_met = measured(
+        vertex_of_b_in_a, instrument, instrument,
+        [](PairSample& s) {
+            s.materials.device = {Device{.mass = 0.1, .damping = 1.0}, std::nullopt};
+        },
+        [](const PairSample& s) { return s.effect.contacts.at(0).k; });
     return {
         {"profile", "thesis:mu=0.5,resolution=none", "printed", "sign of the damper on the tool",
          tip(vertex_of_a_in_b, instrument, tissue, speed, 0)},
@@ -519,6 +525,15 @@ std::vector<Switch> switches() {
         {"settle_time", "thesis:profile=corrected", "0.02", "damping of a held vertex",
          measured(vertex_of_b_in_a, instrument, tissue, none,
                   [](const PairSample& s) { return s.effect.contacts.at(0).mu; })},
+        {"clear_speed", "thesis:profile=corrected", "1e-3", "depth of a held vertex that is cleared at once",
+         measured(vertex_of_b_in_a, instrument, tissue, none,
+                  [](const PairSample& s) { return s.effect.contacts.at(0).gap; })},
+        {"rigid", "thesis:profile=corrected", "contact", "force of a vertex that enters twice",
+         tip(
+             vertex_of_b_in_a, instrument, instrument,
+             [](PairSample& s) { s.frame.position.col(5) = Vector3(0.007, 0.004, -0.0002); }, 1)},
+        {"rigid", "thesis:profile=corrected", "patch", "stiffness that meets a hand", rigid_stiffness_met},
+        {"rigid_settle", "thesis:profile=corrected", "0.01", "stiffness that meets a hand", rigid_stiffness_met},
         {"d_max", "thesis:profile=corrected", "0.0001", "the tissue after a fast stab that counts as too deep",
          stabbed(30, tissue_height)},
         {"slip_damping", "thesis:profile=corrected", "0", "the tissue after a stab", stabbed(30, tissue_height)},

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "support/tissue_samples.hpp"
 
 namespace trocar {
@@ -14,10 +16,19 @@ struct Pair {
     Frame frame;
     OperatorModel model;
     OperatorState state;
+    HandOperators operators;
+    const Index body = 0;
     Pair() {
         frame.position = Matrix3X::Zero(3, 2);
         frame.previous = frame.position;
         frame.velocity = Matrix3X::Zero(3, 2);
+    }
+    /// Load over one tick of 1 ms.
+    Wrench advance(const Vector3& target, const Effect& effect, const Wrench& external, int substeps) {
+        LedHand hand{.model = &model, .bodies = {&body, 1}, .target = target, .external = external, .state = state};
+        operators.advance(topology, frame, effect, 1e-3, substeps, {&hand, 1});
+        state = hand.state;
+        return hand.load;
     }
 };
 
@@ -27,7 +38,6 @@ TEST(HandOperator, RestsWhereHandSpringAndContactBalance) {
     for (const bool pushed : {true, false}) {
         Pair p;
         Effect effect = test::empty_effect(p.topology);
-        const Index body = 0;
         Wrench load;
         for (int tick = 0; tick < 3000; ++tick) {
             effect.clear();
@@ -38,8 +48,7 @@ TEST(HandOperator, RestsWhereHandSpringAndContactBalance) {
             if (pushed) p.frame.velocity.col(0) = p.state.velocity;
             if (!pushed) contact.face_velocity = -p.state.velocity.z();
             if (contact.gap < 0.0) effect.contacts.push_back(contact);
-            load = advance_operator(p.model, p.topology, p.frame, {&body, 1}, Vector3(0, 0, -0.004), Vector3::Zero(),
-                                    effect, Wrench{}, 1e-3, 4, p.state);
+            load = p.advance(Vector3(0, 0, -0.004), effect, Wrench{}, 4);
         }
         EXPECT_NEAR(p.state.position.z(), -0.004 * 300.0 / 1300.0, 1e-9) << pushed;
         EXPECT_NEAR(load.force.z(), 0.004 * 300.0 / 1300.0 * 1000.0, 1e-6) << pushed;
@@ -49,11 +58,9 @@ TEST(HandOperator, RestsWhereHandSpringAndContactBalance) {
 TEST(HandOperator, ExternalForceMovesItByForceOverHandStiffness) {
     Pair p;
     const Effect effect = test::empty_effect(p.topology);
-    const Index body = 0;
     Wrench load;
     for (int tick = 0; tick < 3000; ++tick) {
-        load = advance_operator(p.model, p.topology, p.frame, {&body, 1}, Vector3::Zero(), Vector3::Zero(), effect,
-                                {.force = Vector3(0.0, 0.6, 0.0)}, 1e-3, 1, p.state);
+        load = p.advance(Vector3::Zero(), effect, {.force = Vector3(0.0, 0.6, 0.0)}, 1);
     }
     EXPECT_NEAR(p.state.position.y(), 0.002, 1e-9);
     EXPECT_NEAR(load.force.y(), 0.6, 1e-12);
@@ -62,17 +69,55 @@ TEST(HandOperator, ExternalForceMovesItByForceOverHandStiffness) {
 TEST(HandOperator, MomentIsThatOfTheContactForceAtItsPoint) {
     Pair p;
     p.frame.position.col(0) = Vector3(0.03, 0.0, 0.0);
-    const Index body = 0;
     Wrench load;
     for (int tick = 0; tick < 3000; ++tick) {
         Effect effect = test::empty_effect(p.topology);
         p.frame.velocity.col(0) = p.state.velocity;
         effect.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), p.state.position.z(), 1000.0, 2.0));
-        load = advance_operator(p.model, p.topology, p.frame, {&body, 1}, Vector3(0, 0, -0.004), Vector3::Zero(),
-                                effect, Wrench{}, 1e-3, 4, p.state);
+        load = p.advance(Vector3(0, 0, -0.004), effect, Wrench{}, 4);
     }
     const double force = 0.004 * 300.0 / 1300.0 * 1000.0;
     EXPECT_LT((load.moment - Vector3(0.0, -0.03 * force, 0.0)).norm(), 1e-8);
+}
+
+/// Two masses with a spring and damper between them, pushed together by hand springs: motion of the middle and of the
+/// distance are uncoupled and known, however stiff the contact is.
+TEST(HandOperator, TwoHandsThatPressOnEachOtherAreSolvedTogether) {
+    for (const double k : {1e3, 1e5}) {
+        Topology topology = make_topology({Body{.name = "left", .kind = BodyKind::instrument, .vertex_count = 1},
+                                           Body{.name = "right", .kind = BodyKind::instrument, .vertex_count = 1}});
+        Frame frame;
+        frame.position = Matrix3X::Zero(3, 2);
+        frame.previous = frame.position;
+        frame.velocity = Matrix3X::Zero(3, 2);
+        const OperatorModel model;
+        const std::array<Index, 2> body{0, 1};
+        std::array<OperatorState, 2> state;
+        HandOperators operators;
+        const double mu = 3e-3 * k;
+        double last_gap = 0.0;
+        for (int tick = 0; tick < 2000; ++tick) {
+            Effect effect = test::empty_effect(topology);
+            const double gap = state[1].position.z() - state[0].position.z();
+            for (Index i = 0; i < 2; ++i) frame.velocity.col(i) = state[static_cast<std::size_t>(i)].velocity;
+            LinearContact contact = test::plane_contact(1, Vector3::UnitZ(), gap, k, mu);
+            contact.face_velocity = state[0].velocity.z();
+            contact.reaction_body = 0;
+            if (gap < 0.0) effect.contacts.push_back(contact);
+            std::array<LedHand, 2> hands;
+            for (std::size_t i = 0; i < 2; ++i) {
+                hands[i] = {.model = &model, .bodies = {&body[i], 1}, .target = Vector3(0, 0, i == 0 ? 0.002 : -0.002)};
+                hands[i].state = state[i];
+            }
+            operators.advance(topology, frame, effect, 1e-3, 4, hands);
+            for (std::size_t i = 0; i < 2; ++i) state[i] = hands[i].state;
+            EXPECT_NEAR(hands[0].load.force.z(), -hands[1].load.force.z(), 1e-9) << "momentum";
+            last_gap = gap;
+        }
+        // k d = 300 (0.002 - d/2) on either side.
+        EXPECT_NEAR(-last_gap, 0.6 / (k + 150.0), 1e-9) << k;
+        EXPECT_NEAR(state[0].position.z() + state[1].position.z(), 0.0, 1e-12) << "no hand comes first";
+    }
 }
 
 }  // namespace

@@ -1,0 +1,57 @@
+// The corrected reduction (METHODS §5, erratum 12): one contact per vertex and other body, the nearest face, and one
+// per pair of edges, so that stiffness does not grow with the number of triangle pairs.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "contact/contact.hpp"
+#include "respond/common.hpp"
+#include "scene/world.hpp"
+
+namespace trocar {
+
+/// A vertex in a face, in either role.
+struct VertexInFace {
+    Index vertex = -1;
+    Index triangle = -1;  ///< the pierced face
+    Index vertex_body = -1;
+    Index face_body = -1;
+    Vector3 normal = Vector3::Zero();   ///< unit, outer, of the face
+    Vector3 weights = Vector3::Zero();  ///< of the face's loaded point
+    Index nearest = -1;                 ///< the face's vertex that the printed equations use
+    double depth = 0.0;                 ///< m
+    double distance = 0.0;              ///< m, to the closest point of the face
+    Index next = -1;                    ///< next face of the same vertex
+};
+
+/// The two edges that cross in a contact: their vertices, body a's first, sorted within each.
+using EdgeKey = std::array<Index, 4>;
+
+struct EdgePair {
+    EdgeKey key{};
+    Contact contact;
+    Index next = -1;
+};
+
+class ContactReduction {
+public:
+    void prepare(const Topology& topology);
+    /// Keeps the vertex' contact with this body if its face is nearer than the one known.
+    void keep(const VertexInFace& candidate);
+    /// Keeps the deepest contact of the two edges that cross.
+    void keep_edges(const Topology& topology, const Frame& frame, const Contact& contact);
+    [[nodiscard]] const std::vector<VertexInFace>& faces() const { return faces_; }
+    [[nodiscard]] const std::vector<EdgePair>& edges() const { return edges_; }
+    void clear();
+    /// False when a key stands for a triangle pair whose edges are not known.
+    [[nodiscard]] static bool names_edges(const EdgePair& pair) { return pair.key[3] != pair.contact.b; }
+
+private:
+    std::vector<Index> first_face_;  ///< N; first of a vertex' faces
+    std::vector<VertexInFace> faces_;
+    std::vector<Index> first_edge_;  ///< N; by the smallest vertex of body a's edge
+    std::vector<EdgePair> edges_;
+};
+
+}  // namespace trocar

@@ -1,0 +1,134 @@
+#include "respond/held_contacts.hpp"
+
+#include <algorithm>
+
+#include "respond/crossing_ledger.hpp"
+#include "respond/equations.hpp"
+
+namespace trocar {
+
+void HeldContacts::prepare() {
+    resting_.clear();
+    resting_now_.clear();
+    edges_.clear();
+    edges_now_.clear();
+}
+
+/// The pierced face need not be the nearest one: a vertex that came in over a rim is deep below the side and just
+/// inside the end. Walks over the surface to where the vertex is nearest to it.
+void HeldContacts::hold_nearest(const ThesisState& state, const Frame& frame, VertexInFace v, Effect& effect) {
+    const Topology& topology = *state.topology;
+    const Vector3 x = frame.position.col(v.vertex);
+    const Index pierced = v.triangle;
+    Vector3 weights = v.weights;
+    follow_surface(topology, state.surface, frame, x, v.triangle, weights);
+    if (v.triangle != pierced) {
+        const equations::Corners corners = corners_of(topology, frame.position, v.triangle);
+        const Vector3 foot = weights[0] * corners[0] + weights[1] * corners[1] + weights[2] * corners[2];
+        v.weights = weights;
+        v.normal = state.surface.blended_normal(topology, frame.position, v.triangle, weights);
+        v.depth = std::min(v.depth, (foot - x).norm());
+        v.nearest = topology.triangles(equations::nearest_corner(corners, x), v.triangle);
+    }
+    hold_vertex(state, frame, v, effect);
+}
+
+void HeldContacts::hold_vertex(const ThesisState& state, const Frame& frame, const VertexInFace& v, Effect& effect) {
+    resting_now_.push_back({v.vertex, v.triangle, v.face_body, v.normal});
+    const LoadPoint foot = LoadPoint::in_triangle(*state.topology, v.triangle, v.weights);
+    Vector3 face_velocity = frame.velocity.col(v.nearest);
+    if (state.settings.closest_point) face_velocity = foot.blend(frame.velocity);
+    LinearContact linear = state.hard_contact(v.depth);
+    linear.vertices = {v.vertex, -1, -1};
+    linear.weights = {1.0, 0.0, 0.0};
+    linear.normal = v.normal;
+    state.end_on_time(
+        v.face_body, face_velocity, [&](const Vector3& u) { return u.dot(v.normal); }, linear);
+    state.rub(v.vertex, face_velocity, linear);
+    if (state.kind(v.face_body) == BodyKind::instrument) {
+        linear.reaction_body = v.face_body;
+        linear.reaction_point = foot.blend(frame.position);
+    }
+    effect.contacts.push_back(linear);
+}
+
+void HeldContacts::hold_edges(const ThesisState& state, const Frame& frame, Index body_a, const LoadPoint& a,
+                              const LoadPoint& b, const Vector3& direction, double gap, const EdgeKey* key,
+                              Effect& effect) {
+    if (key != nullptr) edges_now_.push_back({*key, body_a, direction});
+    const Vector3 face_velocity = a.blend(frame.velocity);
+    LinearContact linear = state.hard_contact(-gap);
+    linear.vertices = b.vertices;
+    linear.weights = b.weights;
+    linear.normal = direction;
+    state.end_on_time(
+        body_a, face_velocity, [&](const Vector3& u) { return u.dot(direction); }, linear);
+    const auto heaviest = std::max_element(b.weights.begin(), b.weights.end());
+    state.rub(b.vertices[static_cast<std::size_t>(heaviest - b.weights.begin())], face_velocity, linear);
+    if (state.kind(body_a) == BodyKind::instrument) {
+        linear.reaction_body = body_a;
+        linear.reaction_point = a.blend(frame.position);
+    }
+    effect.contacts.push_back(linear);
+}
+
+void HeldContacts::keep_resting(const ThesisState& state, const Frame& frame, Effect& effect) {
+    keep_vertices(state, frame, effect);
+    keep_edges(state, frame, effect);
+}
+
+void HeldContacts::keep_vertices(const ThesisState& state, const Frame& frame, Effect& effect) {
+    const Topology& topology = *state.topology;
+    for (const RestingVertex& r : resting_) {
+        const auto known = std::any_of(resting_now_.begin(), resting_now_.end(), [&r](const RestingVertex& now) {
+            return now.vertex == r.vertex && now.face_body == r.face_body;
+        });
+        if (known || (state.grasps() && state.grasp.holds(r.vertex, r.face_body))) continue;
+        const Vector3 x = frame.position.col(r.vertex);
+        VertexInFace v;
+        v.vertex = r.vertex;
+        v.triangle = r.triangle;
+        v.face_body = r.face_body;
+        follow_surface(topology, state.surface, frame, x, v.triangle, v.weights);
+        const equations::Corners corners = corners_of(topology, frame.position, v.triangle);
+        const Vector3 foot = v.weights[0] * corners[0] + v.weights[1] * corners[1] + v.weights[2] * corners[2];
+        v.normal = state.surface.blended_normal(topology, frame.position, v.triangle, v.weights);
+        v.depth = v.normal.dot(foot - x);
+        v.nearest = topology.triangles(equations::nearest_corner(corners, x), v.triangle);
+        if (v.depth > 0.0 || (foot - x).norm() > CrossingLedger::resting_margin) continue;
+        hold_vertex(state, frame, v, effect);
+    }
+    resting_.swap(resting_now_);
+    resting_now_.clear();
+}
+
+void HeldContacts::keep_edges(const ThesisState& state, const Frame& frame, Effect& effect) {
+    for (const HeldEdges& held : edges_) {
+        const auto known = std::any_of(edges_now_.begin(), edges_now_.end(),
+                                       [&held](const HeldEdges& now) { return now.vertex == held.vertex; });
+        if (known) continue;
+        const Vector3 a0 = frame.position.col(held.vertex[0]);
+        const Vector3 b0 = frame.position.col(held.vertex[2]);
+        const Vector3 edge_a = frame.position.col(held.vertex[1]) - a0;
+        const Vector3 edge_b = frame.position.col(held.vertex[3]) - b0;
+        Vector3 across = edge_a.cross(edge_b);
+        const double size = across.norm();
+        constexpr double parallel_sine = 1e-3;
+        if (size <= parallel_sine * edge_a.norm() * edge_b.norm()) continue;
+        across /= across.dot(held.normal) < 0.0 ? -size : size;
+        // Where the lines come closest: the plane of one edge and the common normal cuts the other.
+        const Vector3 between = b0 - a0;
+        const double s = between.cross(edge_b).dot(edge_a.cross(edge_b)) / (size * size);
+        const double t = between.cross(edge_a).dot(edge_a.cross(edge_b)) / (size * size);
+        const double gap = between.dot(across);
+        if (s < 0.0 || s > 1.0 || t < 0.0 || t > 1.0 || gap < 0.0 || gap > CrossingLedger::resting_margin) continue;
+        const LoadPoint a{{held.vertex[0], held.vertex[1], -1}, {1.0 - s, s, 0.0}};
+        const LoadPoint b{{held.vertex[2], held.vertex[3], -1}, {1.0 - t, t, 0.0}};
+        const EdgeKey key = held.vertex;
+        hold_edges(state, frame, held.body_a, a, b, across, gap, &key, effect);
+    }
+    edges_.swap(edges_now_);
+    edges_now_.clear();
+}
+
+}  // namespace trocar

@@ -1,0 +1,49 @@
+// Corrected 3.7-3.11 (METHODS §6): tissue vertices in faces and tissue edges across edges are held by stiff contacts in
+// every sub-step, which clear the depth within the settle time, never pull, and give the tool exactly the momentum that
+// the tissue gets. What rests stays known for a small gap: else it would be lost and found again every other tick.
+#pragma once
+
+#include <vector>
+
+#include "respond/contact_reduction.hpp"
+#include "respond/thesis_state.hpp"
+
+namespace trocar {
+
+/// A tissue vertex that a face held in the last tick.
+struct RestingVertex {
+    Index vertex = -1;
+    Index triangle = -1;
+    Index face_body = -1;
+    Vector3 normal = Vector3::Zero();
+};
+
+class HeldContacts {
+public:
+    void prepare();
+    /// A tissue vertex below a face of an instrument or bone.
+    void hold_nearest(const ThesisState& state, const Frame& frame, VertexInFace v, Effect& effect);
+    /// Pushes tissue at `b` from `a` along `direction`. `key` names the edges where they are known.
+    void hold_edges(const ThesisState& state, const Frame& frame, Index body_a, const LoadPoint& a, const LoadPoint& b,
+                    const Vector3& direction, double gap, const EdgeKey* key, Effect& effect);
+    /// After all contacts of the tick: those of the last tick that have come apart a little.
+    void keep_resting(const ThesisState& state, const Frame& frame, Effect& effect);
+    [[nodiscard]] const std::vector<RestingVertex>& resting() const { return resting_; }
+
+private:
+    struct HeldEdges {
+        EdgeKey vertex{};
+        Index body_a = -1;
+        Vector3 normal = Vector3::Zero();  ///< unit, pushes b from a
+    };
+    void hold_vertex(const ThesisState& state, const Frame& frame, const VertexInFace& v, Effect& effect);
+    void keep_vertices(const ThesisState& state, const Frame& frame, Effect& effect);
+    void keep_edges(const ThesisState& state, const Frame& frame, Effect& effect);
+
+    std::vector<RestingVertex> resting_;
+    std::vector<RestingVertex> resting_now_;
+    std::vector<HeldEdges> edges_;
+    std::vector<HeldEdges> edges_now_;
+};
+
+}  // namespace trocar

@@ -1,0 +1,105 @@
+#include "respond/thesis_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "respond/equations.hpp"
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+void ThesisState::prepare(const Topology& the_topology, const Materials& the_materials) {
+    topology = &the_topology;
+    materials = &the_materials;
+    laws.prepare(the_topology, the_materials, settings.k, settings.mu);
+    springs.prepare(the_topology, the_materials);
+    surface.prepare(the_topology);
+    slot_.assign(at(the_topology.vertex_count), -1);
+    edits_.clear();
+    hand_velocity_.assign(the_topology.bodies.size(), Vector3::Zero());
+    last_place_.assign(the_topology.bodies.size(), Vector3::Zero());
+    placed_ = false;
+    has_tissue = std::any_of(the_topology.bodies.begin(), the_topology.bodies.end(),
+                             [](const BodyRange& body) { return body.kind == BodyKind::tissue; });
+    if (has_tissue) grasp.prepare(the_topology, settings.grasping);
+}
+
+void ThesisState::begin(const Frame& frame, double the_dt) {
+    dt = the_dt;
+    for (const TissueEdit& edit : edits_) slot_[at(edit.vertex)] = -1;
+    edits_.clear();
+    surface.measure(*topology, frame.position);
+    if (frame.pose.size() != last_place_.size()) return;
+    for (std::size_t body = 0; body < last_place_.size(); ++body) {
+        const Vector3& place = frame.pose[body].translation;
+        if (placed_ && device(static_cast<Index>(body))) hand_velocity_[body] = (place - last_place_[body]) / dt;
+        last_place_[body] = place;
+    }
+    placed_ = true;
+}
+
+TissueEdit& ThesisState::edit(const Frame& frame, Index vertex) {
+    Index& slot = slot_[at(vertex)];
+    if (slot < 0) {
+        slot = static_cast<Index>(edits_.size());
+        edits_.push_back(
+            {.vertex = vertex, .position = frame.position.col(vertex), .velocity = frame.velocity.col(vertex)});
+    }
+    return edits_[at(slot)];
+}
+
+Vector3 ThesisState::internal_force_on(const Frame& frame, const TissueEdit& vertex) const {
+    Vector3 sum = -materials->drag[at(vertex.vertex)] * vertex.velocity;
+    if (materials->rest_bias.cols() == frame.position.cols()) sum += materials->rest_bias.col(vertex.vertex);
+    for (const Index s : springs.of(vertex.vertex)) {
+        const Spring& spring = materials->springs[at(s)];
+        const Index other = spring.i == vertex.vertex ? spring.j : spring.i;
+        const Index slot = slot_[at(other)];
+        const equations::NeighbourSpring neighbour{
+            .neighbour = slot < 0 ? Vector3(frame.position.col(other)) : edits_[at(slot)].position,
+            .neighbour_velocity = velocity(frame, other),
+            .rest = spring.rest,
+            .k = spring.k,
+            .preload = spring.preload,
+            .damping = spring.damping};
+        sum += equations::equilibrium_force(vertex.position, vertex.velocity, {&neighbour, 1}, Vector3::Zero());
+    }
+    return sum;
+}
+
+double ThesisState::stiffness(Index body_a, Index body_b, double on_tissue, Index vertex) const {
+    const double given = laws.k(body_a, body_b);
+    if (!std::isnan(given)) return given;
+    const bool tissue = kind(body_a) == BodyKind::tissue || kind(body_b) == BodyKind::tissue;
+    if (!tissue) return rigid_stiffness;
+    return settings.area_stiffness ? settings.kappa * surface.area(vertex) : on_tissue;
+}
+
+LinearContact ThesisState::hard_contact(double depth) const {
+    LinearContact linear;
+    linear.k = settings.hard_stiffness;
+    linear.mu = settings.hard_stiffness * settings.settle_time;
+    // Deep ones at a limited speed: with what tissue weighs, k d would throw it.
+    linear.gap = -std::min(depth, settings.clear_speed * settings.settle_time);
+    return linear;
+}
+
+void ThesisState::rub(Index key, const Vector3& surface_velocity, LinearContact& linear) const {
+    if (settings.friction == 0.0) return;
+    linear.friction = settings.friction;
+    linear.tangent_k = settings.friction_k;
+    linear.surface_velocity = surface_velocity;
+    linear.slip_key = key;
+}
+
+void ThesisState::finish(LinearContact linear, Effect& effect) const {
+    linear.adhesive = !settings.clamp;
+    if (settings.clamp && linear.k * -linear.gap > settings.f_max) linear.gap = -settings.f_max / linear.k;
+    effect.contacts.push_back(linear);
+}
+
+}  // namespace trocar

@@ -1,0 +1,101 @@
+// Contact between bodies that do not deform, one per patch (rigid=patch, hold): closed forms of ball, wedge and hand.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "method/registry.hpp"
+#include "simulate/simulation.hpp"
+#include "support/scene_samples.hpp"
+
+namespace trocar {
+namespace {
+
+/// A shape led to (0.0021, 0.0013, z) over the top (z = 0) of a rigid block whose edges are `edge` long.
+std::string over_a_block(const std::string& part, double edge, double z, const std::string& drive,
+                         const std::string& turn = "0,0,0") {
+    return fmt::format(
+        R"({{"format":"trocar-scene-1","name":"block","unit":"m","dt":0.001,"ticks":10,"seed":1,"bodies":[
+      {{"name":"block","kind":"rigid","closed":true,"parts":[{{"shape":"box","size":[0.05,0.05,0.02],"edge":{0}}}],
+       "pose":[0,0,-0.01,0,0,0]}},
+      {{"name":"tool","kind":"instrument","closed":true,"parts":[{1}],
+       "motion":{{"drive":"{2}","keys":[{{"time":0,"pose":[0.0021,0.0013,{3},{4}]}}]}}}}],
+      "contact":[{{"bodies":["tool","block"],"k":1000,"mu":0}}]}})",
+        edge, part, drive, z, turn);
+}
+
+StepRow last_row(const std::string& text, const std::string& method, int ticks, double* depth = nullptr) {
+    const Scene scene = test::scene_from_text(text);
+    const MethodSpec spec = parse_method(method);
+    Simulation simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
+                          ContactSource::canonical);
+    StepRow row;
+    for (int tick = 0; tick < ticks; ++tick) row = simulation.step();
+    if (depth != nullptr) {
+        const Range tool = scene.topology.bodies[0].vertices;
+        *depth = -simulation.frame().position.row(2).segment(tool.first, tool.count).minCoeff();
+    }
+    return row;
+}
+
+constexpr const char* corrected = "thesis:profile=corrected,tip_proxy=off";
+
+TEST(RigidPatch, BallOnAPlaneGivesStiffnessTimesDepthAtAnyMesh) {
+    // I18 for tools and bone: k d upwards, where d is how deep the polyhedron's lowest vertex is.
+    for (const double edge : {0.02, 0.005, 0.0025}) {
+        for (const double ball_edge : {0.005, 0.0025, 0.00125}) {
+            const std::string part = fmt::format(R"({{"shape":"sphere","radius":0.009,"edge":{}}})", ball_edge);
+            double depth = 0.0;
+            const StepRow row = last_row(over_a_block(part, edge, 0.0085, "prescribed"), corrected, 2, &depth);
+            ASSERT_GT(depth, 1e-4);
+            EXPECT_LT((row.tool_force - Vector3(0.0, 0.0, 1000.0 * depth)).norm(), 1e-9) << edge << " " << ball_edge;
+            EXPECT_LT(std::abs(row.tool_force.z() - 0.5), ball_edge < 0.002 ? 0.05 : 0.25);
+        }
+    }
+}
+
+TEST(RigidPatch, TiltedBoxPressesAlongThePlanesNormalWithItsLowestCorner) {
+    for (const double edge : {0.02, 0.005}) {
+        const std::string part = R"({"shape":"box","size":[0.02,0.02,0.02],"edge":0.005})";
+        double depth = 0.0;
+        const StepRow row = last_row(over_a_block(part, edge, 0.0105, "prescribed", "9,5,0"), corrected, 2, &depth);
+        ASSERT_GT(depth, 1e-3);
+        EXPECT_LT((row.tool_force - Vector3(0.0, 0.0, 1000.0 * depth)).norm(), 1e-9);
+        // `contact` counts k once per reduced contact, and pushes aside what enters through edges.
+        const StepRow each = last_row(over_a_block(part, edge, 0.0105, "prescribed", "9,5,0"),
+                                      std::string(corrected) + ",rigid=contact", 2);
+        EXPECT_GT((each.tool_force - row.tool_force).norm(), 0.1);
+    }
+}
+
+TEST(RigidPatch, ForceFollowsTheDepthSmoothlyAsABallSinksIn) {
+    // 10 um a step: k d changes by 0.01 N while the curve runs over edge after edge.
+    double last = 0.0;
+    for (int step = 0; step < 60; ++step) {
+        const double z = 0.009 - 1e-5 * step;
+        const StepRow row = last_row(
+            over_a_block(R"({"shape":"sphere","radius":0.009,"edge":0.002})", 0.004, z, "prescribed"), corrected, 2);
+        EXPECT_LT(row.tool_force.head<2>().norm(), 1e-9);
+        if (step > 0) {
+            EXPECT_LE(row.tool_force.z() - last, 0.01 + 1e-9);
+            EXPECT_GE(row.tool_force.z() - last, last > 0.0 ? 0.01 - 1e-9 : 0.0);
+        }
+        last = row.tool_force.z();
+    }
+    EXPECT_GT(last, 0.3);
+}
+
+TEST(RigidHold, HandAndContactBalanceAtTheStiffnessOfTheDevicesMass) {
+    // Script 2 mm inside, hand 300 N/m, m = 0.1 kg, T = 2.5 ms: 16000 d = 300 (0.002 - d). With the scene's k: 1000 d.
+    const std::string part = R"({"shape":"sphere","radius":0.009,"edge":0.002})";
+    const std::string scene = over_a_block(part, 0.005, 0.007, "operator");
+    double lowest = 0.0;
+    last_row(over_a_block(part, 0.005, 0.009, "prescribed"), corrected, 1, &lowest);  // below the ball's centre - r
+    double depth = 0.0;
+    last_row(scene, corrected, 2500, &depth);
+    EXPECT_NEAR(depth, 300.0 * (0.002 + lowest) / 16300.0, 2e-8);
+    last_row(scene, std::string(corrected) + ",rigid=patch", 2500, &depth);
+    EXPECT_NEAR(depth, 300.0 * (0.002 + lowest) / 1300.0, 2e-7);
+}
+
+}  // namespace
+}  // namespace trocar
