@@ -136,6 +136,7 @@ public:
         cell_sweep();
         orders();
         settings();
+        tuning();
         table_31();
         micro();
         every_cell();
@@ -229,7 +230,8 @@ private:
         if (record == nullptr)
             return "The main cell, light contact of 20k tissue and 2k instrument triangles, was not measured.";
         std::string text = fmt::format(
-            "Tissue of 20k triangles, all moving, instrument of 2k, {} true pairs, update and detect to the sorted "
+            "Tissue of 20k triangles, all moving, vertices renumbered along a curve, instrument of 2k, {} true pairs, "
+            "update and detect to the sorted "
             "list "
             "of pairs, one thread:",
             record->measurement.true_pairs);
@@ -284,16 +286,36 @@ private:
         double goal;
     };
 
+    /// "375, `embree_collide:leaf=cluster`"
+    static std::string fastest_rival(const CellRecord& record) {
+        const MethodResult* fastest = nullptr;
+        for (const MethodResult& entry : record.measurement.methods) {
+            if (entry.own || entry.library == "trocar" || is_copy(entry) || !entry.exact() || entry.step.empty())
+                continue;
+            if (fastest == nullptr || median_time(entry) < median_time(*fastest)) fastest = &entry;
+        }
+        if (fastest == nullptr) return "n/a";
+        return fmt::format("{}, `{}`", time_text(median_time(*fastest)), fastest->label);
+    }
+
     void targets() {
         static const std::vector<Target> table{
-            {"size: light 20k x 2k", embree_anchor, 6, 15},   {"size: light 20k x 2k", fcl_anchor, 30, 75},
-            {"size: light 200k x 2k", embree_anchor, 15, 50}, {"size: light 200k x 2k", fcl_anchor, 70, 200},
-            {"size: light 1M x 2k", embree_anchor, 20, 100},  {"size: light 1M x 2k", fcl_anchor, 70, 300},
-            {"size: deep 200k x 10k", embree_anchor, 10, 25}, {"multi: light 5 x 20k + 10 x 2k", embree_anchor, 5, 10},
+            {"size: light 20k x 2k", embree_anchor, 6, 15},
+            {"size: light 20k x 2k", fcl_anchor, 30, 75},
+            {"size: light 200k x 2k", embree_anchor, 15, 50},
+            {"size: light 200k x 2k", fcl_anchor, 70, 200},
+            {"order: light 200k x 2k generated", embree_anchor, 15, 50},
+            {"order: light 200k x 2k generated", fcl_anchor, 70, 200},
+            {"size: light 1M x 2k", embree_anchor, 20, 100},
+            {"size: light 1M x 2k", fcl_anchor, 70, 300},
+            {"size: deep 200k x 10k", embree_anchor, 10, 25},
+            {"multi: light 5 x 20k + 10 x 2k", embree_anchor, 5, 10},
         };
         Table result;
         result.caption = "Targets: how many times faster than the rival, same pair sets";
-        result.columns = {{"case"}, {"rival"}, {"rival (µs)", true}, {"first step", true}, {"goal", true}};
+        result.columns = {
+            {"case"},      {"rival"}, {"rival (µs)", true}, {"fastest exact rival (µs)", true}, {"first step", true},
+            {"goal", true}};
         const std::vector<std::string> own = own_labels();
         for (const std::string& name : own) result.columns.push_back({"`" + name + "`", true});
         for (const Target& target : table) {
@@ -301,8 +323,8 @@ private:
             if (record == nullptr) continue;
             const MethodResult* rival = find_row(*record, target.anchor);
             TableRow line{{target.cell, fmt::format("`{}`", target.anchor),
-                           rival == nullptr ? "absent" : time_text(median_time(*rival)), format_number(target.first),
-                           format_number(target.goal)}};
+                           rival == nullptr ? "absent" : time_text(median_time(*rival)), fastest_rival(*record),
+                           format_number(target.first), format_number(target.goal)}};
             for (const std::string& name : own) {
                 const MethodResult* ours = find_row(*record, name);
                 if (rival == nullptr || ours == nullptr) {
@@ -320,7 +342,7 @@ private:
             }
             result.rows.push_back(std::move(line));
         }
-        TableRow local{{"10⁶ tissue, deformation local to the contact", "itself at 20k", "", "≤ 3", "≤ 1.5"}};
+        TableRow local{{"10⁶ tissue, deformation local to the contact", "itself at 20k", "", "", "≤ 3", "≤ 1.5"}};
         for (const std::string& name : own) {
             const double ratio = time("local: local 1M x 2k", name) / time("local: local 20k x 2k", name);
             local.cells.push_back(fmt::format("{}{}", format_number(ratio),
@@ -331,7 +353,7 @@ private:
         result.rows.push_back(std::move(local));
         for (const CellRecord* record : group(Group::bounded)) {
             TableRow worst{{fmt::format("worst of {} ticks of i2t_drag, in work", record->bounded.ticks),
-                            "its own median", "", "≤ 3", "≤ 3"}};
+                            "its own median", "", "", "≤ 3", "≤ 3"}};
             for (const std::string& name : own) {
                 const auto& methods = record->bounded.methods;
                 const auto found = std::find_if(methods.begin(), methods.end(),
@@ -344,8 +366,11 @@ private:
         }
         result.note =
             "Ratio of median times over the steps that both were measured on, 95 % block bootstrap within one process; "
-            "“first step” and “goal” behind a number say which target it reaches. The rows below the ratios are cost "
-            "against cost.";
+            "“first step” and “goal” behind a number say which target it reaches. Fastest exact rival: of all foreign "
+            "settings in that cell. Vertices and triangles are renumbered along a space-filling curve, for every "
+            "method "
+            "alike, but in the rows “generated”, which have them face by face and row by row. The rows below the "
+            "ratios are cost against cost.";
         add_table(std::move(result));
     }
 
@@ -446,7 +471,9 @@ private:
         table.caption = "Contestants";
         table.columns = {{"method"}, {"library"}, {"pairs decided by"}, {"claims exact"}, {"pair sets over all cells"}};
         std::vector<const CellRecord*> all;
-        for (const CellRecord& record : records_) all.push_back(&record);
+        for (const CellRecord& record : records_) {
+            if (record.spec.group != Group::tuning) all.push_back(&record);  // has a table of its own
+        }
         for (const std::string& label : labels(all, [](const MethodResult& entry) { return !is_copy(entry); })) {
             const MethodResult* any = nullptr;
             std::int64_t missing = 0;
@@ -468,11 +495,12 @@ private:
                     if (!entry.outcome.ok()) failures.push_back(record.spec.id + ": " + pairs_text(entry));
                 }
             }
-            std::string verdict = differing == 0 ? fmt::format("all of {} steps exact", steps)
-                                                 : fmt::format(
-                                                       "differs on {} of {} steps; misses {} and invents {} of "
-                                                       "{} pairs where truth was asked",
-                                                       differing, steps, missing, extra, truth);
+            std::string verdict = steps == 0       ? "no step measured"
+                                  : differing == 0 ? fmt::format("all of {} steps exact", steps)
+                                                   : fmt::format(
+                                                         "differs on {} of {} steps; misses {} and invents {} of "
+                                                         "{} pairs where truth was asked",
+                                                         differing, steps, missing, extra, truth);
             if (!failures.empty()) {
                 verdict += fmt::format("; failed in {} cells, first in {}", failures.size(), failures.front());
             }
@@ -781,6 +809,109 @@ private:
                 "Rows whose pairs are decided by trocar's exact test are the comparison with one common narrow phase.";
             add_table(std::move(table));
         }
+    }
+
+    // ---- default, recommended, tuned ----
+
+    /// Mean time of a step over the first or the second half of a row's steps, µs: periodic rebuilds count.
+    static double half_mean(const MethodResult& entry, bool second) {
+        const std::vector<double> times = step_times(entry);
+        const std::size_t half = times.size() / 2;
+        const std::size_t first = second ? half : 0;
+        const std::size_t end = second ? times.size() : half;
+        if (!entry.outcome.ok() || end == first) return not_known;
+        double sum = 0.0;
+        for (std::size_t i = first; i < end; ++i) sum += times[i];
+        return sum / static_cast<double>(end - first);
+    }
+
+    void tuning() {
+        const std::vector<const CellRecord*> cells = group(Group::tuning);
+        if (cells.empty()) return;
+        add_heading("Default, recommended, tuned");
+        for (const CellRecord* record : cells) {
+            Table table;
+            table.caption = "Settings of every library, " + record->spec.scene.name();
+            table.columns = {{"detector"},
+                             {"library's default"},
+                             {"time (µs)", true},
+                             {"recommended"},
+                             {"time (µs)", true},
+                             {"tuned"},
+                             {"time (µs)", true},
+                             {"default ÷ tuned", true},
+                             {"recommended ÷ tuned", true},
+                             {"settings tried", true},
+                             {"steps", true},
+                             {"search (s)", true}};
+            Table every;
+            every.caption = "All settings tried, " + record->spec.scene.name();
+            every.columns = {{"method"},
+                             {"steps", true},
+                             {"mean, first half (µs)", true},
+                             {"mean, second half (µs)", true},
+                             {"pairs"}};
+            every.folded = true;
+            for (const Search& search : searches(record->tissue_edge)) tune(*record, search, table, every);
+            table.note =
+                "Default: what the library's user gets who chooses nothing, as far as the adapter has it. Recommended: "
+                "this project's setting, which the other tables use; reasons at the head of each file of baselines/. "
+                "Tuned: the fastest of the settings tried, chosen by the mean of the first half of the steps among "
+                "those "
+                "with exact pairs (where there is none, †, among all), timed on the second half like the other "
+                "two. The search is its settings, steps and seconds of update and detect.";
+            add_table(std::move(table));
+            add_table(std::move(every));
+        }
+    }
+
+    void tune(const CellRecord& record, const Search& search, Table& table, Table& every) const {
+        const auto& rows = record.measurement.methods;
+        const MethodResult* best = nullptr;
+        std::size_t tried = 0;
+        std::size_t steps = 0;
+        double seconds = 0.0;
+        const auto better = [](const MethodResult& a, const MethodResult* b) {
+            if (std::isnan(half_mean(a, false))) return false;
+            if (b == nullptr || a.exact() != b->exact()) return b == nullptr || a.exact();
+            return half_mean(a, false) < half_mean(*b, false);
+        };
+        bool own = false;
+        for (const std::string& method : search.tried) {
+            const auto entry =
+                std::find_if(rows.begin(), rows.end(), [&method](const MethodResult& r) { return r.label == method; });
+            if (entry == rows.end()) continue;
+            ++tried;
+            own = entry->own;
+            steps += entry->step.size();
+            for (const double time : step_times(*entry)) seconds += 1e-6 * time;
+            if (better(*entry, best)) best = &*entry;
+            every.rows.push_back(
+                {{"`" + method + "`", fmt::format("{}", entry->step.size()), time_text(half_mean(*entry, false)),
+                  time_text(half_mean(*entry, true)), pairs_text(*entry)},
+                 style_of(*entry)});
+        }
+        if (best == nullptr) return;
+        const auto cells_of = [&](const std::string& method, TableRow& line) {
+            const MethodResult* entry = find_row(record, method);
+            const double time = entry == nullptr ? not_known : half_mean(*entry, true);
+            const std::size_t colon = method.find(':');
+            line.cells.push_back(colon == std::string::npos ? "as recommended" : "`" + method.substr(colon + 1) + "`");
+            line.cells.push_back(time_text(time) + (entry == nullptr || entry->exact() ? "" : " †"));
+            return time;
+        };
+        TableRow line{{"`" + search.name + "`"}};
+        line.style = own ? TableRow::Style::own : TableRow::Style::normal;
+        const double by_default = cells_of(search.library_default, line);
+        const double recommended = cells_of(search.name, line);
+        line.cells[3] = "all defaults of the adapter";
+        const double tuned = cells_of(best->label, line);
+        line.cells.push_back(format_number(by_default / tuned));
+        line.cells.push_back(format_number(recommended / tuned));
+        line.cells.push_back(fmt::format("{}", tried));
+        line.cells.push_back(fmt::format("{}", steps));
+        line.cells.push_back(format_number(seconds));
+        table.rows.push_back(std::move(line));
     }
 
     // ---- the thesis' Table 3.1 ----

@@ -153,7 +153,7 @@ CellRecord record_from(const Json& json) {
     CellRecord record;
     CellSpec& spec = record.spec;
     spec.id = json.at("cell");
-    spec.group = enum_from<Group, 10>(json.at("group"));
+    spec.group = enum_from<Group, 11>(json.at("group"));
     const Json& scene = json.at("scene");
     spec.scene.variant = enum_from<Variant, 7>(scene.at("variant"));
     spec.scene.tissue_triangles = scene.at("tissue_triangles");

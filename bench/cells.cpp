@@ -64,7 +64,9 @@ private:
 
 bool takes_part(const CellSpec& spec, const Contestant& contestant, std::int64_t triangles) {
     if (contestant.part == Part::settings_cell && spec.group != Group::settings) return false;
-    const std::int64_t most = spec.quick ? contestant.most_triangles_quick : contestant.most_triangles_full;
+    // What takes seconds per step at 10^6 triangles is shown once over size, not again in every other group.
+    const bool every_size = !spec.quick && spec.group == Group::size;
+    const std::int64_t most = every_size ? contestant.most_triangles_full : contestant.most_triangles_quick;
     return most == 0 || triangles <= most;
 }
 
@@ -119,6 +121,21 @@ std::vector<Contestant> contestants_of(const CellSpec& spec, std::int64_t triang
         }
         return list;
     }
+    if (spec.group == Group::tuning) {
+        for (const Search& search : searches(tissue_edge)) {
+            const auto found = std::find_if(all.begin(), all.end(),
+                                            [&search](const Contestant& c) { return c.method == search.name; });
+            if (found == all.end()) continue;  // told as missing
+            for (const std::string& method : search.tried) {
+                Contestant tried = *found;
+                tried.method = method;
+                tried.label = method;
+                tried.make = contestant_of(method).make;
+                list.push_back(std::move(tried));
+            }
+        }
+        return list;
+    }
     for (Contestant& contestant : all) {
         if (takes_part(spec, contestant, triangles)) list.push_back(std::move(contestant));
     }
@@ -139,8 +156,8 @@ double load_now() {
 }  // namespace
 
 std::string_view name_of(Group group) {
-    constexpr std::array<std::string_view, 10> names{"size",     "motion",    "multi",  "local",   "order",
-                                                     "settings", "cell size", "bodies", "bounded", "micro"};
+    constexpr std::array<std::string_view, 11> names{"size",      "motion", "multi",  "local",   "order", "settings",
+                                                     "cell size", "tuning", "bodies", "bounded", "micro"};
     return names.at(static_cast<std::size_t>(group));
 }
 
@@ -195,6 +212,7 @@ std::vector<CellSpec> plan_cells(bool quick) {
         if (quick && n != 20000) continue;
         plan.add(Group::settings, scene(Variant::light, n, 2000));
         plan.add(Group::cell_size, scene(Variant::light, n, 2000));
+        plan.add(Group::tuning, scene(Variant::light, n, 2000), 0.5);
     }
     for (const Index count : {2, 4, 8, 16, 32, 64, 128, 256}) plan.add_bodies(count);
     plan.add_bounded();
@@ -208,6 +226,11 @@ CellRecord run_cell(const CellSpec& spec, const std::vector<std::string>& withou
     record.spec = spec;
     record.binary = binary_identity();
     record.environment = environment();
+    for (const DetectorEntry& entry : registry().detectors()) {
+        if (entry.library == "trocar") continue;
+        record.environment["library of " + entry.name] =
+            fmt::format("{} {}: {}", entry.library, entry.version, entry.configuration);
+    }
     if (spec.group == Group::micro) {
         record.micro = run_micro(spec.quick, record.missing);
         record.load_after = load_now();

@@ -21,6 +21,7 @@ enum class Group : std::uint8_t {
     order,      ///< vertex order as generated and shuffled
     settings,   ///< further settings: scalar code, common narrow phase, rebuilt trees …
     cell_size,  ///< sweep over the cell edge of ohc
+    tuning,     ///< every setting of every library: default, recommended, best of a search
     bodies,     ///< sweep over the number of bodies
     bounded,    ///< the worst tick of a long run
     micro       ///< single stages by Google Benchmark

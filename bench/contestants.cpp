@@ -1,5 +1,7 @@
 #include "contestants.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 #include <utility>
@@ -39,9 +41,11 @@ const std::vector<Setting>& settings() {
         {"fcl_bvh:bv=kIOS", "tree", "its own", Part::everywhere, medium, 0},
         {"fcl_bvh:bv=OBBRSS", "tree", "its own", Part::everywhere, medium, 0},
         {"fcl_bvh:update=rebuild", "tree", "its own", Part::settings_cell},
+        {"fcl_continuous", "tree", "its own", Part::settings_cell},
         {"bullet_dbvt", "tree", exact_test},
         {"bullet_gimpact", "tree", exact_test},
         {"ode_trimesh", "tree", "its own"},
+        {"ode_trimesh:merge=none", "tree", "its own", Part::everywhere, medium, 0},
         {"cgal_boxes", "boxes", exact_test},
         {"spatial_tessellation", "cells", exact_test},
         {"spatial_tessellation:storage=dense", "cells", exact_test},
@@ -104,6 +108,69 @@ std::vector<Contestant> contestants(const Registry& registry, std::vector<Missin
     }
     std::stable_partition(list.begin(), list.end(), [](const Contestant& contestant) { return contestant.own; });
     return list;
+}
+
+std::vector<Search> searches(double edge) {
+    const auto with_cells = [edge](const std::string& method, const std::vector<double>& factors) {
+        std::vector<std::string> tried;
+        const char* const separator = method.find(':') == std::string::npos ? ":" : ",";
+        for (const double factor : factors) {
+            tried.push_back(fmt::format("{}{}cell={:.6g}", method, separator, factor * edge));
+        }
+        return tried;
+    };
+    std::vector<Search> all{
+        {"ohc", "ohc", with_cells("ohc", {0.71, 1.0, 1.41, 2.0, 2.83})},
+        {"ohc_clustered", "ohc_clustered", {"ohc_clustered:order=given", "ohc_clustered:order=local"}},
+        {"embree_collide", "embree_collide:update=rebuild,quality=medium", {"embree_collide:update=rebuild"}},
+        {"fcl_bvh", "fcl_bvh:bv=OBBRSS", {"fcl_bvh:update=rebuild", "fcl_bvh:bv=OBB,update=rebuild"}},
+        {"bullet_dbvt", "bullet_dbvt:update=reinsert", {}},
+        {"bullet_gimpact", "bullet_gimpact", {"bullet_gimpact:update=rebuild"}},
+        {"ode_trimesh",
+         "ode_trimesh:scale=1",
+         {"ode_trimesh:update=rebuild", "ode_trimesh:merge=none", "ode_trimesh:merge=none,update=rebuild"}},
+        {"cgal_boxes", "cgal_boxes", {}},
+        {"spatial_tessellation", "spatial_tessellation", {}},
+        {"ccd_pairs", "ccd_pairs:tolerance=0.0001", {"ccd_pairs:algorithm=mpr"}},
+    };
+    for (Search& search : all) {
+        std::vector<std::string>& tried = search.tried;
+        if (search.name == "embree_collide") {
+            for (const int size : {4, 8, 16, 32, 64}) {
+                tried.push_back(fmt::format("embree_collide:leaf=cluster,cluster_size={}", size));
+            }
+            for (const char* quality : {"low", "medium"}) {
+                tried.push_back(
+                    fmt::format("embree_collide:leaf=cluster,cluster_size=8,update=rebuild,quality={}", quality));
+            }
+        }
+        if (search.name == "fcl_bvh") {
+            for (const char* volume : {"OBB", "RSS", "kIOS", "KDOP16", "KDOP18", "KDOP24"}) {
+                tried.push_back(fmt::format("fcl_bvh:bv={}", volume));
+            }
+            for (const char* volume : {"AABB", "OBB", "kIOS"}) {
+                for (const int period : {4, 16}) {
+                    tried.push_back(fmt::format("fcl_bvh:bv={},rebuild_period={}", volume, period));
+                }
+            }
+        }
+        if (search.name == "cgal_boxes") {
+            for (const int cutoff : {3, 30, 100, 300, 1000})
+                tried.push_back(fmt::format("cgal_boxes:cutoff={}", cutoff));
+        }
+        if (search.name == "spatial_tessellation") {
+            for (const char* storage : {"hashed", "dense"}) {
+                const auto more =
+                    with_cells(fmt::format("spatial_tessellation:storage={}", storage), {1.5, 2.0, 2.5, 3.0, 4.0, 6.0});
+                tried.insert(tried.end(), more.begin(), more.end());
+            }
+        }
+        tried.insert(tried.begin(), search.name);
+        if (search.library_default != search.name) tried.insert(tried.begin() + 1, search.library_default);
+        for (std::string& method : tried) method = parse_method(method).text();
+        search.library_default = parse_method(search.library_default).text();
+    }
+    return all;
 }
 
 Contestant contestant_of(const std::string& method) {

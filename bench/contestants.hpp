@@ -41,6 +41,17 @@ struct Missing {
 /// `missing`.
 std::vector<Contestant> contestants(const Registry& registry, std::vector<Missing>& missing);
 
+/// The search for a detector's best setting: every method text that is tried on a scene. Without parameters: what this
+/// project recommends, the adapter's defaults.
+struct Search {
+    std::string name;             ///< of the detector
+    std::string library_default;  ///< what a user gets who chooses nothing, as far as the adapter has it
+    std::vector<std::string> tried;
+};
+
+/// For detectors with settings that change the time and not the answer. `edge`: mean edge of the scene's tissue, m.
+std::vector<Search> searches(double edge);
+
 /// The two that ratios are taken to.
 inline constexpr std::string_view embree_anchor = "embree_collide";
 inline constexpr std::string_view fcl_anchor = "fcl_bvh";

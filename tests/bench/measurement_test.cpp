@@ -125,6 +125,22 @@ TEST(BenchMeasurement, RegisteredDetectorsTakePartWithoutBeingNamed) {
     }
 }
 
+TEST(BenchMeasurement, EverySettingOfTheSearchesCanBeMadeAndHoldsDefaultAndRecommended) {
+    for (const Search& search : searches(0.001)) {
+        const auto& all = registry().detectors();
+        const auto entry =
+            std::find_if(all.begin(), all.end(), [&](const DetectorEntry& e) { return e.name == search.name; });
+        std::vector<std::string> tried = search.tried;
+        for (const std::string& named : {search.name, search.library_default}) {
+            EXPECT_EQ(std::count(tried.begin(), tried.end(), named), 1) << named;
+        }
+        std::sort(tried.begin(), tried.end());
+        EXPECT_EQ(std::adjacent_find(tried.begin(), tried.end()), tried.end()) << search.name;
+        if (entry == all.end()) continue;  // absent here
+        for (const std::string& method : tried) EXPECT_NE(contestant_of(method).make(), nullptr) << method;
+    }
+}
+
 TEST(BenchMeasurement, DetectorsThatClaimExactnessAreExactOnEveryKindOfScene) {
     std::vector<Missing> missing;
     std::vector<Contestant> list = contestants(registry(), missing);
