@@ -44,6 +44,33 @@ bool BlockBoxes::read_all(const Frame& frame, std::int64_t now) {
     return finish(finite, now);
 }
 
+bool BlockBoxes::read_swept(const Frame& frame, bool way, std::int64_t now) {
+    bool finite = true;
+    for (Index block = 0; block < clusters_.block_count; ++block) {
+        const auto b = static_cast<std::size_t>(block);
+        finite &= box_block(frame.position.data(), block, block_[b]);
+        if (way) {
+            Extent before;
+            finite &= box_block(frame.previous.data(), block, before);
+            block_[b].add(before);
+        }
+        block_moved_at_[b] = now;
+        moved_blocks_.push_back(block);
+    }
+    return finish(finite, now);
+}
+
+/// Box of a block; false when a number is not finite.
+bool BlockBoxes::box_block(const double* position, Index block, Extent& box) const {
+    const Index begin = block * block_size;
+    const Index count = std::min(block_size, clusters_.vertices.count - begin);
+    if (clusters_.vertex_order.empty()) {
+        const Index first = clusters_.vertices.first + begin;
+        return kernels_.box_of_run(position + 3 * static_cast<std::size_t>(first), count, box);
+    }
+    return kernels_.box_of_some(position, clusters_.vertex_order.data() + begin, count, box);
+}
+
 bool BlockBoxes::read_moved(const Frame& frame, std::span<const Range> ranges, std::int64_t now) {
     asked_.clear();
     const auto ask = [this, now](Index block) {

@@ -19,6 +19,8 @@ public:
 
     /// Looks at all vertices. Returns false when a number is not finite; then nothing counts as read.
     bool read_all(const Frame& frame, std::int64_t now);
+    /// Looks at all vertices and counts all as moved. `way`: boxes hold them at the frame before too, which is finite.
+    bool read_swept(const Frame& frame, bool way, std::int64_t now);
     /// Looks at the vertices in `ranges` (of the frame), all others are as they were.
     bool read_moved(const Frame& frame, std::span<const Range> ranges, std::int64_t now);
 
@@ -37,6 +39,7 @@ private:
     enum class State : std::uint8_t { unread, first_known, copied };
 
     bool read_block(const Frame& frame, Index block, std::int64_t now);
+    bool box_block(const double* position, Index block, Extent& box) const;
     bool finish(bool finite, std::int64_t now);
 
     const ClusteredBody& clusters_;

@@ -11,11 +11,12 @@
 //              sixteen at a time (cluster_kernels.hpp)
 //   clusters   16 triangles; of groups whose boxes overlap: the group's vertices are taken over in float
 //   triangles  of clusters whose boxes overlap: candidates are pairs of triangles whose boxes overlap
-//   pairs      the exact test (narrow_phase.hpp)                                                           [detect]
+//   pairs      the exact test (narrow_phase.hpp); with swept=on also what begins on the way (swept.hpp)     [detect]
 //
 // Nothing is lost on the way: each box encloses what it stands for, cell numbers are monotone (lattice.hpp), boxes in
 // float are compared with a slack that covers their rounding. Pairs of groups of which neither moved are not looked at:
-// their triangle pairs are those of the tick before.
+// their triangle pairs are those of the tick before. With swept=on every box holds both ends of the tick, and all of it
+// is made anew in every tick.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -34,6 +35,7 @@
 #include "detect/narrow_phase.hpp"
 #include "detect/pair_sort.hpp"
 #include "detect/shared_parameters.hpp"
+#include "detect/swept.hpp"
 #include "detect/triangle_filter.hpp"
 #include "method/entry.hpp"
 #include "method/frame_check.hpp"
@@ -48,6 +50,7 @@ struct Settings {
     ClusterOrder order = ClusterOrder::automatic;
     TriangleTest test = TriangleTest::exact;
     bool scalar = false;
+    bool swept = false;
     std::int64_t max_pairs = std::numeric_limits<std::int64_t>::max();
     std::int64_t work_budget = std::numeric_limits<std::int64_t>::max();
     [[nodiscard]] bool limited() const {
@@ -91,7 +94,7 @@ struct OpenGroup {
     SixteenBoxes clusters;
     std::array<std::int32_t, fan> triangles{};  ///< places in triangle_boxes_, -1 if none
     FloatBox box;
-    std::size_t points = 0;  ///< where its vertices start in points_
+    std::size_t points = 0;  ///< where its vertices start in points_; swept: after them those of the frame before
     std::int64_t opened_at = -1;
     std::int64_t asked_at = -1;
     bool with_clusters = false;        ///< `clusters` is up to date
@@ -134,6 +137,7 @@ public:
     void update(const Frame& frame) override {
         work_ = {};
         truncated_ = false;
+        way_ = false;
         if (frame.position.cols() != topology_->vertex_count) {
             answerable_ = false;
             ready_ = false;
@@ -144,8 +148,10 @@ public:
             if (answerable_) build(frame);
         }
         if (ready_) {
-            const bool whole = !known_ || !frame.moved;
-            if (spend(work_.vertices_read, whole ? topology_->vertex_count : moved_vertices(*frame.moved))) {
+            way_ = settings_.swept && has_way(*topology_, frame);
+            const bool whole = !known_ || !frame.moved || settings_.swept;
+            const std::int64_t vertices = whole ? topology_->vertex_count : moved_vertices(*frame.moved);
+            if (spend(work_.vertices_read, way_ ? 2 * vertices : vertices)) {
                 answerable_ = read(frame, whole);
                 known_ = answerable_;
             } else {
@@ -176,8 +182,9 @@ public:
             keep_unmoved_pairs(contacts);
         }
         sort_pairs(contacts.pairs, sorting_);
+        sort_swept(contacts.swept);
         last_pairs_ = contacts.pairs;
-        answered_at_ = truncated_ || settings_.limited() ? never : now_;
+        answered_at_ = truncated_ || settings_.limited() || settings_.swept ? never : now_;
         contacts.work = work_;
         contacts.truncated = truncated_;
     }
@@ -307,8 +314,13 @@ private:
         bool all_finite = true;
         for (const Range& range : unused_vertices_) all_finite &= finite(frame, range);
         for (const MovingBody& moving : bodies_) {
-            all_finite &=
-                whole ? moving.boxes->read_all(frame, now_) : moving.boxes->read_moved(frame, *frame.moved, now_);
+            if (settings_.swept) {
+                all_finite &= moving.boxes->read_swept(frame, way_, now_);
+            } else if (whole) {
+                all_finite &= moving.boxes->read_all(frame, now_);
+            } else {
+                all_finite &= moving.boxes->read_moved(frame, *frame.moved, now_);
+            }
         }
         if (!all_finite) return false;
         if (!cells_are_set_) choose_cells(frame);
@@ -496,6 +508,16 @@ private:
         }
     }
 
+    /// Adds other boxes, each to that of the same number.
+    static void unite(const SixteenBoxes& other, SixteenBoxes& boxes) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            for (std::size_t i = 0; i < boxes.low[k].size(); ++i) {
+                boxes.low[k][i] = std::min(boxes.low[k][i], other.low[k][i]);
+                boxes.high[k][i] = std::max(boxes.high[k][i], other.high[k][i]);
+            }
+        }
+    }
+
     void pair_regions(const Frame& frame, const RegionPair& pair) {
         Region& first = regions_[static_cast<std::size_t>(pair.first)];
         Region& second = regions_[static_cast<std::size_t>(pair.second)];
@@ -538,14 +560,23 @@ private:
             OpenGroup& fresh = open_groups_.emplace_back();
             fresh.points = points_.size();
             fresh.triangles.fill(-1);
-            points_.resize(points_.size() + static_cast<std::size_t>(count));
+            points_.resize(points_.size() + static_cast<std::size_t>(settings_.swept ? 2 * count : count));
         }
         OpenGroup& opened = open_groups_[static_cast<std::size_t>(place)];
         if (std::exchange(opened.asked_at, now_) != now_) ++groups_asked_;
         if (opened.opened_at >= moving.boxes->group_moved_at(group)) return place;
-        if (!spend(work_.vertices_read, count)) return -1;
-        kernels_.to_floats(frame.position.data(), clusters.vertices_of_group.begin(group), count, floats_,
-                           points_.data() + opened.points, opened.box);
+        if (!spend(work_.vertices_read, way_ ? 2 * count : count)) return -1;
+        const Index* const vertices = clusters.vertices_of_group.begin(group);
+        FloatPoint* const points = points_.data() + opened.points;
+        kernels_.to_floats(frame.position.data(), vertices, count, floats_, points, opened.box);
+        if (way_) {
+            FloatBox before{};
+            kernels_.to_floats(frame.previous.data(), vertices, count, floats_, points + count, before);
+            for (std::size_t k = 0; k < 3; ++k) {
+                opened.box.low[k] = std::min(opened.box.low[k], before.low[k]);
+                opened.box.high[k] = std::max(opened.box.high[k], before.high[k]);
+            }
+        }
         opened.with_clusters = false;
         opened.with_triangles = 0;
         opened.opened_at = now_;
@@ -560,9 +591,19 @@ private:
         const Index first = group.number * fan;
         const Index end = std::min(first + fan, clusters.cluster_count);
         if (end - first < fan) empty(opened.clusters);
-        for (Index c = first; c < end; ++c) {
-            kernels_.box_of_places(points, clusters.vertices_of_cluster.begin(c), clusters.vertices_of_cluster.count(c),
-                                   static_cast<std::size_t>(c - first), opened.clusters);
+        const auto box_all = [&](const FloatPoint* from, SixteenBoxes& boxes) {
+            for (Index c = first; c < end; ++c) {
+                kernels_.box_of_places(from, clusters.vertices_of_cluster.begin(c),
+                                       clusters.vertices_of_cluster.count(c), static_cast<std::size_t>(c - first),
+                                       boxes);
+            }
+        };
+        box_all(points, opened.clusters);
+        if (way_) {
+            SixteenBoxes before;
+            empty(before);
+            box_all(points + clusters.vertices_of_group.count(group.number), before);
+            unite(before, opened.clusters);
         }
         opened.with_clusters = true;
         return opened.clusters;
@@ -625,8 +666,15 @@ private:
                 triangle_boxes_.emplace_back();
             }
             const auto cluster = static_cast<std::size_t>(group) * fan + i;
-            kernels_.boxes_of_triangles(points_.data() + opened.points, clusters.corners[cluster],
-                                        triangle_boxes_[static_cast<std::size_t>(place)]);
+            const FloatPoint* const points = points_.data() + opened.points;
+            SixteenBoxes& boxes = triangle_boxes_[static_cast<std::size_t>(place)];
+            kernels_.boxes_of_triangles(points, clusters.corners[cluster], boxes);
+            if (way_) {
+                SixteenBoxes before;
+                kernels_.boxes_of_triangles(points + clusters.vertices_of_group.count(group), clusters.corners[cluster],
+                                            before);
+                unite(before, boxes);
+            }
             opened.with_triangles |= 1U << i;
         }
         return static_cast<std::size_t>(place);
@@ -664,8 +712,10 @@ private:
 
     void test_candidates(const Frame& frame, ContactSet& contacts) {
         if (!settings_.limited()) {
-            work_.triangle_tests += static_cast<std::int64_t>(candidates_.size());
+            const auto count = static_cast<std::int64_t>(candidates_.size());
+            work_.triangle_tests += way_ ? 2 * count : count;
             test_pairs(settings_.test, *topology_, frame, candidates_, contacts.pairs, filter_);
+            if (way_) test_swept(*topology_, frame, candidates_, contacts.swept);
             return;
         }
         for (const TrianglePair& pair : candidates_) {
@@ -680,12 +730,17 @@ private:
         }
     }
     bool test_one(const Frame& frame, const TrianglePair& pair, ContactSet& contacts) {
-        if (static_cast<std::int64_t>(contacts.pairs.size()) >= settings_.max_pairs) {
-            truncated_ = true;
-            return false;
-        }
-        if (!spend(work_.triangle_tests, 1)) return false;
+        if (full(contacts.pairs.size()) || !spend(work_.triangle_tests, 1)) return false;
         test_pairs(settings_.test, *topology_, frame, {&pair, 1}, contacts.pairs, filter_);
+        if (!way_ || !either_moved(*topology_, frame, pair)) return true;
+        if (full(contacts.swept.size()) || !spend(work_.triangle_tests, 1)) return false;
+        test_swept(*topology_, frame, {&pair, 1}, contacts.swept);
+        return true;
+    }
+    /// One more would be more than max_pairs: the tick ends.
+    bool full(std::size_t count) {
+        if (static_cast<std::int64_t>(count) < settings_.max_pairs) return false;
+        truncated_ = true;
         return true;
     }
 
@@ -720,6 +775,7 @@ private:
     bool known_ = false;               ///< block boxes are those of the last frame
     bool region_pairs_known_ = false;  ///< no region left its cells since the list was made
     bool answerable_ = false;          ///< the last update's frame was
+    bool way_ = false;                 ///< swept, and the last update's frame knows the frame before
     bool truncated_ = false;
     bool truncated_in_update_ = false;
     std::int64_t now_ = 0;              ///< counts reads
@@ -768,6 +824,7 @@ DetectorEntry ohc_clustered_detector() {
               .choices = {"auto", "scalar"},
               .meaning = "the widest vectors the CPU has, or none; the answer is the same"},
              test_parameter(),
+             swept_parameter(),
              max_pairs_parameter(),
              work_budget_parameter()},
         .make = [](const ParameterValues& values) {
@@ -775,6 +832,7 @@ DetectorEntry ohc_clustered_detector() {
             if (values.is("order", "given")) settings.order = ClusterOrder::given;
             if (values.is("order", "local")) settings.order = ClusterOrder::local;
             settings.scalar = values.is("simd", "scalar");
+            settings.swept = values.is("swept", "on");
             settings.test = triangle_test_from(values.text("test"));
             if (!values.is("max_pairs", "none")) settings.max_pairs = values.integer("max_pairs");
             if (!values.is("work_budget", "none")) settings.work_budget = values.integer("work_budget");

@@ -339,6 +339,48 @@ TEST(OhcClustered, FarAwayTinyAndHugeScenesAreAnswered) {
     }
 }
 
+TEST(OhcClustered, WhatBeginsBetweenFramesIsToldInEveryTick) {
+    for (const char* order : {"given", "local"}) {
+        World world = make_world("run", {{BodyKind::instrument, shaft(0.004, 0.1, 12, 30).move({0.0, 0.0, 0.004})},
+                                         {BodyKind::tissue, slab(0.1, 0.01, 30).shake(0.0003, 8)},
+                                         {BodyKind::rigid, shaft(0.02, 0.02, 12, 8).move({0.05, 0.0, 0.0})}});
+        const auto detector = make_detector("ohc_clustered", {{"order", order}, {"swept", "on"}});
+        const auto other = make_detector("ohc", {{"swept", "on"}});
+        const auto plain = make_detector("brute_force", {});
+        for (Detector* each : {detector.get(), other.get(), plain.get()}) each->prepare(world.topology, world.frame);
+        std::mt19937 random(12);
+        std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+        std::size_t begun = 0;
+        for (int step = 0; step < 16; ++step) {
+            Frame& frame = world.frame;
+            frame.previous = frame.position;
+            // Every fourth tick all rest, every fifth one the way is unknown; jumps between.
+            if (step % 4 != 3) {
+                for (const BodyRange& body : world.topology.bodies) {
+                    if (body.kind == BodyKind::rigid) continue;
+                    const Vector3 by =
+                        (step % 2 == 0 ? 0.006 : 0.001) *
+                        Vector3(0.3 * uniform(random), 0.3 * uniform(random), step % 2 == 0 ? -1.0 : 1.0);
+                    frame.position.middleCols(body.vertices.first, body.vertices.count).colwise() +=
+                        body.kind == BodyKind::tissue ? Vector3(-0.8 * by) : by;
+                }
+            }
+            if (step % 5 == 4) frame.previous(1, 7) = std::numeric_limits<double>::quiet_NaN();
+            const ContactSet contacts = tick(*detector, frame);
+            const ContactSet expected = tick(*other, frame);
+            ASSERT_EQ(contacts.pairs, tick(*plain, frame).pairs) << step;
+            ASSERT_EQ(contacts.swept.size(), expected.swept.size()) << step;
+            for (std::size_t k = 0; k < expected.swept.size(); ++k) {
+                EXPECT_EQ(contacts.swept[k].a, expected.swept[k].a);
+                EXPECT_EQ(contacts.swept[k].b, expected.swept[k].b);
+                EXPECT_EQ(contacts.swept[k].time, expected.swept[k].time);
+            }
+            begun += contacts.swept.size();
+        }
+        EXPECT_GT(begun, 50U);
+    }
+}
+
 TEST(OhcClusteredLimits, WorkStaysWithinTheBudgetAndTheCutIsTold) {
     const World world = dipping(0);
     const ContactSet whole = answer(world);
