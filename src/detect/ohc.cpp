@@ -360,8 +360,13 @@ private:
 
     // ---- occupancy ----
 
-    /// Fills primitives_ with the triangles near cells that two groups may share.
+    /// Fills primitives_ with the triangles near cells that two groups may share, and huge_.
     void find_near(const Frame& frame, const CellRange& meeting) {
+        find_primitives(frame, meeting);
+        std::sort(huge_.begin(), huge_.end());
+        huge_.erase(std::unique(huge_.begin(), huge_.end()), huge_.end());
+    }
+    void find_primitives(const Frame& frame, const CellRange& meeting) {
         occupancy_.start(cells_.lattice(), meeting);
         for (std::size_t g = 0; g + 1 < active_.size(); ++g) put_in_field(frame, active_[g]);
         if (cells_.plain()) occupancy_.look_for_any();
@@ -428,7 +433,7 @@ private:
                 ++work_.cells_visited;
                 shared = is_shared(range) || shared;
             });
-            if (!placed && last) huge_.push_back(primitive.triangle);
+            if (!placed) huge_.push_back(primitive.triangle);  // a coarse cell may hold all of a huge one
             if (shared) primitives_[kept++] = primitive;
         }
         primitives_.resize(kept);

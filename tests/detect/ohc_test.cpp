@@ -82,6 +82,22 @@ TEST(Ohc, NoSettingChangesTheAnswer) {
     }
 }
 
+/// The bits of the first level stand for many cells each here: a triangle with far too many cells for the lattice lies
+/// in one bit, in every body.
+TEST(Ohc, TrianglesOfManyCellsInOneBitAreAnswered) {
+    const World world = make_world("fine soups", {{BodyKind::instrument, soup(300, 0.003, 0.1, 61)},
+                                                  {BodyKind::tissue, soup(300, 0.003, 0.1, 62)},
+                                                  {BodyKind::tissue, sheet(0.2, 60)}});
+    const Pairs expected = expected_pairs(world);
+    ASSERT_GT(expected.size(), 10U);
+    for (const char* cell : {"1e-4", "1e-5", "1e-6", "1e-9", "1e-12"}) {
+        for (const char* incremental : {"off", "on"}) {
+            const ContactSet contacts = answer(world, {{"cell", cell}, {"incremental", incremental}});
+            EXPECT_EQ(contacts.pairs, expected) << cell << ", incremental " << incremental;
+        }
+    }
+}
+
 TEST(Ohc, EveryOverlappingBoxPairIsTestedOnce) {
     // Where no triangle is cut into pieces, every two overlapping boxes become one triangle test: none lost, none
     // twice.
