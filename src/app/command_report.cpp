@@ -1,18 +1,81 @@
-// `trocar report`: a report from stored records, byte for byte.
+// `trocar report`: a report from stored records, byte for byte; or, with --against, what has changed since other ones.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
+#include "geometry/input_error.hpp"
+#include "report/regression.hpp"
 #include "report/report.hpp"
 
 namespace trocar::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::vector<Record> records_of(const std::filesystem::path& directory) {
+    if (!std::filesystem::is_directory(directory)) {
+        throw InputError(directory.string(), "", "a folder that holds records.jsonl", "no such folder");
+    }
+    return read_records(directory / "records.jsonl");
+}
+
+void print_text(const StudyComparison& found) {
+    const auto list = [](const char* title, const std::vector<std::string>& runs) {
+        for (const std::string& run : runs) fmt::print("{:<8} {}\n", title, run);
+    };
+    list("missing", found.missing);
+    list("extra", found.extra);
+    list("stale", found.stale);
+    constexpr std::size_t most = 200;
+    for (std::size_t i = 0; i < std::min(most, found.changes.size()); ++i) {
+        const FigureChange& change = found.changes[i];
+        fmt::print("changed  {}: {}: {} -> {}\n", change.run, change.figure, change.before, change.after);
+    }
+    if (found.changes.size() > most) fmt::print("… and {} more (--json tells all)\n", found.changes.size() - most);
+    fmt::print("{} runs compared: {} figures changed; {} runs missing, {} extra, {} stale\n", found.compared,
+               found.changes.size(), found.missing.size(), found.extra.size(), found.stale.size());
+}
+
+int compare(const CommonOptions& common, const ReportOptions& options) {
+    if (!(options.tolerance >= 0.0)) {
+        throw InputError("command line", "--tolerance", "a number >= 0", fmt::format("{}", options.tolerance));
+    }
+    const StudyComparison found =
+        compare_studies(records_of(*options.against), records_of(options.directory), options.tolerance);
+    if (common.json) {
+        Json changes = Json::array();
+        for (const FigureChange& change : found.changes) {
+            changes.push_back({{"run", change.run},
+                               {"figure", change.figure},
+                               {"before", change.before},
+                               {"after", change.after},
+                               {"relative", std::isfinite(change.size) ? Json(change.size) : Json(nullptr)}});
+        }
+        const Json document{{"directory", options.directory.string()},
+                            {"against", options.against->string()},
+                            {"same", found.same()},
+                            {"compared", found.compared},
+                            {"missing", found.missing},
+                            {"extra", found.extra},
+                            {"stale", found.stale},
+                            {"changes", changes}};
+        fmt::print("{}\n", document.dump());
+    } else {
+        print_text(found);
+    }
+    return found.same() ? done : comparison_failed;
+}
+
+}  // namespace
 
 int report(const CommonOptions& common, const ReportOptions& options) {
+    if (options.against) return compare(common, options);
     const Report written = write_report(options.directory);
     if (common.json) {
-        nlohmann::ordered_json document{{"directory", options.directory.string()},
-                                        {"files", nlohmann::ordered_json::array()}};
+        Json document{{"directory", options.directory.string()}, {"files", Json::array()}};
         for (const auto& [name, content] : written.files) document["files"].push_back(name);
         fmt::print("{}\n", document.dump());
     } else {

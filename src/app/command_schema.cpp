@@ -8,6 +8,7 @@
 #include "measure/metrics.hpp"
 #include "scene/recording.hpp"
 #include "scene/scene.hpp"
+#include "study/contact_baseline.hpp"
 #include "study/study.hpp"
 
 namespace trocar::app {
@@ -35,10 +36,12 @@ int schema(const CommonOptions& /*common*/, const SchemaOptions& options) {
         fmt::print("{}", study_schema());
     } else if (options.what == "recording") {
         fmt::print("{}", recording_schema());
+    } else if (options.what == "baseline") {
+        fmt::print("{}", contact_baseline_schema());
     } else if (options.what == "figures") {
         fmt::print("{}", figures_document());
     } else {
-        throw InputError("command line", "schema", "scene, study, recording or figures", "'" + options.what + "'");
+        throw InputError("command line", "schema", "scene, study, recording, baseline or figures", "'" + options.what + "'");
     }
     return done;
 }

@@ -61,6 +61,13 @@ int child(const Study& study, const CommonOptions& common, const StudyOptions& o
     // The report reads these from the summary; their single ticks would only make the records too large to publish.
     if (run.spec.mode == "work_precision" || run.spec.mode == "ablation" || run.spec.mode == "paced")
         record.rows.clear();
+    // Of a closed loop's ticks those are kept on which truth was computed, and those on which something went wrong; the
+    // summary has been taken from all.
+    if (run.spec.mode == "closed_loop") {
+        std::erase_if(record.rows, [](const StepRow& row) {
+            return row.true_pairs < 0 && row.outcome == OutcomeKind::ok && !row.truncated;
+        });
+    }
     shorten_rows(record);
     write_whole(*options.child_output, to_json_line(record) + "\n");
     return done;

@@ -89,6 +89,8 @@ int study(const CommonOptions& common, const StudyOptions& options);
 
 struct ReportOptions {
     std::filesystem::path directory;
+    std::optional<std::filesystem::path> against;  ///< compare with these records instead of writing a report
+    double tolerance = 1.0e-9;                     ///< relative, for --against
 };
 int report(const CommonOptions& common, const ReportOptions& options);
 
@@ -100,11 +102,22 @@ struct ReferenceOptions {
 };
 int reference(const CommonOptions& common, const ReferenceOptions& options);
 
+struct BaselineOptions {
+    std::string what;                             ///< write | check
+    std::vector<std::filesystem::path> sources;   ///< scenes (.json) and recordings
+    std::vector<std::string> detectors{"all"};    ///< NAME[:parameters] or all
+    std::optional<std::filesystem::path> folder;  ///< default: baseline/ beside each source
+    std::optional<std::int64_t> every;            ///< default: as kept, else about 20 ticks of the source
+    double tolerance = 1.0e-9;                    ///< m
+    double time_limit_s = 600.0;                  ///< per detector and source
+};
+int baseline(const CommonOptions& common, const BaselineOptions& options);
+
 struct ListOptions {};
 int list(const CommonOptions& common, const ListOptions& options);
 
 struct SchemaOptions {
-    std::string what;  ///< scene | study | recording
+    std::string what;  ///< scene | study | recording | baseline | figures
 };
 int schema(const CommonOptions& common, const SchemaOptions& options);
 

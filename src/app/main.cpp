@@ -78,6 +78,11 @@ int main(int argc, char** argv) {
     sub =
         line.add("report", "Rebuild a report from its stored records, byte for byte", "trocar report reports/default");
     sub->add_option("directory", report_options.directory, "Folder that holds records.jsonl")->required();
+    sub->add_option("--against", report_options.against,
+                    "Write nothing: what changed since the records of this folder, figures of the clock left out; "
+                    "status 1 when anything did");
+    sub->add_option("--tolerance", report_options.tolerance, "Relative change that counts as none, with --against")
+        ->capture_default_str();
     line.on(sub, report_options, report);
 
     DetectOptions detect_options;
@@ -145,15 +150,35 @@ int main(int argc, char** argv) {
     sub->add_option("--without", reference_options.without, "Store that there is none, and this reason");
     line.on(sub, reference_options, reference);
 
+    BaselineOptions baseline_options;
+    sub = line.add("baseline", "Keep the contacts of detectors on scenes or recordings, or check them for changes",
+                   "trocar baseline write frames.trocrec --detector ohc; trocar baseline check frames.trocrec "
+                   "--detector ohc");
+    sub->add_option("what", baseline_options.what, "write: store the contacts; check: status 1 when one changed")
+        ->required()
+        ->check(CLI::IsMember({"write", "check"}));
+    sub->add_option("sources", baseline_options.sources, "Scene files (JSON) and recordings")->required();
+    sub->add_option("--detector", baseline_options.detectors, "NAME[:key=value,...] or all; may be repeated")
+        ->take_all()
+        ->allow_extra_args(false);
+    sub->add_option("--folder", baseline_options.folder, "Folder of the stored files (default: baseline/ beside each)");
+    sub->add_option("--every", baseline_options.every, "Keep every n-th tick (default: as stored, else about 20)");
+    sub->add_option("--tolerance", baseline_options.tolerance, "Change of a depth or point in m that counts as none")
+        ->capture_default_str();
+    sub->add_option("--time-limit", baseline_options.time_limit_s, "Seconds after which a detector is given up")
+        ->capture_default_str();
+    line.on(sub, baseline_options, baseline);
+
     ListOptions list_options;
     sub = line.add("list", "All methods with their parameters; absent ones with the reason", "trocar list --json");
     line.on(sub, list_options, list);
 
     SchemaOptions schema_options;
-    sub = line.add("schema", "The file formats: scene, study or recording; the list of figures", "trocar schema scene");
-    sub->add_option("what", schema_options.what, "scene, study, recording or figures")
+    sub = line.add("schema", "The file formats: scene, study, recording or baseline; the list of figures",
+                   "trocar schema scene");
+    sub->add_option("what", schema_options.what, "scene, study, recording, baseline or figures")
         ->required()
-        ->check(CLI::IsMember({"scene", "study", "recording", "figures"}));
+        ->check(CLI::IsMember({"scene", "study", "recording", "baseline", "figures"}));
     line.on(sub, schema_options, schema);
 
     try {

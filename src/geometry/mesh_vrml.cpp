@@ -396,6 +396,7 @@ private:
         if (number < 0) return;
         const Node& node = nodes_[static_cast<std::size_t>(number)];
         if (++visits_ > most_visits) fail(node.line, fmt::format("at most {} nodes after USE", most_visits), "more");
+        tell_unread_geometry(node);
         if (node.type == "Transform") {
             visit_all(field(node, "children"), to_world * local_transform(node));
         } else if (node.type == "Group" || node.type == "Anchor" || node.type == "Collision" ||
@@ -414,6 +415,24 @@ private:
             }
         } else if (node.type == "Inline" || field(node, "children") != nullptr) {
             ignored_.push_back(fmt::format("line {}: {}", node.line, node.type));
+        }
+    }
+
+    /// A surface or a group below a field that is no place for it (a misspelt one) would be left out without a word.
+    void tell_unread_geometry(const Node& node) {
+        if (node.type == "Script") return;  // refers to nodes that stand elsewhere
+        constexpr std::array<std::string_view, 5> read{"children", "geometry", "choice", "level", "proxy"};
+        constexpr std::array<std::string_view, 10> holders{"Shape",     "Transform",     "Group",  "Anchor",
+                                                           "Collision", "Billboard",     "Switch", "LOD",
+                                                           "Inline",    "IndexedFaceSet"};
+        for (const auto& [name, value] : node.fields) {
+            if (std::find(read.begin(), read.end(), name) != read.end()) continue;
+            for (const int child : value.nodes) {
+                if (child < 0) continue;
+                const std::string_view type = nodes_[static_cast<std::size_t>(child)].type;
+                if (std::find(holders.begin(), holders.end(), type) == holders.end()) continue;
+                ignored_.push_back(fmt::format("line {}: {} in field '{}' of {}", value.line, type, name, node.type));
+            }
         }
     }
 

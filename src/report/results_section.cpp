@@ -50,8 +50,8 @@ void add_rebuild(Draft& draft) {
                               "trocar study {}    # the records: other times on another machine, same pairs and motion",
                               common_fact(draft.records, "study.file"))});
     draft.paragraph(
-        "`records.jsonl`: every run with its specification, environment and every tick. `results.csv`: one row per "
-        "run. `report.tex`: the tables for LaTeX. `charts/`: the drawings.");
+        "`records.jsonl`: every run with its specification, environment and ticks (of a closed loop the judged ones). "
+        "`results.csv`: one row per run. `report.tex`: the tables for LaTeX. `charts/`: the drawings.");
 }
 
 std::string results_csv(const Draft& draft) {

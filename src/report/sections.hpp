@@ -83,6 +83,9 @@ void add_latency(Draft& draft);
 void add_stages(Draft& draft);
 void add_work_profile(Draft& draft);
 
+// robustness_section.cpp
+void add_rank_robustness(Draft& draft);
+
 // failure_section.cpp
 void add_failures(Draft& draft);
 

@@ -163,6 +163,13 @@ std::uint64_t JsonNode::unsigned_integer() const {
     return value_->get<std::uint64_t>();
 }
 
+std::vector<std::string> JsonNode::keys() const {
+    if (!value_->is_object()) fail("an object");
+    std::vector<std::string> names;
+    for (const auto& [key, value] : value_->items()) names.push_back(key);
+    return names;
+}
+
 std::vector<JsonNode> JsonNode::list() const {
     if (!value_->is_array()) fail("a list");
     std::vector<JsonNode> nodes;

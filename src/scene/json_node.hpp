@@ -34,12 +34,15 @@ public:
     /// Throws unless this is an object that holds only keys of `known`.
     void expect_keys(const std::vector<std::string>& known) const;
     [[nodiscard]] bool has(const std::string& key) const { return value_->contains(key); }
+    /// All keys of an object; throws unless this is one.
+    [[nodiscard]] std::vector<std::string> keys() const;
     /// The value of a required key.
     [[nodiscard]] JsonNode at(const std::string& key) const;
     /// The value of an optional key.
     [[nodiscard]] std::optional<JsonNode> find(const std::string& key) const;
 
     [[nodiscard]] bool is_text() const { return value_->is_string(); }
+    [[nodiscard]] bool is_null() const { return value_->is_null(); }
     [[nodiscard]] bool is_list() const { return value_->is_array(); }
     /// A text of at least one character.
     [[nodiscard]] std::string text() const;

@@ -13,6 +13,7 @@
 
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_file.hpp"
+#include "geometry/mesh_report.hpp"
 #include "scene/json_node.hpp"
 #include "scene/rotation.hpp"
 #include "scene/scene_settings.hpp"
@@ -176,10 +177,19 @@ bool is_watertight(const Triangles& triangles) {
     });
 }
 
+/// A seam of vertices stored twice is no hole: vertices at the same place are taken as one.
+Index hole_edges(const Surface& surface) {
+    Mesh mesh;
+    mesh.vertices = surface.vertices;
+    mesh.triangles = surface.triangles;
+    return report_mesh(mesh, 0).boundary_edges;
+}
+
 struct Part {
     Surface surface;  ///< m, body frame
     bool open_shape = false;
     bool watertight = true;
+    Index hole_edges = 0;  ///< edges of the mesh with one triangle, vertices at the same place taken as one
     std::string jaw;
 };
 
@@ -191,6 +201,7 @@ Part read_part(const JsonNode& node, const Places& places) {
         node.expect_keys(keys);
         part.surface = read_part_mesh(node.at("mesh"), places);
         part.watertight = is_watertight(part.surface.triangles);
+        if (!part.watertight) part.hole_edges = hole_edges(part.surface);
     } else if (node.find("shape")) {
         std::vector<std::string> names;
         for (const Shape& shape : shapes()) names.push_back(shape.name);
@@ -311,6 +322,7 @@ void read_parts(const JsonNode& node, const Places& places, BodyPlan& plan) {
     Index first_triangle = 0;
     bool open_shape = false;
     bool watertight = true;
+    Index edges_of_holes = 0;
     for (const Part& part : parts) {
         const auto vertices = static_cast<Index>(part.surface.vertices.cols());
         const auto triangles = static_cast<Index>(part.surface.triangles.cols());
@@ -325,6 +337,7 @@ void read_parts(const JsonNode& node, const Places& places, BodyPlan& plan) {
         first_vertex += vertices;
         first_triangle += triangles;
         open_shape = open_shape || part.open_shape;
+        edges_of_holes += part.hole_edges;
         watertight = watertight && part.watertight;
     }
     plan.body.vertex_count = first_vertex;
@@ -332,6 +345,10 @@ void read_parts(const JsonNode& node, const Places& places, BodyPlan& plan) {
     if (const auto closed = node.find("closed")) {
         plan.body.closed = closed->flag();
         if (plan.body.closed && open_shape) closed->fail("false, since a part is an open sheet");
+        if (plan.body.closed && edges_of_holes > 0) {
+            closed->fail(
+                fmt::format("false, since the body's meshes have holes ({} edges with one triangle)", edges_of_holes));
+        }
     }
 }
 

@@ -10,7 +10,7 @@ namespace trocar {
 namespace {
 
 TEST(Schema, PrintsAJsonSchemaOfEveryFormat) {
-    for (const char* what : {"scene", "study", "recording"}) {
+    for (const char* what : {"scene", "study", "recording", "baseline"}) {
         const test::ProgramResult result = test::run_program(std::string("schema ") + what);
         ASSERT_EQ(result.status, 0) << result.err;
         const nlohmann::json document = nlohmann::json::parse(result.out);

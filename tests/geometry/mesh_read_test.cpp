@@ -427,8 +427,15 @@ TEST_F(MeshRead, VrmlCountsShapesOnAndFollowsDefAndUse) {
     EXPECT_EQ(mesh.vertices_stored, 17);
     EXPECT_EQ(mesh.vertices(2, 3), 5.0);
     EXPECT_EQ(mesh.vertices(2, 6), 7.0);
-    ASSERT_FALSE(mesh.ignored.empty());
-    EXPECT_EQ(mesh.ignored.back(), "line 16: Sphere");
+    EXPECT_EQ(mesh.ignored,
+              (std::vector<std::string>{"line 3: prototype Thing", "line 4: prototype Other", "line 16: Sphere"}));
+    // A misspelt field leaves its surface out, which is told.
+    const Mesh misspelt =
+        read("b.wrl", vrml + "Shape { geometri " + triangle_set + " }\nTransform { child [ Shape { geometry " +
+                          triangle_set + " } ] }\nShape { geometry " + triangle_set + " }\n");
+    EXPECT_EQ(misspelt.triangles.cols(), 1);
+    EXPECT_EQ(misspelt.ignored, (std::vector<std::string>{"line 2: IndexedFaceSet in field 'geometri' of Shape",
+                                                          "line 3: Shape in field 'child' of Transform"}));
 }
 
 TEST_F(MeshRead, VrmlNamesTheLineOfBadInput) {

@@ -9,6 +9,7 @@
 #include "geometry/input_error.hpp"
 #include "method/registry.hpp"
 #include "report/figures.hpp"
+#include "report/regression.hpp"
 #include "report/sections.hpp"
 #include "report/verdict.hpp"
 #include "support/program.hpp"
@@ -193,6 +194,49 @@ TEST(Verdict, AContestantOfSomeScenesComparesWithNoneOfAll) {
     const Table table = partial_table(verdict, "", 1.0);
     EXPECT_EQ(table.rows.at(0).cells.at(1), "a");
     EXPECT_TRUE(make_verdict(results, "theirs", "closed_loop", {"a"}).partial.empty());
+}
+
+TEST(Regression, SameRecordsAreTheSameAndTheClockTakesNoPart) {
+    const std::vector<Record> before = three_contestants();
+    std::vector<Record> after;
+    for (const std::int64_t process : {0, 1}) {
+        after.push_back(synthetic({.repetition = process, .first_tick_us = 777}));
+        after.push_back(synthetic({.detector = "theirs", .own = false, .repetition = process, .first_tick_us = 5}));
+    }
+    after.push_back(before[2]);
+    const StudyComparison found = compare_studies(before, after, 1e-9);
+    EXPECT_TRUE(found.same()) << found.changes.front().figure;
+    EXPECT_EQ(found.compared, 3);
+}
+
+TEST(Regression, AChangedFigureIsToldBeforeAndAfter) {
+    const std::vector<Record> before{synthetic({.left_mm = 0.5})};
+    const std::vector<Record> after{synthetic({.left_mm = 0.75, .missing = 1})};
+    const StudyComparison found = compare_studies(before, after, 1e-9);
+    EXPECT_FALSE(found.same());
+    const auto has = [&found](const std::string& figure, const std::string& from, const std::string& to) {
+        return std::any_of(found.changes.begin(), found.changes.end(), [&](const FigureChange& change) {
+            return change.run == "closed_loop poke: mine + push (canonical)" && change.figure == figure &&
+                   change.before == from && change.after == to;
+        });
+    };
+    EXPECT_TRUE(has("residual_max_m [m]", "0.000500", "0.000750"));
+    EXPECT_TRUE(has("missing", "0", "1110"));
+    EXPECT_TRUE(
+        has("pairs / contacts / native contacts, first at tick 0 (1110 ticks differ)", "4 / 0 / 0", "3 / 0 / 0"));
+    EXPECT_TRUE(compare_studies(before, {synthetic({.left_mm = 0.5000001})}, 1e-3).same());
+}
+
+TEST(Regression, MissingExtraAndStaleRunsFail) {
+    const std::vector<Record> before{synthetic({.scene = "a"}), synthetic({.scene = "b"})};
+    std::vector<Record> after{synthetic({.scene = "b"}), synthetic({.scene = "c"})};
+    after[0].spec.scene_hash = "another";
+    const StudyComparison found = compare_studies(before, after, 1.0);
+    EXPECT_EQ(found.missing, std::vector<std::string>{"closed_loop a: mine + push (canonical)"});
+    EXPECT_EQ(found.extra, std::vector<std::string>{"closed_loop c: mine + push (canonical)"});
+    EXPECT_EQ(found.stale, std::vector<std::string>{"closed_loop b: mine + push (canonical)"});
+    EXPECT_FALSE(found.same());
+    EXPECT_FALSE(compare_studies({}, {}, 1.0).same()) << "nothing compared is no success";
 }
 
 TEST(Report, TellsNotApplicableFromZeroAndFailure) {
@@ -393,9 +437,25 @@ TEST(Report, ASwitchThatMakesARunFailStandsFirst) {
                    .point = "from with on",
                    .outcome = {OutcomeKind::unstable, "tick 7"}})};
     const std::string markdown = make_report(records).files.at("report.md");
-    const std::size_t failed = markdown.find("| `old` | outcome | poke | ok | unstable (tick 7) | fails, worse |");
+    const std::size_t failed = markdown.find("| `old` | outcome | poke | ok | unstable | fails, worse |");
     EXPECT_NE(failed, std::string::npos) << markdown;
     EXPECT_LT(failed, markdown.find("× 200, better"));
+}
+
+TEST(Report, AWinnerThatHangsOnOneSceneIsToldAsSuch) {
+    // mine is better on a, theirs on b, and b decides the worst case over both.
+    const std::vector<Record> records{
+        synthetic({.scene = "a", .left_mm = 1.0}), synthetic({.scene = "b", .left_mm = 3.0}),
+        synthetic({.scene = "a", .detector = "theirs", .own = false, .left_mm = 2.0, .state_hash = "b"}),
+        synthetic({.scene = "b", .detector = "theirs", .own = false, .left_mm = 2.5, .state_hash = "b"})};
+    const std::string markdown = make_report(records).files.at("report.md");
+    EXPECT_NE(markdown.find("| nothing: depth left at worst, all scenes | `theirs + push (canonical)` | `mine + push "
+                            "(canonical)` | `theirs + push (canonical)` | yes |"),
+              std::string::npos)
+        << markdown;
+    EXPECT_NE(markdown.find("| scene b left out | `mine + push (canonical)` |"), std::string::npos);
+    EXPECT_NE(markdown.find("| scene a left out | `theirs + push (canonical)` |"), std::string::npos);
+    EXPECT_NE(markdown.find("Yes: 2 different rows come first"), std::string::npos);
 }
 
 TEST(Report, PacedLoopStandsBesideTheEmptyOne) {

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -360,7 +361,37 @@ TEST_F(SceneFile, MissingMeshAndMissingDataAreTold) {
         << "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 "
            "0\nendloop\nendfacet\nendsolid a\n";
     EXPECT_FALSE(lacks_data(file, folder.path()));
-    EXPECT_FALSE(read_scene(file, folder.path()).topology.bodies[0].closed == false) << "declared closed";
+    try {
+        (void)read_scene(file, folder.path());
+        ADD_FAILURE() << "one triangle is no closed body";
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what())
+                      .find("/bodies/1/closed: expected false, since the body's meshes have holes (3 edges with one "
+                            "triangle), got true"),
+                  std::string::npos)
+            << error.what();
+    }
+    document[Pointer("/bodies/1/closed")] = false;
+    std::ofstream(file) << document;
+    EXPECT_FALSE(read_scene(file, folder.path()).topology.bodies[0].closed);
+}
+
+TEST_F(SceneFile, ASeamOfVerticesStoredTwiceIsNoHole) {
+    // A tetrahedron of four triangles with three vertices of their own each.
+    constexpr std::array<std::array<double, 3>, 4> corner{{{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}}};
+    constexpr std::array<std::array<int, 3>, 4> faces{{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
+    std::ofstream obj(folder.path() / "shaft.obj");
+    for (const auto& face : faces) {
+        for (const int i : face) {
+            const auto& c = corner.at(static_cast<std::size_t>(i));
+            obj << "v " << c[0] << " " << c[1] << " " << c[2] << "\n";
+        }
+        obj << "f -3 -2 -1\n";
+    }
+    obj.close();
+    Json document = example();
+    document[Pointer("/bodies/1/parts/0")] = {{"mesh", "shaft.obj"}};
+    EXPECT_TRUE(read(document).topology.bodies[0].closed);
 }
 
 TEST_F(SceneFile, BodiesOfOneInstrumentAreNotTestedAgainstEachOther) {

@@ -1,0 +1,102 @@
+// Does the winner change when a scene is left out, when another figure decides, or when the other quantile of time
+// does? A verdict that hangs on one choice is told as such.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <tuple>
+
+#include "report/sections.hpp"
+
+namespace trocar {
+namespace {
+
+struct Rule {
+    const char* name;
+    double (*error)(const VerdictRow& row);
+};
+
+double left_worst(const VerdictRow& row) { return row.left_max; }
+double left_median(const VerdictRow& row) { return row.left_p50; }
+double depth_error(const VerdictRow& row) { return row.depth_error_max; }
+double force_equal_k(const VerdictRow& row) { return row.force_error_equal_k; }
+double force_hard(const VerdictRow& row) { return row.force_error_hard; }
+double pairs_wrong(const VerdictRow& row) { return row.missing + row.extra; }
+double time_p50(const VerdictRow& row) { return row.p50.value; }
+double time_p99(const VerdictRow& row) { return row.p99.value; }
+
+/// The row with the least error, the fastest of equals; null when no row without a failure has the figure.
+const VerdictRow* winner(const Verdict& verdict, const Rule& rule, bool own_only, bool foreign_only) {
+    const VerdictRow* best = nullptr;
+    for (const VerdictRow& row : verdict.rows) {
+        if (row.failed_runs > 0 || std::isnan(rule.error(row)) || std::isnan(row.p50.value)) continue;
+        if ((own_only && !row.own) || (foreign_only && row.own)) continue;
+        const auto rank = [&rule](const VerdictRow& r) { return std::tuple(rule.error(r), r.p50.value); };
+        if (best == nullptr || rank(row) < rank(*best)) best = &row;
+    }
+    return best;
+}
+
+std::string label(const VerdictRow* row) { return row == nullptr ? "none" : code(row->contestant.label()); }
+
+}  // namespace
+
+void add_rank_robustness(Draft& draft) {
+    const std::vector<std::string> scenes = draft.results.scenes(draft.mode);
+    const auto verdict_of = [&draft](const std::vector<std::string>& some) {
+        return make_verdict(draft.results, draft.reference, draft.mode, some);
+    };
+    const Verdict all = verdict_of(scenes);
+    if (all.rows.size() < 2) return;
+    const Rule main_rule =
+        all.error_is_depth() ? Rule{"depth left at worst", left_worst} : Rule{"pairs missed + extra", pairs_wrong};
+    const VerdictRow* const first = winner(all, main_rule, false, false);
+    if (first == nullptr) return;
+    draft.heading(2, "Does the winner change?");
+    Table table;
+    table.columns = {{"what is changed", false},
+                     {"winner", false},
+                     {"best own", false},
+                     {"best foreign", false},
+                     {"winner as on page 1", false}};
+    std::set<std::string> winners;
+    const auto add = [&](const std::string& what, const Verdict& verdict, const Rule& rule) {
+        const VerdictRow* const best = winner(verdict, rule, false, false);
+        if (best == nullptr) return;
+        winners.insert(best->contestant.label());
+        table.rows.push_back(
+            {.cells = {what, label(best), label(winner(verdict, rule, true, false)),
+                       label(winner(verdict, rule, false, true)), yes_no(best->contestant == first->contestant)}});
+    };
+    add(fmt::format("nothing: {}, all scenes", main_rule.name), all, main_rule);
+    if (scenes.size() > 1) {
+        for (const std::string& out : scenes) {
+            std::vector<std::string> rest = scenes;
+            rest.erase(std::find(rest.begin(), rest.end(), out));
+            add("scene " + out + " left out", verdict_of(rest), main_rule);
+        }
+    }
+    for (const auto& [name, scene_list] : draft.scenes_by_class()) {
+        if (scene_list.size() < scenes.size())
+            add("scenes of class " + name + " alone", verdict_of(scene_list), main_rule);
+    }
+    for (const Rule& rule :
+         {Rule{"depth left, median", left_median}, Rule{"depth error of contacts, worst", depth_error},
+          Rule{"force error, equal k", force_equal_k}, Rule{"force error, hard contact", force_hard},
+          Rule{"pairs missed + extra", pairs_wrong}, Rule{"time alone, median tick", time_p50},
+          Rule{"time alone, p99", time_p99}}) {
+        if (std::string(rule.name) != main_rule.name) add(std::string("judged by: ") + rule.name, all, rule);
+    }
+    table.note =
+        "The winner has the least error, the fastest of equals. Rows that failed on a scene cannot win. Leaving a "
+        "rival out changes no rank here, since rows are not scored against each other; in the performance profile it "
+        "can change the order among those that are not best.";
+    draft.paragraph(
+        winners.size() == 1
+            ? fmt::format("No: {} stays first whatever is left out or judged by.", label(first))
+            : fmt::format("Yes: {} different rows come first, depending on scenes and figure.", winners.size()));
+    draft.add(std::move(table));
+}
+
+}  // namespace trocar
