@@ -113,6 +113,7 @@ std::vector<Contestant> contestants(const Registry& registry, std::vector<Missin
 std::vector<Search> searches(double edge) {
     const auto with_cells = [edge](const std::string& method, const std::vector<double>& factors) {
         std::vector<std::string> tried;
+        tried.reserve(factors.size());
         const char* const separator = method.find(':') == std::string::npos ? ":" : ",";
         for (const double factor : factors) {
             tried.push_back(fmt::format("{}{}cell={:.6g}", method, separator, factor * edge));
