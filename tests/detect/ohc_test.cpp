@@ -87,10 +87,12 @@ TEST(Ohc, NoSettingChangesTheAnswer) {
 TEST(Ohc, TrianglesOfManyCellsInOneBitAreAnswered) {
     const World world = make_world("fine soups", {{BodyKind::instrument, soup(300, 0.003, 0.1, 61)},
                                                   {BodyKind::tissue, soup(300, 0.003, 0.1, 62)},
-                                                  {BodyKind::tissue, sheet(0.2, 60)}});
+                                                  {BodyKind::tissue, sheet(0.2, 24)},
+                                                  {BodyKind::tissue, soup(50, 0.02, 0.1, 63).move({1.0, 0.9, 0.8})},
+                                                  {BodyKind::tissue, soup(50, 0.02, 0.1, 64).move({1.0, 0.9, 0.8})}});
     const Pairs expected = expected_pairs(world);
     ASSERT_GT(expected.size(), 10U);
-    for (const char* cell : {"1e-4", "1e-5", "1e-6", "1e-9", "1e-12"}) {
+    for (const char* cell : {"1e-5", "1e-9"}) {
         for (const char* incremental : {"off", "on"}) {
             const ContactSet contacts = answer(world, {{"cell", cell}, {"incremental", incremental}});
             EXPECT_EQ(contacts.pairs, expected) << cell << ", incremental " << incremental;
