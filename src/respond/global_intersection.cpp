@@ -17,6 +17,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "method/entry.hpp"
@@ -36,6 +37,7 @@ struct Settings {
     double drag = 2.0;           ///< N s/m
     double k = 0.0;              ///< N/m; NaN: auto
     double mu = 0.0;             ///< N s/m; NaN: auto
+    TipSettings tip = {};
 };
 
 class GlobalIntersection final : public Response {
@@ -56,6 +58,7 @@ public:
 
     void respond(const Frame& frame, double /*dt*/, const ContactSet& contacts, Effect& effect) override {
         effect.clear();
+        effect.tip = settings_.tip;
         surface_.measure(*topology_, frame.position);
         regions_.find(*topology_, surface_, frame, contacts.pairs);
         others_.contacts.clear();
@@ -266,12 +269,14 @@ ResponseEntry global_intersection_response() {
         stiffness_parameter("1000 between instruments and rigid bodies, on tissue the mean of the springs there; of "
                             "contacts without a region"),
         damping_parameter()};
+    entry.parameters = with_tip_parameters(std::move(entry.parameters));
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<GlobalIntersection>(Settings{.attraction = values.number("attraction"),
                                                              .settle_time = values.number("settle_time"),
                                                              .drag = values.number("drag"),
                                                              .k = values.number("k"),
-                                                             .mu = values.number("mu")});
+                                                             .mu = values.number("mu"),
+                                                             .tip = read_tip_settings(values, false)});
     };
     return entry;
 }

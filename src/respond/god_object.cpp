@@ -2,6 +2,7 @@
 // METHODS §8): what a haptic library adds to a simulator that has nothing but penalties. Without a rigid body in the
 // scene it is `penalty`.
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "method/entry.hpp"
@@ -18,6 +19,7 @@ struct Settings {
     double radius = 5e-4;  ///< m
     double k = 0.0;        ///< N/m; NaN: auto
     double mu = 0.0;       ///< N s/m; NaN: auto
+    TipSettings tip = {};
 };
 
 class GodObjectResponse final : public Response {
@@ -35,6 +37,7 @@ public:
 
     void respond(const Frame& frame, double /*dt*/, const ContactSet& contacts, Effect& effect) override {
         effect.clear();
+        effect.tip = settings_.tip;
         proxies_.respond(*topology_, *materials_, laws_, frame, effect);
         others_.contacts.clear();
         for (const Contact& contact : contacts.contacts) {
@@ -74,9 +77,12 @@ ResponseEntry god_object_response() {
          .minimum = 1e-9,
          .maximum = 1.0,
          .meaning = "of the ball that stands for the tip; its front is the tip"}};
+    entry.parameters = with_tip_parameters(std::move(entry.parameters));
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
-        return std::make_unique<GodObjectResponse>(
-            Settings{.radius = values.number("radius"), .k = values.number("k"), .mu = values.number("mu")});
+        return std::make_unique<GodObjectResponse>(Settings{.radius = values.number("radius"),
+                                                            .k = values.number("k"),
+                                                            .mu = values.number("mu"),
+                                                            .tip = read_tip_settings(values, false)});
     };
     return entry;
 }

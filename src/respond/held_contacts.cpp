@@ -83,7 +83,7 @@ void HeldContacts::keep_vertices(const ThesisState& state, const Frame& frame, E
         const auto known = std::any_of(resting_now_.begin(), resting_now_.end(), [&r](const RestingVertex& now) {
             return now.vertex == r.vertex && now.face_body == r.face_body;
         });
-        if (known || (state.grasps() && state.grasp.holds(r.vertex, r.face_body))) continue;
+        if (known || state.follows(r.vertex, r.face_body)) continue;
         const Vector3 x = frame.position.col(r.vertex);
         VertexInFace v;
         v.vertex = r.vertex;

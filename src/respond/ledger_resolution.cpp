@@ -71,10 +71,9 @@ void push_anchor(const ThesisState& state, const Frame& frame, const Penetration
     steady(state, frame, p, linear, effect);
 }
 
-bool grasp_holds_any(const ThesisState& state, const Penetration& p) {
-    if (!state.grasps()) return false;
+bool follows_any(const ThesisState& state, const Penetration& p) {
     for (int i = 0; i < 3; ++i) {
-        if (state.grasp.holds(state.topology->triangles(i, p.triangle), p.body)) return true;
+        if (state.follows(state.topology->triangles(i, p.triangle), p.body)) return true;
     }
     return false;
 }
@@ -101,7 +100,7 @@ void LedgerResolution::respond(const ThesisState& state, const Frame& frame, con
     ledger_.update(*state.topology, state.surface, frame, contacts);
     for (Penetration& p : ledger_.penetrations()) {
         inside_[at(p.vertex)] = 1;
-        if (p.ruptured || grasp_holds_any(state, p)) continue;
+        if (p.ruptured || follows_any(state, p)) continue;
         if (gives_up(state, frame, p)) {
             p.ruptured = true;
             ++effect.ruptures;

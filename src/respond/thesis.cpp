@@ -197,10 +197,8 @@ private:
     void respond_to_vertex(const Frame& frame, const VertexInFace& v, Effect& effect) {
         const bool vertex_tissue = kind(v.vertex_body) == BodyKind::tissue;
         const bool face_tissue = kind(v.face_body) == BodyKind::tissue;
-        if (state_.grasps()) {
-            if (vertex_tissue && state_.grasp.holds(v.vertex, v.face_body)) return;
-            if (face_tissue && state_.grasp.holds(v.nearest, v.vertex_body)) return;
-        }
+        if (vertex_tissue && state_.follows(v.vertex, v.face_body)) return;
+        if (face_tissue && state_.follows(v.nearest, v.vertex_body)) return;
         if (vertex_tissue && face_tissue) {
             // As in press_tissue_face, where the other tissue is an open sheet.
             if (settings().resolution == Resolution::ledger && !topology_->bodies[at(v.face_body)].closed) return;
@@ -296,7 +294,7 @@ private:
         const Index body_b = topology_->body_of_triangle[at(contact.b)];
         const bool tissue_a = kind(body_a) == BodyKind::tissue;
         const bool tissue_b = kind(body_b) == BodyKind::tissue;
-        if (tissue_b && state_.grasps() && state_.grasp.holds(contact.vertex_b, body_a)) return;
+        if (tissue_b && state_.follows(contact.vertex_b, body_a)) return;
         const bool by_history = !tissue_a && tissue_b && settings().resolution == Resolution::ledger;
         if (by_history && ledger_.knows_corner(*topology_, contact.a))
             return;  // the ledger knows better which way is out

@@ -34,7 +34,10 @@ std::vector<Parameter> thesis_parameters() {
          .choices = {"faithful", "corrected", "printed"},
          .meaning = "what auto means below: the equations with the damper sign of 3.6 put right, all corrections, or "
                     "3.6 as printed as well"},
-        stiffness_parameter("1000 between instruments and rigid bodies, on tissue as `stiffness` says"),
+        stiffness_parameter(
+            "1000 between instruments and rigid bodies, on tissue as `stiffness` says; on tissue it counts "
+            "for penalties only, not for what projection=hold, resolution=ledger or rigid=hold keep "
+            "apart"),
         damping_parameter(),
         choice("distribute", {"force_alpha", "force_at_vertex"},
                "force on a face: shared out by barycentric weights (§4.3.1, auto), or on the nearest vertex (§3.4)"),

@@ -52,6 +52,11 @@ public:
         return materials->mass[v] <= 0.0 || materials->pinned[v] != 0;
     }
     [[nodiscard]] bool grasps() const { return has_tissue && settings.grasp != GraspRule::off; }
+    /// True when a grasp takes the place of contact between this vertex and body: while tissue follows the tool. On
+    /// springs it stays in contact, else it would be drawn through the jaw that it rests on.
+    [[nodiscard]] bool follows(Index vertex, Index body) const {
+        return has_tissue && settings.grasp == GraspRule::follow && grasp.holds(vertex, body);
+    }
     /// Device of the hand that leads a body, if one does.
     [[nodiscard]] const std::optional<Device>& device(Index body) const {
         static const std::optional<Device> none;
