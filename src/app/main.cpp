@@ -174,9 +174,10 @@ int main(int argc, char** argv) {
     line.on(sub, list_options, list);
 
     SchemaOptions schema_options;
-    sub = line.add("schema", "The file formats: scene, study, recording or baseline; the list of figures",
-                   "trocar schema scene");
-    sub->add_option("what", schema_options.what, "scene, study, recording, baseline or figures")
+    sub =
+        line.add("schema", "The file formats: scene, study, recording or baseline; figures; the keys of --json output",
+                 "trocar schema scene");
+    sub->add_option("what", schema_options.what, "scene, study, recording, baseline, figures or output")
         ->required()
         ->check(CLI::IsMember({"scene", "study", "recording", "baseline", "figures"}));
     line.on(sub, schema_options, schema);
