@@ -179,7 +179,7 @@ int main(int argc, char** argv) {
                  "trocar schema scene");
     sub->add_option("what", schema_options.what, "scene, study, recording, baseline, figures or output")
         ->required()
-        ->check(CLI::IsMember({"scene", "study", "recording", "baseline", "figures"}));
+        ->check(CLI::IsMember({"scene", "study", "recording", "baseline", "figures", "output"}));
     line.on(sub, schema_options, schema);
 
     try {

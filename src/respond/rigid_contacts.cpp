@@ -114,6 +114,18 @@ void RigidContacts::trace(const ThesisState& state, const Frame& frame) {
         curve.area += 0.5 * from.cross(to);
         curve.normal += (to - from).norm() * pieces_[p].push;
         curve.radius = std::max({curve.radius, from.norm(), to.norm()});
+        if (state.settings.blended_normal) {
+            const double length = (to - from).norm();
+            const Vector3 middle = 0.5 * (pieces_[p].from + pieces_[p].to);
+            for (auto& [side, triangle] :
+                 {std::pair<Side&, Index>{curve.side_a, pieces_[p].a}, {curve.side_b, pieces_[p].b}}) {
+                const Vector3 weights =
+                    equations::nearest_weights(corners_of(*state.topology, frame.position, triangle), middle);
+                side.faces += length * area_normal(*state.topology, frame.position, triangle).normalized();
+                side.blended +=
+                    length * state.surface.blended_normal(*state.topology, frame.position, triangle, weights);
+            }
+        }
         curve.depth = std::max(curve.depth, pieces_[p].depth);
     }
     constexpr double least_area = 1e-6;  // of a square as long as the curve
@@ -121,11 +133,28 @@ void RigidContacts::trace(const ThesisState& state, const Frame& frame) {
         curve.closed = curve.area.norm() > least_area * curve.length * curve.length;
         if (curve.closed) curve.normal = curve.area;
         curve.normal.normalize();
+        if (curve.closed && state.settings.blended_normal) lean_with_the_surface(curve);
         curve.highest = -std::numeric_limits<double>::infinity();
         curve.lowest = std::numeric_limits<double>::infinity();
     }
     measure_depths(state, frame);
     pieces_.clear();
+}
+
+/// The area vector of a curve on one face is that face's normal. It leans as the blended normals along the curve lean
+/// against the faces' (a tip that slides over a ball is pushed from the ball's centre), most by the surface whose
+/// normals agree along the curve: the flatter one is what the other stands in.
+void RigidContacts::lean_with_the_surface(Curve& curve) {
+    constexpr double rounding = 1e-12;
+    const auto spread = [&](const Side& side) {
+        return std::max(0.0, 1.0 - side.faces.norm() / curve.length) + rounding;
+    };
+    const double spread_a = spread(curve.side_a);
+    const double spread_b = spread(curve.side_b);
+    const double share_a = spread_b / (spread_a + spread_b);
+    const Vector3 lean_a = (curve.side_a.blended - curve.side_a.faces) / curve.length;
+    const Vector3 lean_b = (curve.side_b.faces - curve.side_b.blended) / curve.length;
+    curve.normal = (curve.normal + share_a * lean_a + (1.0 - share_a) * lean_b).normalized();
 }
 
 void RigidContacts::measure_depths(const ThesisState& state, const Frame& frame) {

@@ -27,7 +27,8 @@ public:
     void give_law(const ThesisState& state, const Frame& frame, Index body_a, Index body_b, double share,
                   LinearContact& linear) const;
     /// Appends one contact per curve of intersection. Its direction is that of the curve's area vector ½ Σ p×q, which
-    /// is minus the gradient of the overlap's volume when one body is moved against the other; its depth is how far the
+    /// is minus the gradient of the overlap's volume when one body is moved against the other, leaning with the blended
+    /// normals of the surface that the other stands in (normal=blend); its depth is how far the
     /// overlap (the curve, and the vertices inside it) reaches along that direction. `share(body_a, body_b, place)` in
     /// [0, 1] scales its force.
     template <typename Share>
@@ -57,6 +58,11 @@ private:
         double depth = 0.0;
         Index curve = -1;  ///< union-find: piece that stands for it
     };
+    /// A body's own normals along a curve, each times the length that runs there.
+    struct Side {
+        Vector3 faces = Vector3::Zero();
+        Vector3 blended = Vector3::Zero();
+    };
     struct Curve {
         Index body_a = -1;
         Index body_b = -1;
@@ -67,6 +73,8 @@ private:
         double radius = 0.0;
         double depth = 0.0;  ///< m, the largest of its contacts
         bool closed = false;
+        Side side_a{};
+        Side side_b{};
         double highest = 0.0;  ///< m, along the normal, of a's part of the overlap and the curve
         double lowest = 0.0;
         Index a = -1;  ///< the triangle of each body that faces along the normal most
@@ -76,6 +84,7 @@ private:
     };
     [[nodiscard]] Index root(Index piece);
     void trace(const ThesisState& state, const Frame& frame);
+    static void lean_with_the_surface(Curve& curve);
     void measure_depths(const ThesisState& state, const Frame& frame);
     void walk_inside(const ThesisState& state, const Frame& frame, Curve& curve, bool of_a);
     [[nodiscard]] bool crosses(Index triangle) const;

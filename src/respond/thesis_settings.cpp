@@ -57,8 +57,8 @@ std::vector<Parameter> thesis_parameters() {
                "crossing edges: along the interval by its length (faithful), or along their common normal (corrected)"),
         choice("rigid", {"contact", "patch", "hold"},
                "between instruments and rigid bodies: the pair's k per contact (faithful); or one contact per patch in "
-               "which two bodies meet, with the pair's k once and the patch's depth, area and middle; and with hold "
-               "(corrected) as stiff as rigid_settle says where a hand yields"),
+               "which two bodies meet, with the pair's k once and the patch's depth, area and middle (corrected); and "
+               "with hold as stiff as rigid_settle says where a hand yields, instead of k"),
         number("rigid_settle", "s", "0.0025", 1e-4, 10.0, "time constant in which rigid=hold stops the hand's device"),
         choice("projection", {"place", "hold"},
                "tissue vertex in a face: put on the face (faithful, 3.8), or held by a stiff contact (corrected)"),
@@ -121,8 +121,8 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.area_stiffness = on("stiffness", "area");
     s.clamp = on("clamp", "on");
     s.edge_normal = on("edges", "normal");
-    s.hold_rigid = on("rigid", "hold");
-    s.rigid_patch = s.hold_rigid || values.is("rigid", "patch");
+    s.hold_rigid = values.is("rigid", "hold");
+    s.rigid_patch = s.hold_rigid || on("rigid", "patch");
     s.constrain = on("projection", "hold");
     s.relative_path = on("path", "relative");
     s.impulse_reaction = on("reaction", "impulse");

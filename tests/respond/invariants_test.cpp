@@ -532,8 +532,9 @@ std::vector<Switch> switches() {
          tip(
              vertex_of_b_in_a, instrument, instrument,
              [](PairSample& s) { s.frame.position.col(5) = Vector3(0.007, 0.004, -0.0002); }, 1)},
-        {"rigid", "thesis:profile=corrected", "patch", "stiffness that meets a hand", rigid_stiffness_met},
-        {"rigid_settle", "thesis:profile=corrected", "0.01", "stiffness that meets a hand", rigid_stiffness_met},
+        {"rigid", "thesis:profile=corrected", "hold", "stiffness that meets a hand", rigid_stiffness_met},
+        {"rigid_settle", "thesis:profile=corrected,rigid=hold", "0.01", "stiffness that meets a hand",
+         rigid_stiffness_met},
         {"d_max", "thesis:profile=corrected", "0.0001", "the tissue after a fast stab that counts as too deep",
          stabbed(30, tissue_height)},
         {"slip_damping", "thesis:profile=corrected", "0", "the tissue after a stab", stabbed(30, tissue_height)},

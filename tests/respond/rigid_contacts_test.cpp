@@ -91,9 +91,9 @@ TEST(RigidHold, HandAndContactBalanceAtTheStiffnessOfTheDevicesMass) {
     double lowest = 0.0;
     last_row(over_a_block(part, 0.005, 0.009, "prescribed"), corrected, 1, &lowest);  // below the ball's centre - r
     double depth = 0.0;
-    last_row(scene, corrected, 2500, &depth);
+    last_row(scene, std::string(corrected) + ",rigid=hold", 2500, &depth);
     EXPECT_NEAR(depth, 300.0 * (0.002 + lowest) / 16300.0, 2e-8);
-    last_row(scene, std::string(corrected) + ",rigid=patch", 2500, &depth);
+    last_row(scene, corrected, 2500, &depth);
     EXPECT_NEAR(depth, 300.0 * (0.002 + lowest) / 1300.0, 2e-7);
 }
 
