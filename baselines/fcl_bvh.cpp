@@ -38,6 +38,7 @@
 #include <vector>
 
 #include "candidates.hpp"
+#include "fcl_failures.hpp"
 #include "method/entry.hpp"
 #include "method/frame_check.hpp"
 
@@ -111,17 +112,8 @@ public:
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
-        try {
-            if (failure_.empty()) query(contacts);
-        } catch (const std::exception& error) {
-            failure_ = fmt::format("FCL threw during the query: {}", error.what());
-        }
-        if (!failure_.empty()) {
-            contacts.clear();
-            contacts.outcome = {OutcomeKind::threw, failure_};
-            failure_.clear();
-            models_.clear();  // built afresh at the next tick
-        }
+        baselines::query_or_tell(
+            failure_, contacts, [&] { query(contacts); }, [&] { models_.clear(); });
     }
 
 private:

@@ -57,6 +57,7 @@
 #include <string>
 #include <vector>
 
+#include "fcl_failures.hpp"
 #include "method/entry.hpp"
 #include "method/frame_check.hpp"
 
@@ -131,17 +132,8 @@ public:
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
-        try {
-            if (failure_.empty()) query(contacts);
-        } catch (const std::exception& error) {
-            failure_ = fmt::format("FCL threw during the query: {}", error.what());
-        }
-        if (!failure_.empty()) {
-            contacts.clear();
-            contacts.outcome = {OutcomeKind::threw, failure_};
-            failure_.clear();
-            models_.clear();  // built afresh at the next tick
-        }
+        baselines::query_or_tell(
+            failure_, contacts, [&] { query(contacts); }, [&] { models_.clear(); });
     }
 
 private:
@@ -284,17 +276,8 @@ public:
                             topology_->bodies[static_cast<std::size_t>(not_rigid_)].name)};
             return;
         }
-        try {
-            if (failure_.empty()) query(contacts);
-        } catch (const std::exception& error) {
-            failure_ = fmt::format("FCL threw during the query: {}", error.what());
-        }
-        if (!failure_.empty()) {
-            contacts.clear();
-            contacts.outcome = {OutcomeKind::threw, failure_};
-            failure_.clear();
-            forget();  // built afresh at the next tick
-        }
+        baselines::query_or_tell(
+            failure_, contacts, [&] { query(contacts); }, [&] { forget(); });
     }
 
 private:

@@ -9,6 +9,8 @@
 // foreach_target.h must come first
 #include <hwy/highway.h>
 
+#include "detect/simd_targets.hpp"
+
 HWY_BEFORE_NAMESPACE();
 namespace trocar::HWY_NAMESPACE {
 
@@ -362,24 +364,16 @@ HWY_EXPORT(overlaps);
 HWY_EXPORT(rows);
 
 const std::vector<ClusterKernels>& cluster_kernels() {
-    static const std::vector<ClusterKernels> kernels = [] {
-        std::vector<ClusterKernels> list;
-        // Lower bits are better targets.
-        for (std::int64_t rest = hwy::SupportedTargets() & HWY_TARGETS; rest != 0; rest &= rest - 1) {
-            const std::int64_t target = rest & -rest;
-            hwy::GetChosenTarget().Update(target);
-            list.push_back({.box_of_run = &HWY_DYNAMIC_DISPATCH(box_of_run),
-                            .box_of_some = &HWY_DYNAMIC_DISPATCH(box_of_some),
-                            .to_floats = &HWY_DYNAMIC_DISPATCH(to_floats),
-                            .box_of_places = &HWY_DYNAMIC_DISPATCH(box_of_places),
-                            .boxes_of_triangles = &HWY_DYNAMIC_DISPATCH(boxes_of_triangles),
-                            .overlaps = &HWY_DYNAMIC_DISPATCH(overlaps),
-                            .rows = &HWY_DYNAMIC_DISPATCH(rows),
-                            .target = hwy::TargetName(target)});
-        }
-        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-        return list;
-    }();
+    static const std::vector<ClusterKernels> kernels = versions_by_target([](const char* target) {
+        return ClusterKernels{.box_of_run = &HWY_DYNAMIC_DISPATCH(box_of_run),
+                              .box_of_some = &HWY_DYNAMIC_DISPATCH(box_of_some),
+                              .to_floats = &HWY_DYNAMIC_DISPATCH(to_floats),
+                              .box_of_places = &HWY_DYNAMIC_DISPATCH(box_of_places),
+                              .boxes_of_triangles = &HWY_DYNAMIC_DISPATCH(boxes_of_triangles),
+                              .overlaps = &HWY_DYNAMIC_DISPATCH(overlaps),
+                              .rows = &HWY_DYNAMIC_DISPATCH(rows),
+                              .target = target};
+    });
     return kernels;
 }
 

@@ -9,6 +9,8 @@
 // foreach_target.h must come first
 #include <hwy/highway.h>
 
+#include "detect/simd_targets.hpp"
+
 HWY_BEFORE_NAMESPACE();
 namespace trocar::HWY_NAMESPACE {
 
@@ -134,20 +136,12 @@ HWY_EXPORT(mark);
 HWY_EXPORT(select);
 
 const std::vector<OccupancyKernels>& occupancy_kernels() {
-    static const std::vector<OccupancyKernels> kernels = [] {
-        std::vector<OccupancyKernels> list;
-        // Lower bits are better targets.
-        for (std::int64_t rest = hwy::SupportedTargets() & HWY_TARGETS; rest != 0; rest &= rest - 1) {
-            const std::int64_t target = rest & -rest;
-            hwy::GetChosenTarget().Update(target);
-            list.push_back({.encode = &HWY_DYNAMIC_DISPATCH(encode),
-                            .mark = &HWY_DYNAMIC_DISPATCH(mark),
-                            .select = &HWY_DYNAMIC_DISPATCH(select),
-                            .target = hwy::TargetName(target)});
-        }
-        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-        return list;
-    }();
+    static const std::vector<OccupancyKernels> kernels = versions_by_target([](const char* target) {
+        return OccupancyKernels{.encode = &HWY_DYNAMIC_DISPATCH(encode),
+                                .mark = &HWY_DYNAMIC_DISPATCH(mark),
+                                .select = &HWY_DYNAMIC_DISPATCH(select),
+                                .target = target};
+    });
     return kernels;
 }
 

@@ -32,6 +32,8 @@
 // foreach_target.h must come first
 #include <hwy/highway.h>
 
+#include "detect/simd_targets.hpp"
+
 HWY_BEFORE_NAMESPACE();
 namespace trocar::HWY_NAMESPACE {
 
@@ -204,17 +206,9 @@ namespace trocar {
 HWY_EXPORT(decide);
 
 const std::vector<TriangleFilterTarget>& triangle_filters() {
-    static const std::vector<TriangleFilterTarget> filters = [] {
-        std::vector<TriangleFilterTarget> list;
-        // Lower bits are better targets.
-        for (std::int64_t rest = hwy::SupportedTargets() & HWY_TARGETS; rest != 0; rest &= rest - 1) {
-            const std::int64_t target = rest & -rest;
-            hwy::GetChosenTarget().Update(target);
-            list.push_back({.decide = &HWY_DYNAMIC_DISPATCH(decide), .target = hwy::TargetName(target)});
-        }
-        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-        return list;
-    }();
+    static const std::vector<TriangleFilterTarget> filters = versions_by_target([](const char* target) {
+        return TriangleFilterTarget{.decide = &HWY_DYNAMIC_DISPATCH(decide), .target = target};
+    });
     return filters;
 }
 

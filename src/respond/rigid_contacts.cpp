@@ -111,11 +111,11 @@ void RigidContacts::trace(const ThesisState& state, const Frame& frame) {
         Curve& curve = curves_[at(curve_of_root_[at(root(static_cast<Index>(p)))])];
         const Vector3 from = pieces_[p].from - curve.centre;
         const Vector3 to = pieces_[p].to - curve.centre;
+        const double length = (to - from).norm();
         curve.area += 0.5 * from.cross(to);
-        curve.normal += (to - from).norm() * pieces_[p].push;
+        curve.normal += length * pieces_[p].push;
         curve.radius = std::max({curve.radius, from.norm(), to.norm()});
         if (state.settings.blended_normal) {
-            const double length = (to - from).norm();
             const Vector3 middle = 0.5 * (pieces_[p].from + pieces_[p].to);
             for (auto& [side, triangle] :
                  {std::pair<Side&, Index>{curve.side_a, pieces_[p].a}, {curve.side_b, pieces_[p].b}}) {
