@@ -1,4 +1,4 @@
-// Invariants I13-I18 of METHODS §14 on prepared pairs and small sheets, each with the faithful or printed defect as
+// Invariants I12-I18 of METHODS §14 on prepared pairs and small sheets, each with the faithful or printed defect as
 // witness, and every switch of `thesis`: what it changes, on a case where it must.
 #include <gtest/gtest.h>
 
@@ -34,7 +34,6 @@ Vector3 blend(const std::array<Index, 3>& vertices, const std::array<double, 3>&
     return sum;
 }
 
-// ------------------------------------------------------------ I13
 struct Posed {
     const char* name;
     PairSample (*make)(BodyKind, BodyKind);
@@ -52,6 +51,50 @@ const std::array<Posed, 10> posed{{{"I2I vertex of b", vertex_of_b_in_a, BodyKin
                                    {"R2T vertex of b", vertex_of_b_in_a, BodyKind::rigid, BodyKind::tissue},
                                    {"R2T vertex of a", vertex_of_a_in_b, BodyKind::rigid, BodyKind::tissue}}};
 
+// ------------------------------------------------------------ I12
+/// Force of a contact on the vertices that it pushes at the frame the response saw, N, by LinearContact's definition.
+Vector3 force_on_pushed(const LinearContact& contact, const Frame& frame) {
+    const double speed = blend(contact.vertices, contact.weights, frame.velocity).dot(contact.normal);
+    const double force = -contact.k * contact.gap - contact.mu * (speed - contact.face_velocity);
+    return (contact.adhesive ? force : std::max(force, 0.0)) * contact.normal;
+}
+
+TEST(ActionAndReaction, WhatTheToolShowsIsTheOppositeOfWhatTheOtherBodyTakes) {
+    std::mt19937_64 generator(12);
+    std::normal_distribution<double> normal(0.0, 0.1);
+    int seen = 0;
+    for (const char* method : {"thesis:resolution=none,mu=2", "thesis:profile=printed,resolution=none,mu=2",
+                               "thesis:profile=corrected,resolution=none,mu=2"}) {
+        for (const Posed& one : posed) {
+            if (one.a != BodyKind::instrument || one.b == BodyKind::rigid) continue;
+            for (int i = 0; i < 100; ++i) {
+                PairSample s = one.make(one.a, one.b);
+                for (const int first : {0, 3}) {
+                    const Vector3 velocity(normal(generator), normal(generator), normal(generator));
+                    for (int v = first; v < first + 3; ++v) s.frame.velocity.col(v) = velocity;
+                }
+                s.respond(method);
+                if (!s.effect.placements.empty()) continue;  // 3.8 is faithful's, without a reaction (METHODS §13, 10)
+                Vector3 other = Vector3::Zero();
+                if (one.b == BodyKind::instrument) {
+                    other = s.effect.tip_force[1];
+                } else {
+                    for (const LinearContact& contact : s.effect.contacts) {
+                        ASSERT_GE(contact.vertices[0], 3) << one.name << ": the tissue is what is pushed";
+                        other += force_on_pushed(contact, s.frame);
+                    }
+                }
+                const Vector3 tool = s.effect.tip_force[0];
+                EXPECT_LE((tool + other).norm(), 1e-12 * std::max(tool.norm(), other.norm()))
+                    << one.name << " " << method;
+                seen += tool.norm() > 1e-3 ? 1 : 0;
+            }
+        }
+    }
+    EXPECT_GT(seen, 500) << "forces were there to be compared";
+}
+
+// ------------------------------------------------------------ I13
 /// Power that the dampers of all contacts give to the two surfaces, W: -mu v_n times v_n, with v_n from the frame's
 /// velocities of both triangles at the contact and not from the response's own face velocity.
 double damper_power(const PairSample& s, double& most) {
