@@ -62,13 +62,14 @@ bool BlockBoxes::read_swept(const Frame& frame, bool way, std::int64_t now) {
 
 /// Box of a block; false when a number is not finite.
 bool BlockBoxes::box_block(const double* position, Index block, Extent& box) const {
-    const Index begin = block * block_size;
-    const Index count = std::min(block_size, clusters_.vertices.count - begin);
+    const Index begin = clusters_.block_begin[static_cast<std::size_t>(block)];
+    const Index count = clusters_.block_begin[static_cast<std::size_t>(block) + 1] - begin;
     if (clusters_.vertex_order.empty()) {
         const Index first = clusters_.vertices.first + begin;
         return kernels_.box_of_run(position + 3 * static_cast<std::size_t>(first), count, box);
     }
-    return kernels_.box_of_some(position, clusters_.vertex_order.data() + begin, count, box);
+    return kernels_.box_of_some(position, clusters_.vertex_order.data() + begin, count,
+                                clusters_.vertices.count - begin, box);
 }
 
 bool BlockBoxes::read_moved(const Frame& frame, std::span<const Range> ranges, std::int64_t now) {
@@ -84,7 +85,8 @@ bool BlockBoxes::read_moved(const Frame& frame, std::span<const Range> ranges, s
         const Index end = std::min(range.end(), own.end()) - own.first;
         if (first >= end) continue;
         if (clusters_.vertex_order.empty()) {
-            for (Index block = first / block_size; block <= (end - 1) / block_size; ++block) ask(block);
+            const Index last = clusters_.block_of[static_cast<std::size_t>(end) - 1];
+            for (Index block = clusters_.block_of[static_cast<std::size_t>(first)]; block <= last; ++block) ask(block);
         } else {
             for (Index v = first; v < end; ++v) ask(clusters_.block_of[static_cast<std::size_t>(v)]);
         }
@@ -98,8 +100,8 @@ bool BlockBoxes::read_moved(const Frame& frame, std::span<const Range> ranges, s
 /// against a copy of what was read last.
 bool BlockBoxes::read_block(const Frame& frame, Index block, std::int64_t now) {
     const auto b = static_cast<std::size_t>(block);
-    const Index begin = block * block_size;
-    const Index count = std::min(block_size, clusters_.vertices.count - begin);
+    const Index begin = clusters_.block_begin[static_cast<std::size_t>(block)];
+    const Index count = clusters_.block_begin[static_cast<std::size_t>(block) + 1] - begin;
     const double* const position = frame.position.data();
     const bool run = clusters_.vertex_order.empty();
     const Index* const order = run ? nullptr : clusters_.vertex_order.data() + begin;
@@ -133,7 +135,7 @@ bool BlockBoxes::read_block(const Frame& frame, Index block, std::int64_t now) {
     block_moved_at_[b] = now;
     moved_blocks_.push_back(block);
     return run ? kernels_.box_of_run(point(0), count, block_[b])
-               : kernels_.box_of_some(position, order, count, block_[b]);
+               : kernels_.box_of_some(position, order, count, clusters_.vertices.count - begin, block_[b]);
 }
 
 /// Regions follow their blocks.

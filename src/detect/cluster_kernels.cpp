@@ -7,6 +7,7 @@
 #define HWY_TARGET_INCLUDE "detect/cluster_kernels.cpp"
 #include <hwy/foreach_target.h>
 // foreach_target.h must come first
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include "detect/simd_targets.hpp"
@@ -81,10 +82,12 @@ bool box_of_run(const double* points, Index count, Extent& result) {
         auto check_0 = hn::Mul(low_0, zero);
         auto check_1 = hn::Mul(low_1, zero);
         auto check_2 = hn::Mul(low_2, zero);
-        for (i = 3 * lanes; i + 3 * lanes <= total; i += 3 * lanes) {
-            const auto a = hn::LoadU(d, points + i);
-            const auto b = hn::LoadU(d, points + i + lanes);
-            const auto c = hn::LoadU(d, points + i + 2 * lanes);
+        for (i = 3 * lanes; i < total; i += 3 * lanes) {
+            // The last step goes back so far that it is a whole one: what it sees twice does no harm.
+            const double* const from = points + std::min(i, total - 3 * lanes);
+            const auto a = hn::LoadU(d, from);
+            const auto b = hn::LoadU(d, from + lanes);
+            const auto c = hn::LoadU(d, from + 2 * lanes);
             low_0 = hn::Min(low_0, a);
             low_1 = hn::Min(low_1, b);
             low_2 = hn::Min(low_2, c);
@@ -117,7 +120,7 @@ bool box_of_run(const double* points, Index count, Extent& result) {
 
 #if HWY_TARGET == HWY_SCALAR
 
-bool box_of_some(const double* position, const Index* number, Index count, Extent& result) {
+bool box_of_some(const double* position, const Index* number, Index count, Index /*known*/, Extent& result) {
     Extent box;
     double not_finite = 0.0;
     for (Index k = 0; k < count; ++k) {
@@ -132,10 +135,49 @@ bool box_of_some(const double* position, const Index* number, Index count, Exten
     return not_finite == 0.0;
 }
 
+#elif HWY_MAX_BYTES >= 32
+
+using FourDoubles = hn::FixedTag<double, 4>;
+
+/// (x, y, z, 0). Other points are read together with the number behind them, of which there is none behind the last.
+HWY_INLINE hn::Vec<FourDoubles> load_last(const double* point) {
+    alignas(32) const double copy[4] = {point[0], point[1], point[2], 0.0};
+    return hn::Load(FourDoubles(), copy);
+}
+
+bool box_of_some(const double* position, const Index* number, Index count, Index known, Extent& result) {
+    const FourDoubles d;
+    const auto point_of = [position](Index v) { return position + 3 * static_cast<std::size_t>(v); };
+    const auto zero = hn::Zero(d);
+    auto low = load_last(point_of(number[count - 1]));
+    auto high = low;
+    // A finite number times zero is ±0, any other NaN, and bits of a NaN stay when others are added.
+    auto check = hn::Mul(low, zero);
+    const auto add = [&](Index k) {
+        const auto point = hn::LoadU(d, point_of(number[k]));
+        low = hn::Min(low, point);
+        high = hn::Max(high, point);
+        check = hn::Or(check, hn::Mul(point, zero));
+    };
+    // Memory is asked early, since it cannot foresee these places.
+    const Index foreseen = std::min(count - 1, known - block_size);
+    Index k = 0;
+    for (; k < foreseen; ++k) {
+        hwy::Prefetch(point_of(number[k + block_size]));
+        add(k);
+    }
+    for (; k < count - 1; ++k) add(k);
+    hn::Store(low, d, result.low.data());
+    hn::Store(high, d, result.high.data());
+    alignas(32) double not_finite[4];
+    hn::Store(check, d, not_finite);
+    return not_finite[0] + not_finite[1] + not_finite[2] == 0.0;
+}
+
 #else
 
 /// A point is read as (x, y) and (y, z), so that nothing behind the last one is touched.
-bool box_of_some(const double* position, const Index* number, Index count, Extent& result) {
+bool box_of_some(const double* position, const Index* number, Index count, Index /*known*/, Extent& result) {
     const Two d;
     auto low_xy = hn::Set(d, Extent::infinity);
     auto low_yz = low_xy;
@@ -186,6 +228,37 @@ void to_floats(const double* position, const Index* number, Index count, const F
             box.high[axis] = k == 0 ? x : std::max(box.high[axis], x);
         }
     }
+}
+
+#elif HWY_MAX_BYTES >= 32
+
+void to_floats(const double* position, const Index* number, Index count, const FloatFrame& frame, FloatPoint* result,
+               FloatBox& box) {
+    const FourDoubles d;
+    const hn::FixedTag<float, 4> floats;
+    const auto point_of = [position](Index v) { return position + 3 * static_cast<std::size_t>(v); };
+    const auto origin = load_last(frame.origin.data());
+    const auto scale = hn::Set(d, frame.scale);
+    const auto rounded = [&](const auto& point) {
+        return hn::DemoteTo(floats, hn::Mul(hn::Sub(point, origin), scale));
+    };
+    const Index last = count - 1;
+    auto low = rounded(load_last(point_of(number[last])));
+    auto high = low;
+    hn::Store(low, floats, result[last].x.data());
+    constexpr Index ahead = 16;
+    for (Index k = 0; k < last; ++k) {
+        hwy::Prefetch(point_of(number[std::min(k + ahead, last)]));
+        const auto point = rounded(hn::LoadU(d, point_of(number[k])));
+        low = hn::Min(low, point);
+        high = hn::Max(high, point);
+        hn::Store(point, floats, result[k].x.data());
+    }
+    alignas(16) float corners[8];
+    hn::Store(low, floats, corners);
+    hn::Store(high, floats, corners + 4);
+    std::copy_n(corners, 3, box.low.data());
+    std::copy_n(corners + 4, 3, box.high.data());
 }
 
 #else

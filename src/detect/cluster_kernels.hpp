@@ -39,7 +39,7 @@ struct FloatFrame {
 /// addition: overlapping boxes never look apart.
 inline constexpr float float_slack = 0x1p-22F;
 
-/// A point in a FloatFrame; the fourth number is 0.
+/// A point in a FloatFrame; the fourth number is never looked at.
 struct alignas(16) FloatPoint {
     std::array<float, 4> x;
 };
@@ -65,9 +65,11 @@ using SixteenRows = std::array<std::uint16_t, fan>;
 struct ClusterKernels {
     /// Box of `count` >= 1 consecutive points (x y z …). Returns false when a number is not finite.
     bool (*box_of_run)(const double* points, Index count, Extent& result);
-    /// Box of the points with these numbers.
-    bool (*box_of_some)(const double* position, const Index* number, Index count, Extent& result);
-    /// The points with these `count` >= 1 numbers in a FloatFrame, and their box; fourth numbers are left alone.
+    /// Box of the points with these `count` >= 1 numbers, of which none is larger than the last; `known` >= count
+    /// numbers can be looked at to foresee what will be asked next.
+    bool (*box_of_some)(const double* position, const Index* number, Index count, Index known, Extent& result);
+    /// The points with these `count` >= 1 numbers, of which none is larger than the last, in a FloatFrame, and their
+    /// box.
     void (*to_floats)(const double* position, const Index* number, Index count, const FloatFrame& frame,
                       FloatPoint* result, FloatBox& box);
     /// Box of the points at these places, which becomes box i of `result`.

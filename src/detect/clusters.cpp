@@ -1,6 +1,7 @@
 #include "detect/clusters.hpp"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <utility>
 
@@ -64,15 +65,67 @@ void append(const std::vector<Index>& numbers, Lists<Index>& lists) {
 
 Index runs_of(Index count, Index length) { return (count + length - 1) / length; }
 
+/// Where to cut a run of vertices [begin, end) so that its pieces are compact: an order along a curve, or row by row,
+/// now and then jumps, and a block with a jump in it has a box as long as the jump. Appends the pieces' ends.
+template <typename PointOf>
+void cut_at_jumps(const PointOf& point_of, Index begin, Index end, std::vector<Index>& ends) {
+    constexpr Index least = 8;  // vertices; less is not worth a block
+    constexpr double worth_a_block = 0.8;
+    const auto size = [](const Box& box) { return (box.max - box.min).sum(); };
+    std::array<double, block_size> size_from{};
+    Box box;
+    for (Index k = end; k-- > begin;) {
+        box.add(point_of(k));
+        size_from[static_cast<std::size_t>(k - begin)] = size(box);
+    }
+    double best = worth_a_block * size_from[0];
+    Index cut = end;
+    box = Box();
+    for (Index k = begin; k + least <= end; ++k) {
+        if (k - begin >= least) {
+            const double sum = size(box) + size_from[static_cast<std::size_t>(k - begin)];
+            if (sum < best) {
+                best = sum;
+                cut = k;
+            }
+        }
+        box.add(point_of(k));
+    }
+    if (cut == end) {
+        ends.push_back(end);
+        return;
+    }
+    cut_at_jumps(point_of, begin, cut, ends);
+    cut_at_jumps(point_of, cut, end, ends);
+}
+
 /// Blocks of vertices in the order given (empty: the frame's own).
-ClusteredBody make_blocks(const BodyRange& range, std::vector<Index> vertex_order) {
+ClusteredBody make_blocks(const Frame& frame, const BodyRange& range, std::vector<Index> vertex_order) {
     ClusteredBody body;
     body.vertices = range.vertices;
-    body.block_count = runs_of(range.vertices.count, block_size);
-    body.block_of.resize(static_cast<std::size_t>(range.vertices.count));
-    for (Index k = 0; k < range.vertices.count; ++k) {
-        const Index v = vertex_order.empty() ? k : vertex_order[static_cast<std::size_t>(k)] - range.vertices.first;
-        body.block_of[static_cast<std::size_t>(v)] = k / block_size;
+    const Index count = range.vertices.count;
+    const auto number = [&](Index k) {
+        return vertex_order.empty() ? range.vertices.first + k : vertex_order[static_cast<std::size_t>(k)];
+    };
+    const auto point_of = [&](Index k) { return frame.position.col(number(k)); };
+    body.block_begin.push_back(0);
+    for (Index k = 0; k < count; k += block_size) {
+        cut_at_jumps(point_of, k, std::min(k + block_size, count), body.block_begin);
+    }
+    body.block_count = static_cast<Index>(body.block_begin.size()) - 1;
+    body.block_of.resize(static_cast<std::size_t>(count));
+    for (Index block = 0; block < body.block_count; ++block) {
+        for (Index k = body.block_begin[static_cast<std::size_t>(block)];
+             k < body.block_begin[static_cast<std::size_t>(block) + 1]; ++k) {
+            body.block_of[static_cast<std::size_t>(number(k) - range.vertices.first)] = block;
+        }
+    }
+    // Ascending within a block: neighbours in memory one after the other.
+    for (Index block = 0; block < body.block_count && !vertex_order.empty(); ++block) {
+        const auto place = [&](Index at) {
+            return vertex_order.begin() + body.block_begin[static_cast<std::size_t>(at)];
+        };
+        std::sort(place(block), place(block + 1));
     }
     body.vertex_order = std::move(vertex_order);
     return body;
@@ -162,7 +215,7 @@ double looseness(const Frame& frame, const ClusteredBody& body) {
 }  // namespace
 
 ClusteredBody cluster_body(const Topology& topology, const Frame& frame, const BodyRange& range, ClusterOrder order) {
-    ClusteredBody given = make_blocks(range, {});
+    ClusteredBody given = make_blocks(frame, range, {});
     if (order == ClusterOrder::given) {
         make_clusters(topology, given_order(range.triangles), given);
         return given;
@@ -173,7 +226,7 @@ ClusteredBody cluster_body(const Topology& topology, const Frame& frame, const B
                3.0;
     };
     const std::vector<Index> triangle_order = compact_order(range.triangles.first, range.triangles.count, centre);
-    ClusteredBody local = make_blocks(range, compact_order(range.vertices.first, range.vertices.count, point));
+    ClusteredBody local = make_blocks(frame, range, compact_order(range.vertices.first, range.vertices.count, point));
     make_clusters(topology, triangle_order, local);
     if (order == ClusterOrder::local) return local;
     // The frame's own vertex order is read in a stream, the other vertex by vertex: taken where it is nearly as

@@ -1,6 +1,6 @@
-// What ohc_clustered knows of a mesh before the first tick: vertices in blocks of 64; triangles in clusters of 16,
-// clusters in groups of 16, groups in regions of 16, all compact in space; and which vertices and blocks each of them
-// touches. Positions change every tick, this never does.
+// What ohc_clustered knows of a mesh before the first tick: vertices in blocks of up to 64, cut where the order jumps;
+// triangles in clusters of 16, clusters in groups of 16, groups in regions of 16, all compact in space; and which
+// vertices and blocks each of them touches. Positions change every tick, this never does.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 namespace trocar {
 
 inline constexpr Index fan = 16;         ///< triangles in a cluster, clusters in a group, groups in a region
-inline constexpr Index block_size = 64;  ///< vertices in a block
+inline constexpr Index block_size = 64;  ///< most vertices in a block
 
 /// Lists of numbers in one array.
 template <typename Number>
@@ -44,7 +44,8 @@ struct ClusteredBody {
     std::vector<Index> vertex_order;  ///< frame's vertex numbers block by block; empty: the frame's own order
     std::vector<Index> block_of;      ///< block of each vertex of the body
     Index block_count = 0;
-    std::vector<Index> triangle;  ///< global number, cluster by cluster; -1 fills up the last cluster
+    std::vector<Index> block_begin;  ///< first place of each block in that order, and the end of the last
+    std::vector<Index> triangle;     ///< global number, cluster by cluster; -1 fills up the last cluster
     Index cluster_count = 0;
     Index group_count = 0;
     Index region_count = 0;

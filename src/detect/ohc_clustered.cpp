@@ -2,8 +2,8 @@
 // triangle where it is; here only vertices are read, in a stream, and triangles are looked at where something else is
 // near. Each level holds sixteen of the next, fixed at the start and compact in space (clusters.hpp):
 //
-//   blocks     64 vertices: their boxes, by minimum and maximum in memory order; what did not move since it was last
-//              read is left alone (block_boxes.hpp)                                                        [update]
+//   blocks     up to 64 vertices, cut where their order jumps: boxes by minimum and maximum in memory order; what did
+//              not move since it was last read is left alone (block_boxes.hpp)                             [update]
 //   regions    16 groups: box = union over the blocks they touch. Cell, object and primitive map (cell_map.hpp) with
 //              regions as primitives give the pairs of regions that share a cell, over all bodies at once and each pair
 //              once; the list is made anew only when a region leaves the cells it was entered with

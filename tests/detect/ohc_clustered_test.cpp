@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <random>
 
 #include "detect/cluster_kernels.hpp"
@@ -69,8 +70,12 @@ TEST(ClusterKernels, BoxesOfVerticesAreExactAndNonFiniteNumbersAreSeen) {
         for (Index count = 1; count <= 70; ++count) {
             Matrix3X points(3, count);
             for (double& x : points.reshaped()) x = uniform(random);
+            // The largest last, the others in any order; behind them numbers that are foreseen, not read.
             std::vector<Index> number(static_cast<std::size_t>(count));
-            for (std::size_t k = 0; k < number.size(); ++k) number[k] = count - 1 - static_cast<Index>(k);
+            std::iota(number.begin(), number.end(), 0);
+            std::shuffle(number.begin(), number.end() - 1, random);
+            const Index known = count + static_cast<Index>(random() % 100);
+            number.resize(static_cast<std::size_t>(known), count - 1);
             for (int bad = -1; bad < 3 * count; bad += 1 + count / 4) {
                 Matrix3X changed = points;
                 if (bad >= 0) {
@@ -80,7 +85,7 @@ TEST(ClusterKernels, BoxesOfVerticesAreExactAndNonFiniteNumbersAreSeen) {
                 for (const bool run : {true, false}) {
                     Extent box;
                     const bool finite = run ? kernels.box_of_run(changed.data(), count, box)
-                                            : kernels.box_of_some(changed.data(), number.data(), count, box);
+                                            : kernels.box_of_some(changed.data(), number.data(), count, known, box);
                     ASSERT_EQ(finite, bad < 0) << count << " points, number " << bad;
                     if (!finite) continue;
                     for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -91,7 +96,7 @@ TEST(ClusterKernels, BoxesOfVerticesAreExactAndNonFiniteNumbersAreSeen) {
             }
             points.setConstant(1.7e308);  // finite, though sums are not
             Extent box;
-            EXPECT_TRUE(kernels.box_of_some(points.data(), number.data(), count, box));
+            EXPECT_TRUE(kernels.box_of_some(points.data(), number.data(), count, known, box));
             EXPECT_TRUE(kernels.box_of_run(points.data(), count, box));
         }
     }
@@ -177,6 +182,39 @@ TEST(Clusters, HoldEveryTriangleOnceAndTheBlocksOfItsCorners) {
             for (Index t = 0; t < range.triangles.count; ++t) {
                 EXPECT_EQ(seen[static_cast<std::size_t>(t)], range.triangles.first + t);
             }
+        }
+    }
+}
+
+TEST(Clusters, BlocksArePartsOfTheOrderWithoutJumps) {
+    // Two strips a hundred lengths apart, 37 vertices before the jump, in one body.
+    constexpr Index before = 37;
+    Shape strips;
+    for (Index v = 0; v < 200; ++v) strips.vertices.emplace_back((v < before ? 0.0 : 1e4) + v / 2, v % 2, 0.0);
+    for (Index t = 0; t < 198; ++t) strips.triangles.push_back({t, t + 1, t + 2});
+    const World world = make_world("strips", {{BodyKind::instrument, strips}, {BodyKind::tissue, strips}});
+    for (const ClusterOrder order : {ClusterOrder::given, ClusterOrder::local}) {
+        const BodyRange& range = world.topology.bodies[1];
+        const ClusteredBody body = cluster_body(world.topology, world.frame, range, order);
+        ASSERT_EQ(body.block_begin.size(), static_cast<std::size_t>(body.block_count) + 1);
+        EXPECT_EQ(body.block_begin.front(), 0);
+        EXPECT_EQ(body.block_begin.back(), range.vertices.count);
+        for (Index block = 0; block < body.block_count; ++block) {
+            const Index begin = body.block_begin[static_cast<std::size_t>(block)];
+            const Index end = body.block_begin[static_cast<std::size_t>(block) + 1];
+            ASSERT_LT(begin, end);
+            EXPECT_LE(end - begin, block_size);
+            Box box;
+            for (Index k = begin; k < end; ++k) {
+                const Index v = order == ClusterOrder::given ? range.vertices.first + k
+                                                             : body.vertex_order[static_cast<std::size_t>(k)];
+                EXPECT_EQ(body.block_of[static_cast<std::size_t>(v - range.vertices.first)], block);
+                if (k > begin && order == ClusterOrder::local) {
+                    EXPECT_GT(v, body.vertex_order[static_cast<std::size_t>(k) - 1]);
+                }
+                box.add(world.frame.position.col(v));
+            }
+            EXPECT_LT((box.max - box.min).maxCoeff(), 100.0) << "block " << block;
         }
     }
 }
