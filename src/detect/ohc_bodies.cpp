@@ -1,0 +1,185 @@
+#include "detect/ohc_bodies.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "detect/swept.hpp"
+#include "method/frame_check.hpp"
+
+namespace trocar {
+namespace {
+
+/// The range that holds both.
+CellRange hull(const CellRange& a, const CellRange& b) {
+    if (is_empty(a)) return b;
+    if (is_empty(b)) return a;
+    return {cell_min(a.low, b.low), cell_max(a.high, b.high)};
+}
+CellRange common(const CellRange& a, const CellRange& b) {
+    if (is_empty(a) || is_empty(b) || !a.overlaps(b)) return no_cells;
+    return {cell_max(a.low, b.low), cell_min(a.high, b.high)};
+}
+
+}  // namespace
+
+void OhcBodies::prepare(const Topology& topology, const Frame& frame) {
+    topology_ = &topology;
+    const std::size_t bodies = topology.bodies.size();
+    words_ = (bodies + 63) / 64;
+    collide_.assign(bodies * words_, 0);
+    takes_part_.assign(bodies, 0);
+    kept_.assign(bodies, 0);
+    for (const auto& [a, b] : topology.body_pairs) {
+        for (const auto& [from, to] : {std::pair{a, b}, std::pair{b, a}}) {
+            collide_[at(from) * words_ + at(to) / 64] |= std::uint64_t{1} << (at(to) % 64);
+            takes_part_[at(from)] = 1;
+        }
+    }
+    order_.clear();
+    for (std::size_t number = 0; number < bodies; ++number) {
+        if (topology.bodies[number].triangles.count == 0) takes_part_[number] = 0;
+        if (takes_part_[number] != 0) order_.push_back(static_cast<Index>(number));
+    }
+    const auto rank = [this](Index number) {
+        const BodyRange& range = body(number);
+        return std::pair(settings_.limited() && range.kind != BodyKind::instrument, range.triangles.count);
+    };
+    std::stable_sort(order_.begin(), order_.end(), [&rank](Index a, Index b) { return rank(a) < rank(b); });
+    make_groups();
+    boxes_.resize(bodies);
+    cells_.prepare(topology, settings_.margin);
+    cell_edge_ = 0.0;
+    choose_cell(frame);
+}
+
+/// Bodies with equal masks become a group: neither is in its own mask, so they cannot hit each other.
+void OhcBodies::make_groups() {
+    const auto mask = [this](Index number) { return std::span(collide_).subspan(at(number) * words_, words_); };
+    const auto same = [&](Index a, Index b) { return std::ranges::equal(mask(a), mask(b)); };
+    // Each body moves up to the first one of its group.
+    groups_.clear();
+    for (std::size_t begin = 0; begin < order_.size();) {
+        const Index first = order_[begin];
+        const auto end = std::stable_partition(order_.begin() + static_cast<std::ptrdiff_t>(begin), order_.end(),
+                                               [&](Index number) { return same(first, number); });
+        const auto past = static_cast<std::size_t>(end - order_.begin());
+        groups_.push_back({.first_body = begin, .end_body = past});
+        begin = past;
+    }
+    active_ = groups_;
+}
+
+void OhcBodies::choose_active() {
+    active_.clear();
+    for (const Group& group : groups_) {
+        for (std::size_t k = group.first_body; k < group.end_body; ++k) {
+            if (is_kept(order_[k])) continue;
+            active_.push_back(group);
+            break;
+        }
+    }
+}
+
+void OhcBodies::choose_cell(const Frame& frame) {
+    if (!is_answerable(*topology_, frame)) return;
+    Vector3 corner = Vector3::Zero();
+    if (frame.position.cols() > 0) corner = frame.position.rowwise().minCoeff();
+    double edge = settings_.cell;
+    if (std::isnan(edge)) {
+        double shortest = std::numeric_limits<double>::infinity();
+        double shortest_moving = shortest;
+        double sum = 0.0;
+        double count = 0.0;
+        for (const Index number : order_) {
+            const BodyRange& range = body(number);
+            const double length = edge_length(frame, range.triangles);
+            sum += length;
+            count += 3.0 * range.triangles.count;
+            const double mean = length / (3.0 * range.triangles.count);
+            if (!(mean > 0.0)) continue;
+            shortest = std::min(shortest, mean);
+            if (range.kind != BodyKind::rigid) shortest_moving = std::min(shortest_moving, mean);
+        }
+        if (std::isfinite(shortest_moving)) shortest = shortest_moving;
+        edge = std::max(1.5 * shortest, sum / count);
+        if (!(edge > 0.0) || !std::isfinite(edge)) {
+            cells_.lattice().set(1.0, corner);  // all points coincide; asked again at the next tick
+            return;
+        }
+    }
+    cell_edge_ = edge;
+    cells_.lattice().set(edge, corner);
+}
+
+double OhcBodies::edge_length(const Frame& frame, Range triangles) const {
+    double sum = 0.0;
+    for (Index t = triangles.first; t < triangles.end(); ++t) {
+        const auto v = topology_->triangles.col(t);
+        for (int k = 0; k < 3; ++k) sum += (frame.position.col(v((k + 1) % 3)) - frame.position.col(v(k))).norm();
+    }
+    return sum;
+}
+
+bool OhcBodies::read_boxes(const Frame& frame) {
+    if (frame.position.cols() != topology_->vertex_count) return false;
+    cells_.set_way(settings_.swept && has_way(*topology_, frame));
+    bool finite = true;
+    for (std::size_t number = 0; number < boxes_.size(); ++number) {
+        const Range vertices = topology_->bodies[number].vertices;
+        boxes_[number] = Extent{};
+        if (vertices.count == 0) continue;
+        const std::size_t first = 3 * at(vertices.first);
+        finite &= kernels_.box_of_run(frame.position.data() + first, vertices.count, boxes_[number]);
+        if (cells_.way()) {
+            Extent before;
+            finite &= kernels_.box_of_run(frame.previous.data() + first, vertices.count, before);
+            boxes_[number].add(before);
+        }
+    }
+    return finite;
+}
+
+bool OhcBodies::read_box(const Frame& frame, Index number) {
+    const Range vertices = body(number).vertices;
+    return vertices.count == 0 ||
+           kernels_.box_of_run(frame.position.data() + 3 * at(vertices.first), vertices.count, boxes_[at(number)]);
+}
+
+CellRange OhcBodies::place_groups() {
+    if (Lattice::at_limit(place_all())) {
+        // Something is further than 2^30 cells from the corner chosen before: choose one where the bodies are now.
+        Extent all;
+        for (const Extent& box : boxes_) all.add(box);
+        cells_.lattice().set(cells_.lattice().edge(), Vector3(all.low[0], all.low[1], all.low[2]));
+        place_all();
+    }
+    CellRange merged = no_cells;
+    CellRange meeting = no_cells;
+    for (const Group& group : active_) {
+        meeting = hull(meeting, common(merged, group.range));
+        merged = hull(merged, group.range);
+    }
+    return meeting;
+}
+
+CellRange OhcBodies::place_all() {
+    CellRange all = no_cells;
+    for (Group& group : active_) {
+        group.range = no_cells;
+        for (std::size_t k = group.first_body; k < group.end_body; ++k) {
+            if (is_kept(order_[k])) continue;
+            const Extent& box = boxes_[at(order_[k])];
+            Vector3 low(box.low[0], box.low[1], box.low[2]);
+            Vector3 high(box.high[0], box.high[1], box.high[2]);
+            low.array() -= settings_.margin;
+            high.array() += settings_.margin;
+            group.range = hull(group.range, {cells_.lattice().cell(low), cells_.lattice().cell(high)});
+        }
+        all = hull(all, group.range);
+    }
+    return all;
+}
+
+}  // namespace trocar

@@ -1,0 +1,103 @@
+// First level of ohc's cascade: which bodies may meet which, how large a cell is, and where two groups of bodies can
+// meet at all, judged by the boxes of whole bodies. No triangle is looked at here, except once for the size of a cell.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "detect/cluster_kernels.hpp"
+#include "detect/lattice.hpp"
+#include "detect/ohc_work.hpp"
+#include "detect/triangle_cells.hpp"
+#include "scene/world.hpp"
+
+namespace trocar {
+
+/// No cells; its low is above its high.
+constexpr CellRange no_cells{Cell{1, 1, 1, 0}, Cell{0, 0, 0, 0}};
+inline bool is_empty(const CellRange& range) { return range.low[0] > range.high[0]; }
+
+class OhcBodies {
+public:
+    /// Bodies that may hit the same others and not each other.
+    struct Group {
+        std::size_t first_body;  ///< of order()
+        std::size_t end_body;
+        CellRange range = no_cells;
+    };
+
+    explicit OhcBodies(const OhcSettings& settings) : settings_(settings) {}
+
+    /// Forgets everything; the frame gives the size of a cell.
+    void prepare(const Topology& topology, const Frame& frame);
+
+    [[nodiscard]] const Topology& topology() const { return *topology_; }
+    /// Bodies that take part, group by group. Few triangles first: the last and largest body then needs no marking, it
+    /// only looks where the others are. Under a limit instruments come first, so that what is cut off concerns them
+    /// least.
+    [[nodiscard]] const std::vector<Index>& order() const { return order_; }
+    [[nodiscard]] const std::vector<Group>& groups() const { return groups_; }
+    /// Groups that go through the cascade: all of them, or when incremental those with a body that is not kept.
+    [[nodiscard]] const std::vector<Group>& active() const { return active_; }
+    [[nodiscard]] bool takes_part(Index body) const { return takes_part_[at(body)] != 0; }
+    [[nodiscard]] bool may_hit(Index body_a, Index body_b) const {
+        return ((collide_[at(body_a) * words_ + at(body_b) / 64] >> (at(body_b) % 64)) & 1U) != 0;
+    }
+    /// For each body one bit per body that it may hit, words() 64-bit words per body.
+    [[nodiscard]] const std::vector<std::uint64_t>& collide() const { return collide_; }
+    [[nodiscard]] std::size_t words() const { return words_; }
+    [[nodiscard]] Index body_of(Index triangle) const { return topology_->body_of_triangle[at(triangle)]; }
+    [[nodiscard]] const BodyRange& body(Index number) const { return topology_->bodies[at(number)]; }
+
+    /// Kept bodies stay out of the cascade (ohc_incremental.hpp); none is after prepare.
+    [[nodiscard]] bool is_kept(Index body) const { return kept_[at(body)] != 0; }
+    void keep(Index body, bool kept) { kept_[at(body)] = kept ? 1 : 0; }
+    /// active() = groups with a body that is not kept.
+    void choose_active();
+    template <typename Use>
+    void for_each_body(const Group& group, const Use& use) const {
+        for (std::size_t k = group.first_body; k < group.end_body; ++k) {
+            if (!is_kept(order_[k])) use(body(order_[k]));
+        }
+    }
+
+    [[nodiscard]] TriangleCells& cells() { return cells_; }
+    [[nodiscard]] const TriangleCells& cells() const { return cells_; }
+    /// False as long as all points coincided or no frame could be read.
+    [[nodiscard]] bool has_cell() const { return cell_edge_ != 0.0; }
+    /// h: 1.5 × the mean edge of the moving body with the shortest edges (METHODS §12), but not below the mean edge of
+    /// all triangles: a coarse body beside a fine one would spread over too many cells.
+    void choose_cell(const Frame& frame);
+
+    /// Boxes of all bodies, of both frames where the way counts. False when a number is not finite or the frame does
+    /// not fit the topology.
+    bool read_boxes(const Frame& frame);
+    /// The same for one body, of this frame only.
+    bool read_box(const Frame& frame, Index body);
+    /// Cell ranges of the active groups; returns the cells in which two of them can meet, judged by their boxes.
+    CellRange place_groups();
+    /// As above without moving the lattice: false when something lies beyond it.
+    bool place_on_lattice() { return !Lattice::at_limit(place_all()); }
+
+private:
+    static std::size_t at(Index number) { return static_cast<std::size_t>(number); }
+    void make_groups();
+    [[nodiscard]] double edge_length(const Frame& frame, Range triangles) const;
+    CellRange place_all();
+
+    const OhcSettings& settings_;
+    const Topology* topology_ = nullptr;
+    const ClusterKernels& kernels_ = cluster_kernels().front();
+    std::vector<Index> order_;
+    std::vector<Group> groups_;
+    std::vector<Group> active_;
+    std::vector<std::uint64_t> collide_;
+    std::size_t words_ = 1;
+    std::vector<std::uint8_t> takes_part_;  ///< per body
+    std::vector<std::uint8_t> kept_;        ///< per body
+    std::vector<Extent> boxes_;             ///< per body, m
+    double cell_edge_ = 0.0;                ///< m; 0: not chosen yet
+    TriangleCells cells_;
+};
+
+}  // namespace trocar

@@ -1,0 +1,99 @@
+#include "detect/ohc_limits.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include "detect/narrow_phase.hpp"
+#include "detect/swept.hpp"
+
+namespace trocar {
+
+void OhcLimits::prepare() {
+    last_pairs_.clear();
+    last_.clear();
+    answered_ = true;
+    known_ = false;
+}
+
+void OhcLimits::detect(const Frame& frame, OhcCandidates& candidates, ContactSet& contacts) {
+    const Topology& topology = bodies_.topology();
+    tested_.clear();
+    candidates.once = last_pairs_;
+    candidates.repeated.clear();
+    const auto flush = [&] {
+        candidates.once.insert(candidates.once.end(), candidates.repeated.begin(), candidates.repeated.end());
+        candidates.repeated.clear();
+        for (const TrianglePair& pair : candidates.once) {
+            const auto place = std::lower_bound(tested_.begin(), tested_.end(), pair);
+            if (place != tested_.end() && *place == pair) continue;
+            if (static_cast<std::int64_t>(contacts.pairs.size()) >= settings_.max_pairs) work_.truncated = true;
+            if (work_.truncated || !work_.spend(work_.counters.triangle_tests, 1)) return false;
+            tested_.insert(place, pair);
+            test_pairs(settings_.test, topology, frame, {&pair, 1}, contacts.pairs);
+            if (!bodies_.cells().way() || !either_moved(topology, frame, pair)) continue;
+            if (static_cast<std::int64_t>(contacts.swept.size()) >= settings_.max_pairs) work_.truncated = true;
+            if (work_.truncated || !work_.spend(work_.counters.triangle_tests, 1)) return false;
+            test_swept(topology, frame, {&pair, 1}, contacts.swept);
+        }
+        candidates.once.clear();
+        return true;
+    };
+    const auto is_instrument = [this](Index body) { return bodies_.body(body).kind == BodyKind::instrument; };
+    const bool cut_before = std::exchange(work_.truncated, false);
+    if (flush() && !cut_before) {
+        maps_.hash(frame);
+        for (const bool instruments : {true, false}) {
+            const auto wanted = [&](Index a, Index b) { return (is_instrument(a) || is_instrument(b)) == instruments; };
+            if (!work_.truncated) maps_.gather(wanted, flush, candidates);
+            if (!work_.truncated) maps_.gather_huge(frame, wanted, candidates);
+            if (!work_.truncated) flush();
+        }
+    }
+    work_.truncated = work_.truncated || cut_before;
+    last_pairs_ = contacts.pairs;
+    std::sort(last_pairs_.begin(), last_pairs_.end());
+    last_truncated_ = work_.truncated;
+    answered_ = true;
+}
+
+void OhcLimits::repeat(std::vector<TrianglePair>& pairs) {
+    pairs = last_pairs_;
+    work_.truncated = last_truncated_;
+}
+
+bool OhcLimits::is_at_rest(const Frame& frame) {
+    const Topology& topology = bodies_.topology();
+    const bool told = std::exchange(known_, false) && frame.moved.has_value();
+    if (frame.position.cols() != topology.vertex_count) return false;
+    bool rests = !last_.empty() && answered_;
+    std::int64_t looked_at = 0;
+    if (last_.empty()) {
+        last_.remember_all(frame);
+    } else if (told) {
+        for_each_told(topology, frame, [&](Index /*body*/, Range part) { looked_at += part.count; });
+    } else {
+        looked_at = topology.vertex_count;
+    }
+    if (!work_.spend(work_.counters.vertices_read, looked_at)) {
+        last_.clear();
+        return false;
+    }
+    const auto look = [&](Index /*body*/, Range part) {
+        for (Index v = part.first; v < part.end(); ++v) {
+            if (!last_.moved(frame, v)) continue;
+            rests = false;
+            last_.remember(frame, v);
+        }
+    };
+    if (told) {
+        for_each_told(topology, frame, look);
+    } else {
+        look(0, {0, topology.vertex_count});
+    }
+    known_ = true;
+    if (!rests) answered_ = false;
+    return rests;
+}
+
+}  // namespace trocar

@@ -1,0 +1,144 @@
+#include "detect/ohc_occupancy.hpp"
+
+#include <algorithm>
+
+namespace trocar {
+
+void OhcOccupancy::prepare(std::size_t room) {
+    near_.prepare(bodies_.topology().vertex_count);
+    found_.reserve(room);
+    huge_.reserve(room);
+    primitives_.reserve(room);
+    runs_.reserve(bodies_.groups().size());
+    clear();
+}
+
+void OhcOccupancy::clear() {
+    huge_.clear();
+    primitives_.clear();
+    entries_ = 0;
+}
+
+void OhcOccupancy::find(const Frame& frame, const CellRange& meeting) {
+    clear();
+    find_near(frame, meeting);
+    std::sort(huge_.begin(), huge_.end());
+    huge_.erase(std::unique(huge_.begin(), huge_.end()), huge_.end());
+    find_shared(frame);
+}
+
+/// Fills primitives_ with the triangles near cells that two groups may share, and huge_.
+void OhcOccupancy::find_near(const Frame& frame, const CellRange& meeting) {
+    const std::vector<Group>& groups = bodies_.active();
+    const std::size_t last = groups.size() - 1;
+    const bool plain = bodies_.cells().plain();
+    runs_.assign(groups.size(), Run{});
+    near_.start(bodies_.cells().lattice(), meeting);
+    for (std::size_t g = 0; g < last; ++g) put_in_field(frame, groups[g]);
+    if (plain) near_.look_for_any();
+    collect(frame, last, [this](const CellRange& range) { return near_.share(range); });
+    if (primitives_.empty() && groups.size() == 2) return;
+    if (plain) near_.look_for_shared();
+    for (std::size_t g = 0; g < last; ++g) {
+        if (!near_.any_shared(groups[g].range)) continue;
+        collect(frame, g, [this](const CellRange& range) { return near_.any_shared(range); });
+    }
+}
+
+/// All vertices of the group, and triangles that reach further than one cell from them.
+void OhcOccupancy::put_in_field(const Frame& frame, const Group& group) {
+    const TriangleCells& cells = bodies_.cells();
+    found_.clear();
+    bodies_.for_each_body(group, [&](const BodyRange& body) {
+        if (!work_.spend(work_.counters.cells_visited, body.triangles.count)) return;
+        if (!cells.plain()) {
+            add_all(body.triangles);
+            return;
+        }
+        near_.encode(frame, body.vertices);
+        near_.add_vertices(body.vertices);
+        near_.collect_wide(bodies_.topology().triangles.data(), body.triangles, found_);
+    });
+    for (const Index t : found_) {
+        const bool placed = cells.for_each_range(frame, cells.primitive(frame, t), [this](const CellRange& range) {
+            if (work_.afford(range)) work_.counters.cells_visited += near_.add(range);
+        });
+        if (!placed) huge_.push_back(t);
+    }
+    near_.merge(group.range, cells.plain());
+}
+
+/// The group's triangles that cannot be ruled out by a look at their vertices and of which `is_shared` tells that one
+/// of their cells is shared.
+template <typename IsShared>
+void OhcOccupancy::collect(const Frame& frame, std::size_t group, const IsShared& is_shared) {
+    const TriangleCells& cells = bodies_.cells();
+    found_.clear();
+    const bool last = group + 1 == bodies_.active().size();
+    bodies_.for_each_body(bodies_.active()[group], [&](const BodyRange& body) {
+        if (!work_.spend(work_.counters.cells_visited, body.triangles.count)) return;
+        if (!cells.plain()) {
+            add_all(body.triangles);
+            return;
+        }
+        if (last) near_.encode(frame, body.vertices);
+        near_.mark(body.vertices);
+        near_.collect(bodies_.topology().triangles.data(), body.triangles, found_);
+    });
+    // First all boxes, then the question that nobody can predict the answer of: so the reads do not wait for it.
+    const std::size_t first = primitives_.size();
+    std::size_t kept = first;
+    for (const Index t : found_) primitives_.push_back(cells.primitive(frame, t));
+    for (std::size_t k = kept; k < primitives_.size(); ++k) {
+        const Primitive& primitive = primitives_[k];
+        bool shared = false;
+        const bool placed = cells.for_each_range(frame, primitive, [&](const CellRange& range) {
+            if (!work_.afford(range)) return;
+            ++work_.counters.cells_visited;
+            shared = is_shared(range) || shared;
+        });
+        if (!placed) huge_.push_back(primitive.triangle);  // a coarse cell may hold all of a huge one
+        if (shared) primitives_[kept++] = primitive;
+    }
+    primitives_.resize(kept);
+    runs_[group] = {first, kept};
+}
+
+/// The same question again for the triangles left, with the cells that they really cover.
+void OhcOccupancy::find_shared(const Frame& frame) {
+    const TriangleCells& cells = bodies_.cells();
+    const CellRange range = near_.shared_range();
+    if (is_empty(range)) {
+        primitives_.clear();
+        return;
+    }
+    shared_.start(cells.lattice(), range);
+    const auto for_each_range = [&](std::size_t group, const auto& use) {
+        for (std::size_t k = runs_[group].first; k < runs_[group].end; ++k) {
+            cells.for_each_range(frame, primitives_[k], use);
+        }
+    };
+    const std::size_t last = runs_.size() - 1;
+    for (std::size_t g = 0; g < last; ++g) {
+        for_each_range(g, [this](const CellRange& part) {
+            if (work_.afford(part)) work_.counters.cells_visited += shared_.add(part);
+        });
+        shared_.merge(bodies_.active()[g].range, false);
+    }
+    for_each_range(last, [this](const CellRange& part) {
+        if (!work_.afford(part)) return;
+        ++work_.counters.cells_visited;
+        shared_.share(part);
+    });
+    std::size_t left = 0;
+    for (const Primitive& primitive : primitives_) {
+        std::size_t count = 0;
+        for_each_shared_cell(frame, primitive, [&count](Cell) { ++count; });
+        if (count == 0) continue;
+        entries_ += count;
+        primitives_[left++] = primitive;
+    }
+    primitives_.resize(left);
+}
+
+}  // namespace trocar

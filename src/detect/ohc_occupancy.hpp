@@ -1,0 +1,68 @@
+// Second level of ohc's cascade: which triangles lie in cells that two groups of bodies share. Asked twice with one bit
+// per cell: of the vertices, where nearly all triangles end, and of the cells that the triangles left really cover.
+// Here is which body is put where in which order; the bits themselves are in occupancy.hpp. Nothing is hashed here.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "detect/occupancy.hpp"
+#include "detect/ohc_bodies.hpp"
+#include "detect/ohc_work.hpp"
+#include "detect/triangle_cells.hpp"
+
+namespace trocar {
+
+class OhcOccupancy {
+public:
+    OhcOccupancy(const OhcBodies& bodies, OhcWork& work) : bodies_(bodies), work_(work) {}
+
+    /// Room for `room` triangles; more than this grows as it comes.
+    void prepare(std::size_t room);
+    /// No triangle lies anywhere.
+    void clear();
+    /// Finds the triangles of the active groups in shared cells. Precondition: place_groups told `meeting`, not empty.
+    void find(const Frame& frame, const CellRange& meeting);
+
+    /// Triangles that share a cell, each once.
+    [[nodiscard]] const std::vector<Primitive>& primitives() const { return primitives_; }
+    /// Triangles too large for the lattice, sorted: to be tested against everything.
+    [[nodiscard]] const std::vector<Index>& huge() const { return huge_; }
+    /// How often for_each_shared_cell will call at most, over all primitives.
+    [[nodiscard]] std::size_t entries() const { return entries_; }
+    /// Calls use(cell) for the shared cells of a primitive; several times for a cell that several pieces of it cover.
+    template <typename Use>
+    void for_each_shared_cell(const Frame& frame, const Primitive& primitive, const Use& use) const {
+        bodies_.cells().for_each_range(frame, primitive,
+                                       [&](const CellRange& range) { shared_.for_each_shared(range, use); });
+    }
+
+private:
+    using Group = OhcBodies::Group;
+    /// The primitives of a group.
+    struct Run {
+        std::size_t first = 0;
+        std::size_t end = 0;
+    };
+
+    void find_near(const Frame& frame, const CellRange& meeting);
+    void find_shared(const Frame& frame);
+    void put_in_field(const Frame& frame, const Group& group);
+    template <typename IsShared>
+    void collect(const Frame& frame, std::size_t group, const IsShared& is_shared);
+    void add_all(Range triangles) {
+        for (Index t = triangles.first; t < triangles.end(); ++t) found_.push_back(t);
+    }
+
+    const OhcBodies& bodies_;
+    OhcWork& work_;
+    Occupancy near_;            ///< where groups may meet, judged by vertices
+    Occupancy shared_;          ///< where they do, judged by triangles
+    std::vector<Index> found_;  ///< triangles that a look at their vertices did not rule out
+    std::vector<Index> huge_;
+    std::vector<Primitive> primitives_;
+    std::vector<Run> runs_;  ///< per active group
+    std::size_t entries_ = 0;
+};
+
+}  // namespace trocar
