@@ -2,48 +2,55 @@
 
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <numeric>
+#include <span>
 #include <utility>
 
 namespace trocar {
 namespace {
 
-/// Orders items [begin, end) so that every aligned run of 16 is compact, every run of 256 too and so on: halves along
-/// the longest side of their box, again and again, cut where a full run ends.
-void halve(std::vector<Index>& order, const std::vector<Vector3>& point, std::size_t begin, std::size_t end,
-           Index shift) {
+/// Something with a place.
+struct Item {
+    Vector3 point;  ///< m
+    Index number = -1;
+};
+
+/// Orders items so that every aligned run of 16 is compact, every run of 256 too and so on: halves along the longest
+/// side of their box, again and again, cut where a full run ends.
+void halve(std::span<Item> items) {
     constexpr auto run = static_cast<std::size_t>(fan);
-    while (end - begin > run) {
+    while (items.size() > run) {
         Box box;
-        for (std::size_t k = begin; k < end; ++k) box.add(point[static_cast<std::size_t>(order[k] - shift)]);
+        for (const Item& item : items) box.add(item.point);
         Eigen::Index axis = 0;
         (box.max - box.min).maxCoeff(&axis);
         std::size_t unit = run;
-        while (unit * run < end - begin) unit *= run;
-        std::size_t middle = begin + ((end - begin) / 2 + unit / 2) / unit * unit;
-        if (middle <= begin) middle = begin + unit;
-        if (middle >= end) middle = end - 1 - (end - 1 - begin) % unit;
-        std::nth_element(order.begin() + static_cast<std::ptrdiff_t>(begin),
-                         order.begin() + static_cast<std::ptrdiff_t>(middle),
-                         order.begin() + static_cast<std::ptrdiff_t>(end), [&](Index a, Index b) {
-                             const double x = point[static_cast<std::size_t>(a - shift)][axis];
-                             const double y = point[static_cast<std::size_t>(b - shift)][axis];
-                             return x < y || (x == y && a < b);
+        while (unit * run < items.size()) unit *= run;
+        std::size_t middle = (items.size() / 2 + unit / 2) / unit * unit;
+        if (middle == 0) middle = unit;
+        if (middle >= items.size()) middle = items.size() - 1 - (items.size() - 1) % unit;
+        std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(middle), items.end(),
+                         [axis](const Item& a, const Item& b) {
+                             const double x = a.point[axis];
+                             const double y = b.point[axis];
+                             return x < y || (x == y && a.number < b.number);
                          });
-        halve(order, point, begin, middle, shift);
-        begin = middle;
+        halve(items.first(middle));
+        items = items.subspan(middle);
     }
 }
 
 /// Items `first` … in an order made by halve.
 template <typename PointOf>
 std::vector<Index> compact_order(Index first, Index count, const PointOf& point_of) {
-    std::vector<Index> order(static_cast<std::size_t>(count));
-    std::iota(order.begin(), order.end(), first);
-    std::vector<Vector3> point;
-    point.reserve(order.size());
-    for (const Index item : order) point.push_back(point_of(item));
-    halve(order, point, 0, order.size(), first);
+    std::vector<Item> items;
+    items.reserve(static_cast<std::size_t>(count));
+    for (Index number = first; number < first + count; ++number) items.push_back({point_of(number), number});
+    halve(items);
+    std::vector<Index> order;
+    order.reserve(items.size());
+    for (const Item& item : items) order.push_back(item.number);
     return order;
 }
 
@@ -65,38 +72,35 @@ void append(const std::vector<Index>& numbers, Lists<Index>& lists) {
 
 Index runs_of(Index count, Index length) { return (count + length - 1) / length; }
 
-/// Where to cut a run of vertices [begin, end) so that its pieces are compact: an order along a curve, or row by row,
-/// now and then jumps, and a block with a jump in it has a box as long as the jump. Appends the pieces' ends.
+/// Where a block of vertices from `begin` on ends, `end` at the latest: an order along a curve, or row by row, now and
+/// then jumps, and a block with a jump in it has a box as long as the jump.
 template <typename PointOf>
-void cut_at_jumps(const PointOf& point_of, Index begin, Index end, std::vector<Index>& ends) {
-    constexpr Index least = 8;  // vertices; less is not worth a block
+Index end_of_block(const PointOf& point_of, Index begin, Index end) {
+    constexpr Index least = 4;  // vertices; less is not worth a block
     constexpr double worth_a_block = 0.8;
     const auto size = [](const Box& box) { return (box.max - box.min).sum(); };
     std::array<double, block_size> size_from{};
-    Box box;
-    for (Index k = end; k-- > begin;) {
-        box.add(point_of(k));
-        size_from[static_cast<std::size_t>(k - begin)] = size(box);
-    }
-    double best = worth_a_block * size_from[0];
-    Index cut = end;
-    box = Box();
-    for (Index k = begin; k + least <= end; ++k) {
-        if (k - begin >= least) {
-            const double sum = size(box) + size_from[static_cast<std::size_t>(k - begin)];
-            if (sum < best) {
-                best = sum;
-                cut = k;
-            }
+    for (Index whole = -1; whole != end;) {
+        whole = end;
+        Box from;
+        for (Index k = whole; k-- > begin;) {
+            from.add(point_of(k));
+            size_from[static_cast<std::size_t>(k - begin)] = size(from);
         }
-        box.add(point_of(k));
+        double best = worth_a_block * size_from[0];
+        Box to;
+        for (Index k = begin; k + least <= whole; ++k) {
+            if (k - begin >= least) {
+                const double sum = size(to) + size_from[static_cast<std::size_t>(k - begin)];
+                if (sum < best) {
+                    best = sum;
+                    end = k;
+                }
+            }
+            to.add(point_of(k));
+        }
     }
-    if (cut == end) {
-        ends.push_back(end);
-        return;
-    }
-    cut_at_jumps(point_of, begin, cut, ends);
-    cut_at_jumps(point_of, cut, end, ends);
+    return end;
 }
 
 /// Blocks of vertices in the order given (empty: the frame's own).
@@ -109,8 +113,9 @@ ClusteredBody make_blocks(const Frame& frame, const BodyRange& range, std::vecto
     };
     const auto point_of = [&](Index k) { return frame.position.col(number(k)); };
     body.block_begin.push_back(0);
-    for (Index k = 0; k < count; k += block_size) {
-        cut_at_jumps(point_of, k, std::min(k + block_size, count), body.block_begin);
+    while (body.block_begin.back() < count) {
+        const Index begin = body.block_begin.back();
+        body.block_begin.push_back(end_of_block(point_of, begin, std::min(begin + block_size, count)));
     }
     body.block_count = static_cast<Index>(body.block_begin.size()) - 1;
     body.block_of.resize(static_cast<std::size_t>(count));
@@ -131,43 +136,53 @@ ClusteredBody make_blocks(const Frame& frame, const BodyRange& range, std::vecto
     return body;
 }
 
-/// Vertices and blocks of the clusters of one group, and the group's own.
-void list_group(const Topology& topology, Index group, ClusteredBody& body) {
-    const auto corner_of = [&](Index place, Eigen::Index k) {
-        while (body.triangle[static_cast<std::size_t>(place)] < 0) --place;
-        return topology.triangles(k, body.triangle[static_cast<std::size_t>(place)]);
-    };
+/// Vertices and blocks of the clusters of one group, and the group's own. `place` has a number for each vertex of the
+/// body, -1 before and after.
+void list_group(const Topology& topology, Index group, std::vector<Index>& place, ClusteredBody& body) {
+    constexpr std::size_t most = 3 * static_cast<std::size_t>(fan) * static_cast<std::size_t>(fan);
     const Index first_cluster = group * fan;
     const Index end_cluster = std::min(first_cluster + fan, body.cluster_count);
+    const auto place_of = [&](Index v) -> Index& { return place[static_cast<std::size_t>(v - body.vertices.first)]; };
+    const auto corner_of = [&](Index at, Eigen::Index k) {
+        while (body.triangle[static_cast<std::size_t>(at)] < 0) --at;
+        return topology.triangles(k, body.triangle[static_cast<std::size_t>(at)]);
+    };
     std::vector<Index> vertices;
-    for (Index place = first_cluster * fan; place < end_cluster * fan; ++place) {
-        for (Eigen::Index k = 0; k < 3; ++k) vertices.push_back(corner_of(place, k));
+    vertices.reserve(most);
+    for (Index at = first_cluster * fan; at < end_cluster * fan; ++at) {
+        for (Eigen::Index k = 0; k < 3; ++k) {
+            const Index v = corner_of(at, k);
+            if (std::exchange(place_of(v), 0) < 0) vertices.push_back(v);
+        }
     }
-    sort_unique(vertices);
+    std::sort(vertices.begin(), vertices.end());
     append(vertices, body.vertices_of_group);
     std::vector<Index> blocks;
     blocks.reserve(vertices.size());
-    for (const Index v : vertices) {
-        blocks.push_back(body.block_of[static_cast<std::size_t>(v - body.vertices.first)]);
+    for (std::size_t k = 0; k < vertices.size(); ++k) {
+        place_of(vertices[k]) = static_cast<Index>(k);
+        blocks.push_back(body.block_of[static_cast<std::size_t>(vertices[k] - body.vertices.first)]);
     }
     sort_unique(blocks);
     append(blocks, body.blocks_of_group);
     for (Index cluster = first_cluster; cluster < end_cluster; ++cluster) {
-        std::vector<Index> places;
+        std::bitset<most> used;
         ClusterCorners corners{};
         for (std::size_t t = 0; t < fan; ++t) {
             for (std::size_t k = 0; k < 3; ++k) {
-                const Index v = corner_of(cluster * fan + static_cast<Index>(t), static_cast<Eigen::Index>(k));
-                const auto place = std::lower_bound(vertices.begin(), vertices.end(), v) - vertices.begin();
-                corners[t][k] = static_cast<std::uint16_t>(place);
-                places.push_back(static_cast<Index>(place));
+                const Index at =
+                    place_of(corner_of(cluster * fan + static_cast<Index>(t), static_cast<Eigen::Index>(k)));
+                corners[t][k] = static_cast<std::uint16_t>(at);
+                used.set(static_cast<std::size_t>(at));
             }
         }
-        sort_unique(places);
-        for (const Index place : places) body.vertices_of_cluster.member.push_back(static_cast<std::uint16_t>(place));
+        for (std::size_t at = 0; at < vertices.size(); ++at) {
+            if (used.test(at)) body.vertices_of_cluster.member.push_back(static_cast<std::uint16_t>(at));
+        }
         body.vertices_of_cluster.close();
         body.corners.push_back(corners);
     }
+    for (const Index v : vertices) place_of(v) = -1;
 }
 
 void list_regions(ClusteredBody& body) {
@@ -189,36 +204,51 @@ void make_clusters(const Topology& topology, const std::vector<Index>& triangle_
     body.cluster_count = static_cast<Index>(body.triangle.size()) / fan;
     body.group_count = runs_of(body.cluster_count, fan);
     body.region_count = runs_of(body.group_count, fan);
-    for (Index group = 0; group < body.group_count; ++group) list_group(topology, group, body);
+    body.corners.reserve(static_cast<std::size_t>(body.cluster_count));
+    std::vector<Index> place(static_cast<std::size_t>(body.vertices.count), -1);
+    for (Index group = 0; group < body.group_count; ++group) list_group(topology, group, place, body);
     list_regions(body);
 }
 
-/// Sum over the groups of the longest edge of the box around their blocks, m: what an order costs.
-double looseness(const Frame& frame, const ClusteredBody& body) {
-    std::vector<Box> block(static_cast<std::size_t>(body.block_count));
-    for (Index v = 0; v < body.vertices.count; ++v) {
-        block[static_cast<std::size_t>(body.block_of[static_cast<std::size_t>(v)])].add(
-            frame.position.col(body.vertices.first + v));
-    }
+/// How much longer the frame's own vertex order makes groups of triangles in `triangle_order`: sum over the groups of
+/// the longest edge of the box around the blocks they touch, as a multiple of that of the box around their own
+/// vertices.
+double looseness(const Topology& topology, const Frame& frame, const std::vector<Index>& triangle_order,
+                 const ClusteredBody& blocks) {
+    std::vector<Box> block(static_cast<std::size_t>(blocks.block_count));
+    const auto block_of = [&](Index v) {
+        return static_cast<std::size_t>(blocks.block_of[static_cast<std::size_t>(v - blocks.vertices.first)]);
+    };
+    for (Index v = blocks.vertices.first; v < blocks.vertices.end(); ++v) block[block_of(v)].add(frame.position.col(v));
+    const auto longest = [](const Box& box) { return (box.max - box.min).maxCoeff(); };
     double sum = 0.0;
-    for (Index group = 0; group < body.group_count; ++group) {
-        Box box;
-        for (const Index* b = body.blocks_of_group.begin(group); b != body.blocks_of_group.end(group); ++b) {
-            box.add(block[static_cast<std::size_t>(*b)].min);
-            box.add(block[static_cast<std::size_t>(*b)].max);
+    double least = 0.0;
+    constexpr std::size_t triangles = static_cast<std::size_t>(fan) * static_cast<std::size_t>(fan);
+    for (std::size_t first = 0; first < triangle_order.size(); first += triangles) {
+        Box loose;
+        Box tight;
+        const std::size_t end = std::min(first + triangles, triangle_order.size());
+        for (std::size_t at = first; at < end; ++at) {
+            for (const Index v : topology.triangles.col(triangle_order[at])) {
+                tight.add(frame.position.col(v));
+                const Box& around = block[block_of(v)];
+                loose.add(around.min);
+                loose.add(around.max);
+            }
         }
-        sum += (box.max - box.min).maxCoeff();
+        sum += longest(loose);
+        least += longest(tight);
     }
-    return sum;
+    return sum / least;
 }
 
 }  // namespace
 
 ClusteredBody cluster_body(const Topology& topology, const Frame& frame, const BodyRange& range, ClusterOrder order) {
-    ClusteredBody given = make_blocks(frame, range, {});
+    ClusteredBody body = make_blocks(frame, range, {});
     if (order == ClusterOrder::given) {
-        make_clusters(topology, given_order(range.triangles), given);
-        return given;
+        make_clusters(topology, given_order(range.triangles), body);
+        return body;
     }
     const auto point = [&frame](Index v) -> Vector3 { return frame.position.col(v); };
     const auto centre = [&](Index t) -> Vector3 {
@@ -226,14 +256,15 @@ ClusteredBody cluster_body(const Topology& topology, const Frame& frame, const B
                3.0;
     };
     const std::vector<Index> triangle_order = compact_order(range.triangles.first, range.triangles.count, centre);
-    ClusteredBody local = make_blocks(frame, range, compact_order(range.vertices.first, range.vertices.count, point));
-    make_clusters(topology, triangle_order, local);
-    if (order == ClusterOrder::local) return local;
-    // The frame's own vertex order is read in a stream, the other vertex by vertex: taken where it is nearly as
-    // compact.
-    make_clusters(topology, triangle_order, given);
-    constexpr double worth_a_stream = 3.0;
-    return looseness(frame, given) <= worth_a_stream * looseness(frame, local) ? std::move(given) : std::move(local);
+    // The frame's own vertex order is read in a stream, the other vertex by vertex, which is dear where a core's own
+    // cache (1 MB and more) does not hold them.
+    const double worth_a_stream = range.vertices.count > 40000 ? 8.0 : 4.0;
+    const double loose = looseness(topology, frame, triangle_order, body);
+    if (order == ClusterOrder::local || !(loose <= worth_a_stream)) {
+        body = make_blocks(frame, range, compact_order(range.vertices.first, range.vertices.count, point));
+    }
+    make_clusters(topology, triangle_order, body);
+    return body;
 }
 
 }  // namespace trocar
