@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "geometry/exact.hpp"
+#include "geometry/expansion.hpp"
 
 namespace trocar {
 namespace {
@@ -395,15 +396,17 @@ struct Gap {
     double tolerance = 0.0;  ///< bound on the rounding error of any value
 };
 
-/// True when the gap is nowhere zero, without doubt; false says nothing. Bisects a limited number of times.
-bool certainly_apart(const Gap& gap) {
+constexpr int many_cells = 300;
+constexpr int few_cells = 32;  ///< where there are other ways to decide
+
+/// True when the gap is nowhere zero, without doubt; false says nothing. Looks at `cell_limit` cells at most.
+bool certainly_apart(const Gap& gap, int cell_limit) {
     struct Cell {
         std::array<double, 3> low;
         std::array<double, 3> size;
     };
     if (!(gap.tolerance < 1e280)) return false;  // sums might overflow
     constexpr std::size_t stack_size = 64;
-    constexpr int cell_limit = 300;
     std::array<Cell, stack_size> stack;
     std::size_t depth = 0;
     stack[depth++] = {{0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}};
@@ -461,22 +464,27 @@ Gap with_tolerance(Gap gap) {
     return gap;
 }
 
-std::optional<double> slow_vertex_face(const std::array<MovingPoint, 4>& points) {
-    const Gap gap = with_tolerance({.base = minus(points[1], points[0]),
-                                    .along_u = minus(points[2], points[1]),
-                                    .along_v = minus(points[3], points[1]),
-                                    .triangle = true});
-    if (certainly_apart(gap)) return std::nullopt;
-    return exact_vertex_face(points);
+/// Points in the order of exact_vertex_face.
+bool vertex_face_apart(const std::array<MovingPoint, 4>& points, int cell_limit) {
+    return certainly_apart(with_tolerance({.base = minus(points[1], points[0]),
+                                           .along_u = minus(points[2], points[1]),
+                                           .along_v = minus(points[3], points[1]),
+                                           .triangle = true}),
+                           cell_limit);
+}
+bool edge_edge_apart(const std::array<MovingPoint, 4>& points, int cell_limit) {
+    return certainly_apart(with_tolerance({.base = minus(points[0], points[2]),
+                                           .along_u = minus(points[1], points[0]),
+                                           .along_v = minus(points[2], points[3]),
+                                           .triangle = false}),
+                           cell_limit);
 }
 
+std::optional<double> slow_vertex_face(const std::array<MovingPoint, 4>& points) {
+    return vertex_face_apart(points, many_cells) ? std::nullopt : exact_vertex_face(points);
+}
 std::optional<double> slow_edge_edge(const std::array<MovingPoint, 4>& points) {
-    const Gap gap = with_tolerance({.base = minus(points[0], points[2]),
-                                    .along_u = minus(points[1], points[0]),
-                                    .along_v = minus(points[2], points[3]),
-                                    .triangle = false});
-    if (certainly_apart(gap)) return std::nullopt;
-    return exact_edge_edge(points);
+    return edge_edge_apart(points, many_cells) ? std::nullopt : exact_edge_edge(points);
 }
 
 // ---- decision in floating point ----------------------------------------------------------------------------------
@@ -494,6 +502,7 @@ struct Features {
     double size_w = 0.0;
     std::array<double, 4> coplanarity{};  ///< Bernstein coefficients of e · (u × w) over the tick
     double tolerance = 0.0;               ///< bound on the rounding error of a coefficient; < 0: none can be given
+    double scale = 1.0;                   ///< a power of two that e, u, w and what follows from them are scaled by
 
     [[nodiscard]] std::array<MovingPoint, 4> copy() const { return {*points[0], *points[1], *points[2], *points[3]}; }
     /// +1 or -1 when the coplanarity has this sign all the time, without doubt.
@@ -507,10 +516,20 @@ struct Features {
 
 double size_of(const MovingPoint& p) { return std::max(p.start.cwiseAbs().maxCoeff(), p.end.cwiseAbs().maxCoeff()); }
 
-void fill_coplanarity(Features& f) {
+void find_sizes(Features& f) {
     f.size_e = size_of(f.e);
     f.size_u = size_of(f.u);
     f.size_w = size_of(f.w);
+}
+
+void fill_coplanarity(Features& f) {
+    find_sizes(f);
+    const double largest = std::max({f.size_e, f.size_u, f.size_w});
+    if (!(largest < 1e50 && largest > 1e-50) && largest > 0.0 && std::isfinite(largest)) {
+        f.scale = std::ldexp(1.0, std::clamp(-std::ilogb(largest), -1000, 1000));
+        for (MovingPoint* line : {&f.e, &f.u, &f.w}) *line = {line->start * f.scale, line->end * f.scale};
+        find_sizes(f);
+    }
     for (const double one : {f.size_e, f.size_u, f.size_w}) {
         if (one < 1e60 && one > 1e-60) continue;  // products neither over- nor underflow
         f.tolerance = -1.0;
@@ -543,12 +562,19 @@ Features edge_edge_features(const MovingPoint& a, const MovingPoint& b, const Mo
     return f;
 }
 
-/// What floating point can tell. hit: the first contact lies in [low, high]. unknown: not before low.
+/// What floating point can tell of the next moment at which the features may meet.
 struct Sight {
-    enum class Verdict : std::uint8_t { apart, hit, unknown };
+    enum class Verdict : std::uint8_t {
+        apart,     ///< there is none
+        hit,       ///< they meet at the only root of the coplanarity in [low, high]
+        maybe,     ///< there is one such root, and they may meet there
+        coplanar,  ///< all the time
+        unknown    ///< not before low
+    };
     Verdict verdict = Verdict::apart;
     double low = 0.0;
     double high = 1.0;
+    int before = 0;  ///< hit, maybe: sign of the coplanarity before the root; the other one after it
 };
 
 /// Whether the features meet at a coplanar moment within `half` of `time`: +1 yes, -1 no, 0 not certain.
@@ -584,33 +610,386 @@ int meet_at(const Features& f, double time, double half) {
     return answer;
 }
 
-/// Looks for the first coplanar moment at which the features meet: bisects the tick until the cubic has no root or is
-/// monotone with one, which the slope then encloses.
-Sight look(const Features& f) {
-    using Verdict = Sight::Verdict;
-    if (f.tolerance < 0.0) return {Verdict::unknown, 0.0, 1.0};
-    // Halving adds at most three rounding errors of the largest coefficient (6 e·u·w) per level.
-    const double tolerance = 7.5 * f.tolerance;
+// ---- more digits where the moment or a boundary case needs them ---------------------------------------------------
+
+/// high + low, the latter at most half a unit in the last place of the former (Dekker 1971). An operation is exact to
+/// some 2^-100 of its operands' size while nothing over- or underflows.
+struct DoubleDouble {
+    double high = 0.0;
+    double low = 0.0;
+};
+
+DoubleDouble normalised(double value, double error) {
+    const double sum = value + error;
+    return {sum, error - (sum - value)};
+}
+DoubleDouble operator+(const DoubleDouble& a, const DoubleDouble& b) {
+    const expansion::Rounded high = expansion::exact_sum(a.high, b.high);
+    const expansion::Rounded low = expansion::exact_sum(a.low, b.low);
+    const DoubleDouble sum = normalised(high.value, high.error + low.value);
+    return normalised(sum.high, sum.low + low.error);
+}
+DoubleDouble operator-(const DoubleDouble& a, const DoubleDouble& b) { return a + DoubleDouble{-b.high, -b.low}; }
+DoubleDouble operator*(const DoubleDouble& a, const DoubleDouble& b) {
+    const expansion::Rounded product = expansion::exact_product(a.high, b.high);
+    return normalised(product.value, product.error + (a.high * b.low + a.low * b.high));
+}
+
+/// Whole numbers without a heap: enough for nine factors of 201 bits, which the largest product below has.
+using Fixed = boost::multiprecision::number<boost::multiprecision::cpp_int_backend<
+    2048, 2048, boost::multiprecision::signed_magnitude, boost::multiprecision::unchecked, void>>;
+
+/// e, u and w of features as start + t change, in any arithmetic.
+template <typename Number>
+struct Lines {
+    struct Line {
+        std::array<Number, 3> start;
+        std::array<Number, 3> change;
+    };
+    Line e;
+    Line u;
+    Line w;
+};
+/// coefficient [i] of t^i.
+template <typename Number>
+using Quadratic = std::array<Number, 3>;
+template <typename Number>
+using Cubic = std::array<Number, 4>;
+
+/// number(x): a coordinate as a Number.
+template <typename Number, typename Convert>
+Lines<Number> lines_of(const Features& f, const Convert& number) {
+    const auto difference = [&](const MovingPoint& to, const MovingPoint& from) {
+        typename Lines<Number>::Line line;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const auto k = static_cast<Eigen::Index>(i);
+            line.start[i] = number(to.start[k]) - number(from.start[k]);
+            line.change[i] = number(to.end[k]) - number(from.end[k]) - line.start[i];
+        }
+        return line;
+    };
+    const auto& p = f.points;
+    if (f.edges) return {difference(*p[2], *p[0]), difference(*p[1], *p[0]), difference(*p[3], *p[2])};
+    return {difference(*p[0], *p[1]), difference(*p[2], *p[1]), difference(*p[3], *p[1])};
+}
+
+/// Component i of a × b.
+template <typename Number>
+Quadratic<Number> cross(const typename Lines<Number>::Line& a, const typename Lines<Number>::Line& b, std::size_t i) {
+    const std::size_t j = (i + 1) % 3;
+    const std::size_t k = (i + 2) % 3;
+    return {
+        a.start[j] * b.start[k] - a.start[k] * b.start[j],
+        (a.start[j] * b.change[k] - a.start[k] * b.change[j]) + (a.change[j] * b.start[k] - a.change[k] * b.start[j]),
+        a.change[j] * b.change[k] - a.change[k] * b.change[j]};
+}
+
+template <typename Number>
+Cubic<Number> coplanarity_of(const Lines<Number>& lines) {
+    Cubic<Number> c;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Quadratic<Number> n = cross<Number>(lines.u, lines.w, i);
+        const Number& start = lines.e.start[i];
+        const Number& change = lines.e.change[i];
+        const Cubic<Number> part{start * n[0], start * n[1] + change * n[0], start * n[2] + change * n[1],
+                                 change * n[2]};
+        for (std::size_t k = 0; k < 4; ++k) c[k] = i == 0 ? part[k] : Number(c[k] + part[k]);
+    }
+    return c;
+}
+
+Cubic<DoubleDouble> fine_coplanarity(const Features& f) {
+    return coplanarity_of(lines_of<DoubleDouble>(f, [&f](double x) -> DoubleDouble { return {x * f.scale, 0.0}; }));
+}
+/// A line's change is at most twice its size, so the coefficients sum to at most 6 · 27 sizes; twenty operations at
+/// most lie on the way to any of them and to a value in [0, 1], each exact to 2^-100 of that.
+double fine_tolerance(const Features& f) { return 1e-26 * (f.size_e * f.size_u * f.size_w); }
+
+/// Lines times a power of two that makes them whole; nothing when the coordinates span more bits than Fixed has room
+/// for.
+std::optional<Lines<Fixed>> whole_lines(const Features& f) {
+    constexpr int most_bits = 200;
+    int lowest = std::numeric_limits<int>::max();
+    int highest = std::numeric_limits<int>::min();
+    for (const MovingPoint* point : f.points) {
+        for (const Vector3* x : {&point->start, &point->end}) {
+            for (int i = 0; i < 3; ++i) {
+                if ((*x)[i] == 0.0) continue;
+                lowest = std::min(lowest, std::ilogb((*x)[i]) - 52);
+                highest = std::max(highest, std::ilogb((*x)[i]) + 1);
+            }
+        }
+    }
+    if (highest - lowest > most_bits - 2) return std::nullopt;
+    return lines_of<Fixed>(f, [lowest](double x) -> Fixed {
+        if (x == 0.0) return 0;
+        const int unit = std::ilogb(x) - 52;
+        const Fixed size = std::abs(static_cast<std::int64_t>(std::scalbn(x, -unit)));
+        const Fixed shifted = size << static_cast<unsigned>(unit - lowest);
+        return x < 0.0 ? Fixed(-shifted) : shifted;
+    });
+}
+
+constexpr int time_bits = 53;  ///< moments are told in multiples of 2^-53
+
+/// Sign of the coplanarity of features at moments n / 2^53, without doubt: in double-double where that decides, which
+/// is nearly always, in integers where not.
+class Coplanarity {
+public:
+    explicit Coplanarity(const Features& f)
+        : features_(&f), fine_(fine_coplanarity(f)), tolerance_(f.tolerance < 0.0 ? -1.0 : fine_tolerance(f)) {}
+
+    [[nodiscard]] int sign(std::int64_t n) {
+        if (tolerance_ >= 0.0) {
+            const DoubleDouble t{std::ldexp(static_cast<double>(n), -time_bits), 0.0};
+            const DoubleDouble value = ((fine_[3] * t + fine_[2]) * t + fine_[1]) * t + fine_[0];
+            if (value.high > tolerance_) return 1;
+            if (value.high < -tolerance_) return -1;
+        }
+        make_whole();
+        if (lines_) {
+            const Cubic<Fixed>& c = whole_;
+            return Fixed(((c[3] * n + (c[2] << 53U)) * n + (c[1] << 106U)) * n + (c[0] << 159U)).sign();
+        }
+        return sign_at(polynomial_, {Big(n), time_bits});
+    }
+
+    /// Whether the root that the sight tells of, rounded down, is before this moment, a multiple of 2^-53.
+    [[nodiscard]] bool root_is_before(double moment, const Sight& sight) {
+        const auto n = static_cast<std::int64_t>(std::ldexp(moment, time_bits));
+        if (n <= first_of(sight)) return false;
+        return n > last_of(sight) || sign(n) == -sight.before;
+    }
+
+    /// That root times 2^53, rounded down.
+    [[nodiscard]] std::int64_t rounded_root(const Sight& sight) {
+        const int before = sight.before;
+        const std::int64_t first = first_of(sight);
+        const std::int64_t last = last_of(sight);
+        // Newton's step from the middle is nearly always off by one at most.
+        const double t = 0.5 * (sight.low + sight.high);
+        const double value = ((fine_[3].high * t + fine_[2].high) * t + fine_[1].high) * t + fine_[0].high;
+        const double slope = (3.0 * fine_[3].high * t + 2.0 * fine_[2].high) * t + fine_[1].high;
+        double guess = std::ldexp(t - value / slope, time_bits);
+        if (!(guess > static_cast<double>(first))) guess = static_cast<double>(first);
+        if (!(guess < static_cast<double>(last))) guess = static_cast<double>(last);
+        auto not_after = static_cast<std::int64_t>(std::floor(guess));
+        std::int64_t step = 1;
+        std::int64_t after = not_after;
+        while (not_after > first && sign(not_after) == -before) {
+            after = not_after;
+            not_after = std::max(first, not_after - step);
+            step *= 2;
+        }
+        for (; after == not_after; step *= 2) {
+            if (not_after == last) return last;  // the root itself
+            after = std::min(last, not_after + step);
+            if (sign(after) != -before) not_after = after;
+        }
+        while (after - not_after > 1) {
+            const std::int64_t middle = not_after + (after - not_after) / 2;
+            (sign(middle) == -before ? after : not_after) = middle;
+        }
+        return not_after;
+    }
+
+    /// Zero all the time; false when the coordinates span too many bits to tell.
+    [[nodiscard]] bool vanishes() {
+        make_whole();
+        return lines_ && std::ranges::all_of(whole_, [](const Fixed& c) { return c.is_zero(); });
+    }
+
+    /// Whether the features meet at the only root in [n, n + 1] / 2^53, with `before` as above; nothing when neither
+    /// float nor linear conditions tell. In a pair of triangles edges that are parallel there count as not meeting:
+    /// when they do, an end of one is on the other, which a vertex and a face see at the same moment.
+    [[nodiscard]] std::optional<bool> meets(std::int64_t n, int before, bool in_pair) {
+        make_whole();
+        if (!lines_) return std::nullopt;
+        const auto& [e, u, w] = *lines_;
+        const bool exact = sign(n) == 0;
+        bool parallel = true;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Quadratic<Fixed> normal = cross<Fixed>(u, w, k);
+            const std::optional<int> turn = sign_at_root(normal, n, exact, before);
+            if (!turn) parallel = false;
+            if (!turn || *turn == 0) continue;
+            const Quadratic<Fixed> alpha = cross<Fixed>(e, w, k);
+            const Quadratic<Fixed> beta = features_->edges ? cross<Fixed>(e, u, k) : cross<Fixed>(u, e, k);
+            const auto without = [](const Quadratic<Fixed>& a, const Quadratic<Fixed>& b) -> Quadratic<Fixed> {
+                return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+            };
+            const std::array<Quadratic<Fixed>, 4> conditions{
+                alpha, beta, features_->edges ? without(normal, alpha) : without(without(normal, alpha), beta),
+                features_->edges ? without(normal, beta) : normal};
+            bool certain = true;
+            for (const Quadratic<Fixed>& condition : conditions) {
+                const std::optional<int> side = sign_at_root(condition, n, exact, before);
+                if (side && *side * *turn < 0) return false;
+                certain = certain && side;
+            }
+            if (certain) return true;
+            return std::nullopt;
+        }
+        if (parallel && in_pair && features_->edges) return false;
+        return std::nullopt;
+    }
+
+private:
+    static std::int64_t first_of(const Sight& sight) {
+        return static_cast<std::int64_t>(std::floor(std::ldexp(sight.low, time_bits)));
+    }
+    static std::int64_t last_of(const Sight& sight) {
+        return static_cast<std::int64_t>(std::ceil(std::ldexp(sight.high, time_bits)));
+    }
+    void make_whole() {
+        if (made_) return;
+        made_ = true;
+        lines_ = whole_lines(*features_);
+        if (lines_) {
+            whole_ = coplanarity_of(*lines_);
+            return;
+        }
+        const std::array<PolynomialVector, 4> grid = on_grid(features_->copy());
+        polynomial_ = features_->edges ? dot(grid[2] - grid[0], cross(grid[1] - grid[0], grid[3] - grid[2]))
+                                       : dot(grid[0] - grid[1], cross(grid[2] - grid[1], grid[3] - grid[1]));
+    }
+
+    /// Sign of q at the only root in [n, n + 1] / 2^53, or exactly at n; nothing when q is not linear and may vanish
+    /// near it.
+    [[nodiscard]] std::optional<int> sign_at_root(const Quadratic<Fixed>& q, std::int64_t n, bool exact,
+                                                  int before) const {
+        // q in Bernstein form over these moments, times 2^107.
+        const auto value = [&q](std::int64_t s, std::int64_t t) {
+            return Fixed(q[2] * 2 * s * t + ((q[1] * (s + t)) << 53U) + (q[0] << 107U)).sign();
+        };
+        const int first = value(n, n);
+        if (exact) return first;
+        if (first != 0 && value(n, n + 1) == first && value(n + 1, n + 1) == first) return first;
+        if (!q[2].is_zero()) return std::nullopt;
+        if (q[1].is_zero()) return q[0].sign();
+        // q vanishes at s = -q0 / q1, which is here: the sign of the cubic there, times |q1|³, tells on which side of s
+        // the root is.
+        const int rise = q[1].sign();
+        const Fixed top = rise > 0 ? Fixed(-q[0]) : q[0];
+        const Fixed bottom = abs(q[1]);
+        const Cubic<Fixed>& c = whole_;
+        const Fixed at_zero =
+            ((c[3] * top + c[2] * bottom) * top + c[1] * bottom * bottom) * top + c[0] * bottom * bottom * bottom;
+        if (at_zero.is_zero()) return 0;
+        return at_zero.sign() == before ? rise : -rise;
+    }
+
+    const Features* features_;
+    Cubic<DoubleDouble> fine_;
+    double tolerance_;  ///< of a value of fine_; < 0: none can be given
+    bool made_ = false;
+    std::optional<Lines<Fixed>> lines_;
+    Cubic<Fixed> whole_;
+    Polynomial polynomial_;  ///< when there are no lines_
+};
+
+// ---- the moments at which features may meet, one after the other --------------------------------------------------
+
+/// Bisects the tick until the cubic has no root or is monotone with one, which the slope then encloses.
+class Look {
+public:
+    void start(const Features& features) {
+        features_ = &features;
+        coplanarity_.reset();
+        fine_ = false;
+        search_from(features.coplanarity, features.tolerance);
+    }
+
+    /// The next one. After apart, coplanar and unknown comes nothing.
+    Sight next() {
+        using Verdict = Sight::Verdict;
+        Sight sight{.verdict = Verdict::unknown};
+        if (features_->tolerance >= 0.0) sight = search();
+        if (sight.verdict != Verdict::unknown || fine_) return sight;
+        const std::array<MovingPoint, 4> points = features_->copy();
+        if (features_->edges ? edge_edge_apart(points, few_cells) : vertex_face_apart(points, few_cells)) return {};
+        if (features_->tolerance < 0.0) return sight;
+        // Too flat for double: once more with coefficients that are exact to the last bits of their own size.
+        fine_ = true;
+        constexpr DoubleDouble third{1.0 / 3.0, 1.850371707708594e-17};
+        const Cubic<DoubleDouble> c = fine_coplanarity(*features_);
+        const DoubleDouble c1 = c[1] * third;
+        const DoubleDouble c2 = c[2] * third;
+        const std::array<double, 4> bernstein{c[0].high, (c[0] + c1).high, (c[0] + c1 + c1 + c2).high,
+                                              (c[0] + c[1] + c[2] + c[3]).high};
+        double largest = 0.0;
+        for (const double x : bernstein) largest = std::max(largest, std::abs(x));
+        const double error = fine_tolerance(*features_);
+        if (largest <= error) {
+            return {.verdict = coplanarity().vanishes() ? Verdict::coplanar : Verdict::unknown};
+        }
+        search_from(bernstein, 2e-15 * largest + error);
+        return search();
+    }
+
+    /// Of the features.
+    Coplanarity& coplanarity() {
+        if (!coplanarity_) coplanarity_.emplace(*features_);
+        return *coplanarity_;
+    }
+
+private:
     struct Piece {
         std::array<double, 4> c;
         double low;
         double width;
     };
+
+    void search_from(const std::array<double, 4>& coplanarity, double tolerance) {
+        // Halving adds at most three rounding errors of the largest coefficient per level.
+        tolerance_ = 7.5 * tolerance;
+        stack_[0] = {coplanarity, 0.0, 1.0};
+        depth_ = 1;
+    }
+    Sight search();
+
+    const Features* features_ = nullptr;
+    double tolerance_ = 0.0;
+    bool fine_ = false;
+    std::size_t depth_ = 0;
+    std::array<Piece, 24> stack_;
+    std::optional<Coplanarity> coplanarity_;
+};
+
+Sight Look::search() {
+    using Verdict = Sight::Verdict;
     constexpr double least_width = 1.0 / (1 << 20);
-    std::array<Piece, 24> stack;
-    std::size_t depth = 0;
-    stack[depth++] = {f.coplanarity, 0.0, 1.0};
-    while (depth > 0) {
-        const Piece piece = stack[--depth];
+    const double tolerance = tolerance_;
+    while (depth_ > 0) {
+        const Piece piece = stack_[--depth_];
         const auto& c = piece.c;
         const auto [least, most] = std::minmax({c[0], c[1], c[2], c[3]});
         if (least > tolerance || most < -tolerance) continue;
         const auto [least_rise, most_rise] = std::minmax({c[1] - c[0], c[2] - c[1], c[3] - c[2]});
         // A third of the slope, from below in size; both signs of rise cannot be certain.
         const double slope = std::max(least_rise, -most_rise) - 2.0 * tolerance;
-        const bool ends_certain = std::abs(c[0]) > tolerance && std::abs(c[3]) > tolerance;
-        if (slope > 0.0 && ends_certain) {
-            if ((c[0] > 0.0) == (c[3] > 0.0)) continue;
+        const auto end_sign = [&](double value, double time) {
+            if (std::abs(value) > tolerance) return value > 0.0 ? 1 : -1;
+            return fine_ ? coplanarity().sign(static_cast<std::int64_t>(std::ldexp(time, time_bits))) : 2;
+        };
+        if (!fine_ && std::max(-least, most) <= tolerance) {
+            depth_ = 0;
+            return {.verdict = Verdict::unknown, .low = piece.low};
+        }
+        const int before = slope > 0.0 ? end_sign(c[0], piece.low) : 2;
+        const int after = before != 2 ? end_sign(c[3], piece.low + piece.width) : 2;
+        if (before == 0 || (after == 0 && before != 2)) {
+            // The root is an end itself; one at the end of a piece is at the start of the next, too.
+            if (after == 0 && piece.low + piece.width < 1.0) continue;
+            const double time = before == 0 ? piece.low : 1.0;
+            return {Verdict::maybe, time, time, before != 0 ? before : -after};
+        }
+        if (!fine_ && slope > 0.0 && (before == 2 || after == 2)) {
+            depth_ = 0;
+            return {.verdict = Verdict::unknown, .low = piece.low};
+        }
+        if (before != 2 && after != 2) {
+            if (before == after) continue;
             double left = 0.0;
             double right = 1.0;
             double value = 0.0;
@@ -628,14 +1007,17 @@ Sight look(const Features& f) {
             const double off = (std::abs(value) + 2.0 * tolerance) / (3.0 * slope) + 1e-15;
             const double half = off * piece.width + 1e-15;
             const double time = piece.low + s * piece.width;
-            const int meets = meet_at(f, time, half);
-            if (meets > 0) {
-                return {Verdict::hit, std::max(piece.low, time - half), std::min(piece.low + piece.width, time + half)};
-            }
+            const int meets = meet_at(*features_, time, half);
             if (meets < 0) continue;
-            if (half < 1e-9) return {Verdict::unknown, piece.low, 1.0};
+            if (meets > 0 || half < 1e-9) {
+                return {meets > 0 ? Verdict::hit : Verdict::maybe, std::max(piece.low, time - half),
+                        std::min(piece.low + piece.width, time + half), before};
+            }
         }
-        if (piece.width <= least_width || depth + 2 > stack.size()) return {Verdict::unknown, piece.low, 1.0};
+        if (piece.width <= least_width || depth_ + 2 > stack_.size()) {
+            depth_ = 0;
+            return {.verdict = Verdict::unknown, .low = piece.low};
+        }
         const double c01 = 0.5 * (c[0] + c[1]);
         const double c12 = 0.5 * (c[1] + c[2]);
         const double c23 = 0.5 * (c[2] + c[3]);
@@ -643,112 +1025,45 @@ Sight look(const Features& f) {
         const double c123 = 0.5 * (c12 + c23);
         const double middle = 0.5 * (c012 + c123);
         const double width = 0.5 * piece.width;
-        stack[depth++] = {{middle, c123, c23, c[3]}, piece.low + width, width};
-        stack[depth++] = {{c[0], c01, c012, middle}, piece.low, width};
+        stack_[depth_++] = {{middle, c123, c23, c[3]}, piece.low + width, width};
+        stack_[depth_++] = {{c[0], c01, c012, middle}, piece.low, width};
     }
-    return {Verdict::apart, 0.0, 0.0};
+    return {};
 }
 
-/// Whole numbers without a heap: enough for three factors of 201 bits, sums of twelve, at a time of 53 bits.
-using Fixed = boost::multiprecision::number<boost::multiprecision::cpp_int_backend<
-    1024, 1024, boost::multiprecision::signed_magnitude, boost::multiprecision::unchecked, void>>;
-
-/// The cubic times a power of two that makes it whole, coefficient[i] of t^i; nothing when the coordinates span more
-/// bits than Fixed has room for.
-bool whole_cubic(const Features& f, std::array<Fixed, 4>& coefficient) {
-    constexpr int most_bits = 200;
-    int lowest = std::numeric_limits<int>::max();
-    int highest = std::numeric_limits<int>::min();
-    for (const MovingPoint* point : f.points) {
-        for (const Vector3* x : {&point->start, &point->end}) {
-            for (int i = 0; i < 3; ++i) {
-                if ((*x)[i] == 0.0) continue;
-                lowest = std::min(lowest, std::ilogb((*x)[i]) - 52);
-                highest = std::max(highest, std::ilogb((*x)[i]) + 1);
-            }
-        }
-    }
-    if (highest - lowest > most_bits - 2) return false;
-    const auto whole = [lowest](double x) -> Fixed {
-        if (x == 0.0) return 0;
-        const int unit = std::ilogb(x) - 52;
-        const Fixed size = std::abs(static_cast<std::int64_t>(std::scalbn(x, -unit)));
-        const Fixed shifted = size << static_cast<unsigned>(unit - lowest);
-        return x < 0.0 ? Fixed(-shifted) : shifted;
-    };
-    struct Line {  ///< start + t change, per axis
-        std::array<Fixed, 3> start;
-        std::array<Fixed, 3> change;
-    };
-    const auto difference = [&](const MovingPoint& to, const MovingPoint& from) {
-        Line line;
-        for (std::size_t i = 0; i < 3; ++i) {
-            const auto k = static_cast<Eigen::Index>(i);
-            line.start[i] = whole(to.start[k]) - whole(from.start[k]);
-            line.change[i] = whole(to.end[k]) - whole(from.end[k]) - line.start[i];
-        }
-        return line;
-    };
-    const auto& p = f.points;
-    const Line e = f.edges ? difference(*p[2], *p[0]) : difference(*p[0], *p[1]);
-    const Line u = f.edges ? difference(*p[1], *p[0]) : difference(*p[2], *p[1]);
-    const Line w = f.edges ? difference(*p[3], *p[2]) : difference(*p[3], *p[1]);
-    coefficient.fill(0);
-    for (std::size_t i = 0; i < 3; ++i) {
-        const std::size_t j = (i + 1) % 3;
-        const std::size_t k = (i + 2) % 3;
-        const Fixed n0 = u.start[j] * w.start[k] - u.start[k] * w.start[j];
-        const Fixed n1 =
-            u.start[j] * w.change[k] + u.change[j] * w.start[k] - u.start[k] * w.change[j] - u.change[k] * w.start[j];
-        const Fixed n2 = u.change[j] * w.change[k] - u.change[k] * w.change[j];
-        coefficient[0] += e.start[i] * n0;
-        coefficient[1] += e.start[i] * n1 + e.change[i] * n0;
-        coefficient[2] += e.start[i] * n2 + e.change[i] * n1;
-        coefficient[3] += e.change[i] * n2;
-    }
-    return true;
-}
-
-/// The largest multiple of 2^-53 in [low, high] that the sign of the cubic tells to be not after its root there, which
-/// is the only one and a change of sign. sign(n) = sign of the cubic at n / 2^53.
-template <typename Sign>
-double rounded_root(double low, double high, const Sign& sign) {
-    constexpr int bits = 53;
-    auto before = static_cast<std::int64_t>(std::floor(std::ldexp(low, bits)));
-    auto end = static_cast<std::int64_t>(std::ceil(std::ldexp(high, bits)));
-    const int after = sign(end);
-    if (after == 0) return std::ldexp(static_cast<double>(end), -bits);  // the root itself
-    while (end - before > 1) {
-        const std::int64_t middle = before + (end - before) / 2;
-        (sign(middle) == after ? end : before) = middle;
-    }
-    return std::ldexp(static_cast<double>(before), -bits);
-}
-
-double time_of_root(const Features& f, double low, double high) {
-    std::array<Fixed, 4> c;
-    if (whole_cubic(f, c)) {
-        return rounded_root(low, high, [&c](std::int64_t n) {
-            const Fixed value = ((c[3] * n + (c[2] << 53U)) * n + (c[1] << 106U)) * n + (c[0] << 159U);
-            return value.sign();
-        });
-    }
-    const std::array<PolynomialVector, 4> grid = on_grid(f.copy());
-    const Polynomial volume = f.edges ? dot(grid[2] - grid[0], cross(grid[1] - grid[0], grid[3] - grid[2]))
-                                      : dot(grid[0] - grid[1], cross(grid[2] - grid[1], grid[3] - grid[1]));
-    return rounded_root(low, high, [&volume](std::int64_t n) { return sign_at(volume, {Big(n), 53}); });
-}
-
-/// The exact answer for features that `look` saw something of.
-std::optional<double> exact_time(const Features& f, const Sight& sight) {
-    if (sight.verdict == Sight::Verdict::hit) return time_of_root(f, sight.low, sight.high);
+std::optional<double> exactly(const Features& f) {
     return f.edges ? slow_edge_edge(f.copy()) : slow_vertex_face(f.copy());
 }
 
+/// When features first meet, from `sight` on; nothing, too, when that is not before `known`. in_pair: a vertex and a
+/// face that meet at the same moment as two edges are looked at anyway, and the sets are apart at the start. Edges in
+/// one plane then need no look: they meet first where an end of one arrives at the other.
+std::optional<double> first_moment(const Features& f, Look& look, Sight sight, std::optional<double> known,
+                                   bool in_pair) {
+    using Verdict = Sight::Verdict;
+    for (;; sight = look.next()) {
+        if (sight.verdict == Verdict::apart) return std::nullopt;
+        if (sight.verdict == Verdict::coplanar && in_pair && f.edges) return std::nullopt;
+        if (sight.verdict != Verdict::hit && sight.verdict != Verdict::maybe) {
+            if (known && sight.low >= *known) return std::nullopt;
+            return exactly(f);
+        }
+        if (known && !look.coplanarity().root_is_before(*known, sight)) return std::nullopt;
+        const std::int64_t n = look.coplanarity().rounded_root(sight);
+        if (sight.verdict == Verdict::maybe) {
+            const std::optional<bool> meets = look.coplanarity().meets(n, sight.before, in_pair);
+            if (!meets) return exactly(f);
+            if (!*meets) continue;
+        }
+        return std::ldexp(static_cast<double>(n), -time_bits);
+    }
+}
+
 std::optional<double> time_of(const Features& f) {
-    const Sight sight = look(f);
-    if (sight.verdict == Sight::Verdict::apart) return std::nullopt;
-    return exact_time(f, sight);
+    Look look;
+    look.start(f);
+    const Sight sight = look.next();
+    return first_moment(f, look, sight, std::nullopt, false);
 }
 
 bool swept_boxes_overlap(const MovingTriangle& first, const MovingTriangle& second) {
@@ -804,17 +1119,20 @@ std::optional<FirstMeeting> first_meeting(const MovingTriangle& first, const Mov
         }
     }
     // Only features that may be first are worth an exact time.
+    std::array<Look, 15> looks;
     std::array<Sight, 15> sights;
     double latest = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < count; ++k) {
         if (features[k].sign() != 0) continue;
-        sights[k] = look(features[k]);
+        looks[k].start(features[k]);
+        sights[k] = looks[k].next();
         if (sights[k].verdict == Sight::Verdict::hit) latest = std::min(latest, sights[k].high);
     }
     std::optional<FirstMeeting> best;
     for (std::size_t k = 0; k < count; ++k) {
         if (sights[k].verdict == Sight::Verdict::apart || sights[k].low > latest) continue;
-        const std::optional<double> time = exact_time(features[k], sights[k]);
+        const std::optional<double> known = best ? std::optional(best->time) : std::nullopt;
+        const std::optional<double> time = first_moment(features[k], looks[k], sights[k], known, true);
         if (!time || (best && best->time <= *time)) continue;
         best = FirstMeeting{*time, features[k].edges ? Meeting::edge_edge : Meeting::vertex_face};
         latest = std::min(latest, *time);

@@ -303,7 +303,98 @@ TEST(FirstContact, FastAndIntegerWayAgreeOnDegenerateMotion) {
         if (n % 4 == 0) second[2] = second[1];  // a segment
         if (n % 6 == 0) LatticeMotion::flatten({&first[0], &first[1], &first[2], &second[0], &second[1], &second[2]});
         ASSERT_EQ(first_contact(first, second), oracle_first_contact(first, second)) << n;
+        ASSERT_EQ(first_contact(first[0], second), oracle_first_contact(first[0], second)) << n;
+        const MovingEdge edge{first[0], first[1]};
+        const MovingEdge other{second[0], second[1]};
+        ASSERT_EQ(first_contact(edge, other), oracle_first_contact(edge, other)) << n;
     }
+}
+
+/// A square of 2 × 2 cells with a wall on one side, split along its diagonals.
+std::vector<Corners> walled_grid(double edge, const Vector3& corner) {
+    std::vector<Corners> triangles;
+    const auto node = [&](int i, int j, int k) -> Vector3 { return corner + edge * Vector3(i, j, k); };
+    for (int i = 0; i < 2; ++i) {
+        for (int j = 0; j < 2; ++j) {
+            triangles.push_back({node(i, j, 0), node(i + 1, j, 0), node(i, j + 1, 0)});
+            triangles.push_back({node(i + 1, j, 0), node(i + 1, j + 1, 0), node(i, j + 1, 0)});
+        }
+        triangles.push_back({node(i, 0, 0), node(i + 1, 0, 0), node(i + 1, 0, 1)});
+    }
+    return triangles;
+}
+
+/// Time and kind by the oracle, feature by feature.
+std::optional<FirstMeeting> oracle_meeting(const MovingTriangle& first, const MovingTriangle& second) {
+    if (oracle_intersect({first[0].start, first[1].start, first[2].start},
+                         {second[0].start, second[1].start, second[2].start})) {
+        return FirstMeeting{0.0, Meeting::overlap_at_start};
+    }
+    std::optional<FirstMeeting> meeting;
+    const auto take = [&meeting](std::optional<double> time, Meeting kind) {
+        if (time && (!meeting || *time < meeting->time)) meeting = FirstMeeting{*time, kind};
+    };
+    for (std::size_t i = 0; i < 3; ++i) {
+        take(oracle_first_contact(first[i], second), Meeting::vertex_face);
+        take(oracle_first_contact(second[i], first), Meeting::vertex_face);
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t j = 0; j < 3; ++j) {
+            take(oracle_first_contact(MovingEdge{first[i], first[(i + 1) % 3]},
+                                      MovingEdge{second[j], second[(j + 1) % 3]}),
+                 Meeting::edge_edge);
+        }
+    }
+    return meeting;
+}
+
+TEST(FirstContact, SurfacesThatLandOnEachOtherAgreeWithTheIntegerWay) {
+    struct Landing {
+        double edge;
+        Vector3 corner;
+        Vector3 way;
+        double angle = 0.0;
+    };
+    // Corners on corners, edges along edges, walls in one plane: at the middle of the tick, at its very end, a rounding
+    // error beside each other, sliding; and everything turned or crossing freely.
+    const std::vector<Landing> landings{
+        {0.25, {0.25, 0.25, 0.25}, {0, 0, -0.5}},   {0.25, {0.25, 0.0, 0.25}, {0, 0, -0.25}},
+        {0.25, {0.25, 0.125, 0.25}, {0, 0, -0.25}}, {0.1, {0.2, 0.3, 0.03}, {0, 0, -0.07}},
+        {0.1, {0.2, 0.317, 0.03}, {0, 0, -0.07}},   {0.1, {0.7, 0.1, 0.0}, {-0.3, 0, 0}},
+        {0.1, {0.7, 0.117, 0.0}, {-0.3, 0.1, 0}},   {0.125, {0.25, 0.25, 0.25}, {0.125, 0.25, -0.5}},
+        {0.2, {0.13, 0.07, 0.3}, {0, 0, -0.7}, 0.4}};
+    int hits = 0;
+    int vertices = 0;
+    for (std::size_t n = 0; n < landings.size(); ++n) {
+        const Landing& landing = landings[n];
+        const Matrix3 turn = Eigen::AngleAxisd(landing.angle, Vector3(0.3, 0.2, 1.0).normalized()).toRotationMatrix();
+        const double edge = n == 7 ? 0.25 : landing.edge;
+        for (const Corners& moved : walled_grid(landing.edge, landing.corner)) {
+            for (const Corners& at_rest : walled_grid(edge, {0.1 * static_cast<double>(n % 2), 0, 0})) {
+                // The same in units of which one is next to nothing: subnormal numbers, and nearly the largest.
+                for (const double unit : {1.0, 1e-310, 1e-70, 1e120}) {
+                    if (unit != 1.0 && n % 3 != 2) continue;
+                    MovingTriangle first;
+                    MovingTriangle second;
+                    for (std::size_t i = 0; i < 3; ++i) {
+                        first[i] = moving(unit * moved[i], unit * (turn * moved[i] + landing.way));
+                        second[i] = still(unit * at_rest[i]);
+                    }
+                    const std::optional<FirstMeeting> expected = oracle_meeting(first, second);
+                    const std::optional<FirstMeeting> met = first_meeting(first, second);
+                    ASSERT_EQ(met.has_value(), expected.has_value()) << n << ' ' << unit;
+                    if (!met) continue;
+                    ASSERT_EQ(met->time, expected->time) << n << ' ' << unit;
+                    ASSERT_EQ(met->kind, expected->kind) << n << ' ' << unit;
+                    ++hits;
+                    vertices += met->kind == Meeting::vertex_face ? 1 : 0;
+                }
+            }
+        }
+    }
+    EXPECT_GT(hits, 200);
+    EXPECT_GT(vertices, 50);
+    EXPECT_LT(vertices, hits);
 }
 
 TEST(FirstContact, KindTellsVertexFromEdge) {
