@@ -381,12 +381,11 @@ std::uint32_t overlaps(const SixteenBoxes& boxes, const FloatBox& box) {
     const std::size_t lanes = hn::Lanes(d);
     std::uint32_t result = 0;
     for (std::size_t j = 0; j < fan; j += lanes) {
-        auto overlap = hn::And(hn::Le(hn::Load(d, &boxes.low[0][j]), hn::Set(d, box.high[0] + float_slack)),
-                               hn::Ge(hn::Load(d, &boxes.high[0][j]), hn::Set(d, box.low[0] - float_slack)));
+        auto overlap = hn::And(hn::Le(hn::Load(d, &boxes.low[0][j]), hn::Set(d, box.high[0])),
+                               hn::Ge(hn::Load(d, &boxes.high[0][j]), hn::Set(d, box.low[0])));
         for (std::size_t axis = 1; axis < 3; ++axis) {
-            overlap = hn::And(
-                overlap, hn::And(hn::Le(hn::Load(d, &boxes.low[axis][j]), hn::Set(d, box.high[axis] + float_slack)),
-                                 hn::Ge(hn::Load(d, &boxes.high[axis][j]), hn::Set(d, box.low[axis] - float_slack))));
+            overlap = hn::And(overlap, hn::And(hn::Le(hn::Load(d, &boxes.low[axis][j]), hn::Set(d, box.high[axis])),
+                                               hn::Ge(hn::Load(d, &boxes.high[axis][j]), hn::Set(d, box.low[axis]))));
         }
         std::uint8_t bits[8] = {};
         hn::StoreMaskBits(d, overlap, bits);
@@ -398,14 +397,13 @@ std::uint32_t overlaps(const SixteenBoxes& boxes, const FloatBox& box) {
 void rows(const SixteenBoxes& first, std::uint32_t first_mask, const SixteenBoxes& second, SixteenRows& result) {
     const Floats d;
     const std::size_t lanes = hn::Lanes(d);
-    const auto slack = hn::Set(d, float_slack);
     for (std::size_t j = 0; j < fan; j += lanes) {
-        const auto low_x = hn::Sub(hn::Load(d, &second.low[0][j]), slack);
-        const auto low_y = hn::Sub(hn::Load(d, &second.low[1][j]), slack);
-        const auto low_z = hn::Sub(hn::Load(d, &second.low[2][j]), slack);
-        const auto high_x = hn::Add(hn::Load(d, &second.high[0][j]), slack);
-        const auto high_y = hn::Add(hn::Load(d, &second.high[1][j]), slack);
-        const auto high_z = hn::Add(hn::Load(d, &second.high[2][j]), slack);
+        const auto low_x = hn::Load(d, &second.low[0][j]);
+        const auto low_y = hn::Load(d, &second.low[1][j]);
+        const auto low_z = hn::Load(d, &second.low[2][j]);
+        const auto high_x = hn::Load(d, &second.high[0][j]);
+        const auto high_y = hn::Load(d, &second.high[1][j]);
+        const auto high_z = hn::Load(d, &second.high[2][j]);
         for (std::uint32_t rest = first_mask; rest != 0; rest &= rest - 1) {
             const auto i = static_cast<std::size_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(rest));
             const auto x =

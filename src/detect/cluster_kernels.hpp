@@ -29,15 +29,13 @@ struct alignas(64) Extent {
     }
 };
 
-/// How points become floats: (x − origin) · scale. The scale brings everything that is looked at into −1 … 1, so that
-/// each float is within 2^-24 (and a little) of the exact number.
+/// How points become floats: (x − origin) · scale, each operation rounded to nearest, no two of them fused. Each is
+/// monotone, so the whole is: boxes that overlap still do, whatever is lost far from the origin. What does not fit
+/// becomes infinite, never NaN.
 struct FloatFrame {
     std::array<double, 3> origin{0.0, 0.0, 0.0};  ///< m
     double scale = 1.0;                           ///< a power of two, 1/m
 };
-/// Boxes of such floats are held against each other with this slack, which covers the rounding of both and of the
-/// addition: overlapping boxes never look apart.
-inline constexpr float float_slack = 0x1p-22F;
 
 /// A point in a FloatFrame; the fourth number is never looked at.
 struct alignas(16) FloatPoint {
@@ -76,7 +74,7 @@ struct ClusterKernels {
     void (*box_of_places)(const FloatPoint* points, const std::uint16_t* place, Index count, std::size_t i,
                           SixteenBoxes& result);
     void (*boxes_of_triangles)(const FloatPoint* points, const ClusterCorners& corners, SixteenBoxes& result);
-    /// Bit j is set when box j of `boxes` overlaps `box`, or comes within float_slack of it.
+    /// Bit j is set when box j of `boxes` overlaps or touches `box`; a box of NaN overlaps nothing.
     std::uint32_t (*overlaps)(const SixteenBoxes& boxes, const FloatBox& box);
     /// As `overlaps` for each box i of `first` in `first_mask`: bit j of result[i] tells of box j of `second`. The
     /// other results are not set.

@@ -13,10 +13,10 @@
 //   triangles  of clusters whose boxes overlap: candidates are pairs of triangles whose boxes overlap
 //   pairs      the exact test (narrow_phase.hpp); with swept=on also what begins on the way (swept.hpp)     [detect]
 //
-// Nothing is lost on the way: each box encloses what it stands for, cell numbers are monotone (lattice.hpp), boxes in
-// float are compared with a slack that covers their rounding. Pairs of groups of which neither moved are not looked at:
-// their triangle pairs are those of the tick before. With swept=on every box holds both ends of the tick, and all of it
-// is made anew in every tick.
+// Nothing is lost on the way: each box encloses what it stands for, cell numbers (lattice.hpp) and floats
+// (cluster_kernels.hpp) are monotone functions of coordinates, so that what overlaps keeps overlapping. Pairs of groups
+// of which neither moved are not looked at: their triangle pairs are those of the tick before. With swept=on every box
+// holds both ends of the tick, and all of it is made anew in every tick.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -81,6 +81,15 @@ struct Region {
 struct RegionPair {
     Index first = -1;
     Index second = -1;
+};
+
+/// A region by its longest edge, m.
+struct Sized {
+    double size = 0.0;
+    Index region = -1;
+    bool operator<(const Sized& other) const {
+        return size < other.size || (size == other.size && region < other.region);
+    }
 };
 
 /// Boxes of a region's groups.
@@ -272,6 +281,7 @@ private:
         points_.reserve(std::min<std::size_t>(points, 65536));
         region_pairs_.reserve(2 * regions_.size());
         meetings_.reserve(2 * regions_.size());
+        by_size_.reserve(2 * regions_.size());
         constexpr std::size_t ordinary = 4096;
         map_.reserve(ordinary);
         candidates_.reserve(ordinary);
@@ -282,18 +292,29 @@ private:
         return topology_->bodies[static_cast<std::size_t>(moving.body)].kind;
     }
 
-    /// Cells about as large as regions.
-    void choose_cells(const Frame& frame) {
-        double sum = 0.0;
-        for (const Region& region : regions_) {
-            const Extent& box = extent_of(region);
-            sum += std::max({box.high[0] - box.low[0], box.high[1] - box.low[1], box.high[2] - box.low[2]});
+    /// Cells about as large as the median region, counted from it: a vertex far away makes one region large and none of
+    /// the cells.
+    void choose_cells() {
+        by_size_.clear();
+        for (std::size_t k = 0; k < regions_.size(); ++k) {
+            by_size_.push_back({longest_edge(extent_of(regions_[k])), static_cast<Index>(k)});
         }
-        const double mean = sum / std::max(static_cast<double>(regions_.size()), 1.0);
-        const Vector3 corner =
-            frame.position.cols() > 0 ? Vector3(frame.position.rowwise().minCoeff()) : Vector3::Zero();
-        lattice_.set(mean > 0.0 && std::isfinite(mean) ? mean : 1.0, corner);
         cells_are_set_ = true;
+        if (by_size_.empty()) return;
+        const Sized median = median_size();
+        const Extent& box = extent_of(regions_[static_cast<std::size_t>(median.region)]);
+        lattice_.set(median.size > 0.0 && std::isfinite(median.size) ? median.size : 1.0,
+                     Vector3(box.low[0], box.low[1], box.low[2]));
+    }
+
+    static double longest_edge(const Extent& box) {
+        return std::max({box.high[0] - box.low[0], box.high[1] - box.low[1], box.high[2] - box.low[2]});
+    }
+    /// Of by_size_, which must not be empty.
+    Sized median_size() {
+        const auto middle = by_size_.begin() + static_cast<std::ptrdiff_t>(by_size_.size() / 2);
+        std::nth_element(by_size_.begin(), middle, by_size_.end());
+        return *middle;
     }
 
     // ---- update ----
@@ -323,7 +344,7 @@ private:
             }
         }
         if (!all_finite) return false;
-        if (!cells_are_set_) choose_cells(frame);
+        if (!cells_are_set_) choose_cells();
         for (const MovingBody& moving : bodies_) {
             for (const Index r : moving.boxes->moved_regions()) {
                 enter(regions_[moving.first_region + static_cast<std::size_t>(r)]);
@@ -408,7 +429,7 @@ private:
     /// Of those pairs, the ones whose boxes overlap and of which at least one region moved.
     void find_meetings() {
         meetings_.clear();
-        Extent whole;
+        by_size_.clear();
         for (const RegionPair& pair : region_pairs_) {
             const Region& first = regions_[static_cast<std::size_t>(pair.first)];
             const Region& second = regions_[static_cast<std::size_t>(pair.second)];
@@ -419,31 +440,36 @@ private:
             if (!spend(work_.box_tests, 1)) return;
             if (!extent_of(first).overlaps(extent_of(second))) continue;
             meetings_.push_back(pair);
-            whole.add(extent_of(first));
-            whole.add(extent_of(second));
+            by_size_.push_back(std::min(Sized{longest_edge(extent_of(first)), pair.first},
+                                        Sized{longest_edge(extent_of(second)), pair.second}));
         }
         if (meetings_.empty()) return;
-        choose_floats(whole);
+        choose_floats();
         // Contact wanders; what it left behind must not pile up.
         constexpr std::size_t some = 16;
         if (open_groups_.size() > 2 * std::exchange(groups_asked_, 0) + some) forget_opened();
     }
 
-    /// Floats lie in −1 … 1 and use much of that. What is opened stays valid as long as the old choice will do.
-    void choose_floats(const Extent& whole) {
-        const auto reach = [&whole](const std::array<double, 3>& origin) {
-            double most = 0.0;
-            for (std::size_t k = 0; k < 3; ++k) {
-                most = std::max({most, whole.high[k] - origin[k], origin[k] - whole.low[k]});
-            }
-            return most;
-        };
-        const double now = reach(floats_.origin) * floats_.scale;
-        if (now <= 1.0 && now >= 0.125) return;
-        for (std::size_t k = 0; k < 3; ++k) floats_.origin[k] = 0.5 * whole.low[k] + 0.5 * whole.high[k];
-        const double half = reach(floats_.origin);
-        // One octave of room; powers of two that exist.
-        floats_.scale = half > 0.0 ? std::ldexp(1.0, std::clamp(-std::ilogb(half) - 2, -1070, 1020)) : 1.0;
+    /// Floats tell most apart near their origin, which therefore lies in the median of the regions that meet, of each
+    /// two the smaller one: what a vertex far away makes large does not matter. What is opened stays valid as long as
+    /// the old choice will do.
+    void choose_floats() {
+        const Sized median = median_size();
+        const Extent& box = extent_of(regions_[static_cast<std::size_t>(median.region)]);
+        std::array<double, 3> centre{};
+        double away = 0.0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            centre[k] = 0.5 * box.low[k] + 0.5 * box.high[k];
+            away = std::max(away, std::abs(centre[k] - floats_.origin[k]));
+        }
+        const double length = median.size * floats_.scale;
+        constexpr double near = 64.0;
+        if (away * floats_.scale <= near && length <= near && length >= 1.0 / near) return;
+        // Powers of two that exist.
+        const double scale =
+            median.size > 0.0 ? std::ldexp(1.0, std::clamp(-std::ilogb(median.size), -1020, 1020)) : 1.0;
+        if (floats_.origin == centre && floats_.scale == scale) return;
+        floats_ = {centre, scale};
         forget_opened();
     }
 
@@ -500,11 +526,11 @@ private:
         return true;
     }
 
-    /// Boxes that overlap nothing.
+    /// Boxes that overlap nothing, not even what reaches from one infinity to the other.
     static void empty(SixteenBoxes& boxes) {
         for (std::size_t k = 0; k < 3; ++k) {
-            boxes.low[k].fill(std::numeric_limits<float>::max());
-            boxes.high[k].fill(-std::numeric_limits<float>::max());
+            boxes.low[k].fill(std::numeric_limits<float>::quiet_NaN());
+            boxes.high[k].fill(std::numeric_limits<float>::quiet_NaN());
         }
     }
 
@@ -785,7 +811,8 @@ private:
 
     std::vector<RegionPair> region_pairs_;
     std::vector<RegionPair> meetings_;
-    std::vector<Index> large_;  ///< regions that cover too many cells
+    std::vector<Sized> by_size_;  ///< what a median is taken of
+    std::vector<Index> large_;    ///< regions that cover too many cells
 
     // What is opened, kept from tick to tick where it did not move.
     FloatFrame floats_;
@@ -807,8 +834,8 @@ DetectorEntry ohc_clustered_detector() {
     return {
         .name = "ohc_clustered",
         .configuration =
-            std::string("double precision boxes of vertex blocks, float boxes of triangles compared with a "
-                        "slack; exact triangle test; one thread; vectors: ") +
+            std::string("double precision boxes of vertex blocks, float boxes of triangles; exact triangle test; "
+                        "one thread; vectors: ") +
             cluster_kernels().front().target,
         .own = true,
         .claims_exact = true,

@@ -377,6 +377,39 @@ TEST(OhcClustered, FarAwayTinyAndHugeScenesAreAnswered) {
     }
 }
 
+TEST(OhcClustered, VerticesFarAwayCostWhatTheirOwnTrianglesCost) {
+    World world = make_world("far", {{BodyKind::instrument, shaft(0.002, 0.1, 24, 100).move({0.0, 0.0003, -0.002})},
+                                     {BodyKind::tissue, slab(0.1, 0.01, 60).shake(0.0003, 3)}});
+    const WorkCounters ordinary = answer(world).work;
+    const Topology& topology = world.topology;
+    for (const double far : {1e2, 1e30, -1e300}) {
+        for (const std::vector<std::size_t>& bodies :
+             {std::vector<std::size_t>{1}, std::vector<std::size_t>{0}, std::vector<std::size_t>{0, 1}}) {
+            World broken = world;
+            std::int64_t pairs_of_own = 0;  // of a triangle with such a corner and any triangle of the other body
+            for (const std::size_t body : bodies) {
+                const Index v = topology.bodies[body].vertices.first + 5;
+                broken.frame.position.col(v) = Vector3(far, 0.5 * far, far);
+                const auto own = (topology.triangles.array() == v).colwise().any().count();
+                pairs_of_own += own * topology.bodies[1 - body].triangles.count;
+            }
+            SCOPED_TRACE(far);
+            const ContactSet expected = answer(broken, {}, "brute_force");
+            const auto detector = make_detector("ohc_clustered", {});
+            detector->prepare(topology, world.frame);
+            tick(*detector, world.frame);
+            // From the first frame on, and later.
+            for (const ContactSet& contacts : {answer(broken), tick(*detector, broken.frame)}) {
+                EXPECT_EQ(contacts.pairs, expected.pairs);
+                EXPECT_LE(contacts.work.triangle_tests, ordinary.triangle_tests + pairs_of_own);
+                // Boxes come in sixteens.
+                EXPECT_LE(contacts.work.box_tests, 2 * ordinary.box_tests + fan * pairs_of_own);
+                EXPECT_LE(contacts.work.cells_visited, 2 * ordinary.cells_visited);
+            }
+        }
+    }
+}
+
 TEST(OhcClustered, WhatBeginsBetweenFramesIsToldInEveryTick) {
     for (const char* order : {"given", "local"}) {
         World world = make_world("run", {{BodyKind::instrument, shaft(0.004, 0.1, 12, 30).move({0.0, 0.0, 0.004})},
