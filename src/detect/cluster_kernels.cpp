@@ -246,14 +246,19 @@ void to_floats(const double* position, const Index* number, Index count, const F
     auto low = rounded(load_last(point_of(number[last])));
     auto high = low;
     hn::Store(low, floats, result[last].x.data());
-    constexpr Index ahead = 16;
-    for (Index k = 0; k < last; ++k) {
-        hwy::Prefetch(point_of(number[std::min(k + ahead, last)]));
+    const auto take = [&](Index k) {
         const auto point = rounded(hn::LoadU(d, point_of(number[k])));
         low = hn::Min(low, point);
         high = hn::Max(high, point);
         hn::Store(point, floats, result[k].x.data());
+    };
+    constexpr Index ahead = 16;
+    Index k = 0;
+    for (; k < last - ahead; ++k) {
+        hwy::Prefetch(point_of(number[k + ahead]));
+        take(k);
     }
+    for (; k < last; ++k) take(k);
     alignas(16) float corners[8];
     hn::Store(low, floats, corners);
     hn::Store(high, floats, corners + 4);
