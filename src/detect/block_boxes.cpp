@@ -72,12 +72,14 @@ bool BlockBoxes::box_block(const double* position, Index block, Extent& box) con
                                 clusters_.vertices.count - begin, box);
 }
 
-bool BlockBoxes::read_moved(const Frame& frame, std::span<const Range> ranges, std::int64_t now) {
+std::int64_t BlockBoxes::ask(std::span<const Range> ranges, std::int64_t now) {
     asked_.clear();
-    const auto ask = [this, now](Index block) {
-        if (asked_at_[static_cast<std::size_t>(block)] == now) return;
-        asked_at_[static_cast<std::size_t>(block)] = now;
+    std::int64_t vertices = 0;
+    const auto ask = [this, now, &vertices](Index block) {
+        const auto b = static_cast<std::size_t>(block);
+        if (std::exchange(asked_at_[b], now) == now) return;
         asked_.push_back(block);
+        vertices += clusters_.block_begin[b + 1] - clusters_.block_begin[b];
     };
     const Range& own = clusters_.vertices;
     for (const Range& range : ranges) {
@@ -91,6 +93,10 @@ bool BlockBoxes::read_moved(const Frame& frame, std::span<const Range> ranges, s
             for (Index v = first; v < end; ++v) ask(clusters_.block_of[static_cast<std::size_t>(v)]);
         }
     }
+    return vertices;
+}
+
+bool BlockBoxes::read_asked(const Frame& frame, std::int64_t now) {
     bool finite = true;
     for (const Index block : asked_) finite &= read_block(frame, block, now);
     return finish(finite, now);

@@ -12,7 +12,7 @@
 
 namespace trocar {
 
-/// Boxes of one body. Times are counted in calls of read_all and read_moved, as the caller numbers them.
+/// Boxes of one body. Times are counted in reads, as the caller numbers them.
 class BlockBoxes {
 public:
     BlockBoxes(const ClusteredBody& clusters, const ClusterKernels& kernels);
@@ -21,8 +21,10 @@ public:
     bool read_all(const Frame& frame, std::int64_t now);
     /// Looks at all vertices and counts all as moved. `way`: boxes hold them at the frame before too, which is finite.
     bool read_swept(const Frame& frame, bool way, std::int64_t now);
-    /// Looks at the vertices in `ranges` (of the frame), all others are as they were.
-    bool read_moved(const Frame& frame, std::span<const Range> ranges, std::int64_t now);
+    /// Which blocks hold vertices of `ranges` (of the frame): how many vertices read_asked will look at.
+    std::int64_t ask(std::span<const Range> ranges, std::int64_t now);
+    /// Looks at those blocks, all others are as they were.
+    bool read_asked(const Frame& frame, std::int64_t now);
 
     [[nodiscard]] const Extent& block(Index block) const { return block_[static_cast<std::size_t>(block)]; }
     /// Box around the blocks of a region.

@@ -159,7 +159,7 @@ public:
         if (ready_) {
             way_ = settings_.swept && has_way(*topology_, frame);
             const bool whole = !known_ || !frame.moved || settings_.swept;
-            const std::int64_t vertices = whole ? topology_->vertex_count : moved_vertices(*frame.moved);
+            const std::int64_t vertices = whole ? topology_->vertex_count : ask(*frame.moved);
             if (spend(work_.vertices_read, way_ ? 2 * vertices : vertices)) {
                 answerable_ = read(frame, whole);
                 known_ = answerable_;
@@ -285,6 +285,7 @@ private:
         constexpr std::size_t ordinary = 4096;
         map_.reserve(ordinary);
         candidates_.reserve(ordinary);
+        unused_moved_.reserve(unused_vertices_.empty() ? 0 : ordinary);
         sorting_.reserve(ordinary);
         last_pairs_.reserve(ordinary);
     }
@@ -319,10 +320,21 @@ private:
 
     // ---- update ----
 
-    static std::int64_t moved_vertices(const std::vector<Range>& ranges) {
-        std::int64_t sum = 0;
-        for (const Range& range : ranges) sum += range.count;
-        return sum;
+    /// How many vertices `read` will look at when these moved: blocks are read as a whole.
+    std::int64_t ask(const std::vector<Range>& ranges) {
+        unused_moved_.clear();
+        std::int64_t vertices = 0;
+        for (const Range& unused : unused_vertices_) {
+            for (const Range& range : ranges) {
+                const Index first = std::max(range.first, unused.first);
+                const Index end = std::min(range.end(), unused.end());
+                if (first >= end) continue;
+                unused_moved_.push_back({first, end - first});
+                vertices += end - first;
+            }
+        }
+        for (const MovingBody& moving : bodies_) vertices += moving.boxes->ask(ranges, now_ + 1);
+        return vertices;
     }
 
     static bool finite(const Frame& frame, Range range) {
@@ -333,14 +345,14 @@ private:
     bool read(const Frame& frame, bool whole) {
         ++now_;
         bool all_finite = true;
-        for (const Range& range : unused_vertices_) all_finite &= finite(frame, range);
+        for (const Range& range : whole ? unused_vertices_ : unused_moved_) all_finite &= finite(frame, range);
         for (const MovingBody& moving : bodies_) {
             if (settings_.swept) {
                 all_finite &= moving.boxes->read_swept(frame, way_, now_);
             } else if (whole) {
                 all_finite &= moving.boxes->read_all(frame, now_);
             } else {
-                all_finite &= moving.boxes->read_moved(frame, *frame.moved, now_);
+                all_finite &= moving.boxes->read_asked(frame, now_);
             }
         }
         if (!all_finite) return false;
@@ -793,6 +805,7 @@ private:
     std::vector<Index> owner_of_body_;      ///< number in bodies_, -1 if none
     std::vector<Index> place_of_triangle_;  ///< in its body's clusters
     std::vector<Range> unused_vertices_;    ///< of bodies that take no part
+    std::vector<Range> unused_moved_;       ///< of those, what moved
     std::vector<Region> regions_;
     Lattice lattice_;
     CellMap map_;

@@ -7,6 +7,8 @@
 #include <map>
 #include <numeric>
 #include <random>
+#include <set>
+#include <string>
 
 #include "detect/cluster_kernels.hpp"
 #include "detect/clusters.hpp"
@@ -262,12 +264,40 @@ TEST(OhcClustered, WhatRestsCostsALookAndNoMore) {
         const ContactSet rested = tick(*detector, world.frame);
         EXPECT_EQ(rested.pairs, expected);
         EXPECT_EQ(rested.work.work(), 0);
-        // Told of a range that stayed after all.
-        world.frame.moved = std::vector<Range>{{world.topology.bodies[1].vertices.first, 20}};
+        // Told of a range that stayed after all: the blocks that hold it are looked at as a whole.
+        const BodyRange& range = world.topology.bodies[1];
+        world.frame.moved = std::vector<Range>{{range.vertices.first, 20}};
         const ContactSet looked = tick(*detector, world.frame);
         EXPECT_EQ(looked.pairs, expected);
-        EXPECT_EQ(looked.work.work(), 20);
+        const bool given = std::string(order) == "given";
+        const ClusteredBody body =
+            cluster_body(world.topology, world.frame, range, given ? ClusterOrder::given : ClusterOrder::local);
+        const std::set<Index> blocks(body.block_of.begin(), body.block_of.begin() + 20);
+        const auto in_blocks =
+            std::count_if(body.block_of.begin(), body.block_of.end(), [&](Index b) { return blocks.count(b) > 0; });
+        EXPECT_EQ(looked.work.work(), in_blocks);
     }
+}
+
+TEST(OhcClustered, BodiesThatTakeNoPartAreLookedAtWhereTheyMoved) {
+    World world = make_world("idle", {{BodyKind::instrument, shaft(0.004, 0.1, 12, 30).move({0.0, 0.0, -0.004})},
+                                      {BodyKind::rigid, shaft(0.02, 0.02, 12, 8).move({3.0, 0.0, 0.0})},
+                                      {BodyKind::tissue, slab(0.1, 0.01, 30).shake(0.0003, 3)}});
+    world.topology.body_pairs = {{0, 2}};
+    const Range idle = world.topology.bodies[1].vertices;
+    const auto detector = make_detector("ohc_clustered", {});
+    detector->prepare(world.topology, world.frame);
+    const auto expected = answer(world, {}, "brute_force").pairs;
+    ASSERT_GT(expected.size(), 20U);
+    tick(*detector, world.frame);
+    world.frame.moved = std::vector<Range>{};
+    EXPECT_EQ(tick(*detector, world.frame).work.work(), 0);
+    world.frame.moved = std::vector<Range>{{idle.first + 3, 7}};
+    const ContactSet looked = tick(*detector, world.frame);
+    EXPECT_EQ(looked.pairs, expected);
+    EXPECT_EQ(looked.work.work(), 7);
+    world.frame.position(1, idle.first + 4) = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(tick(*detector, world.frame).outcome.kind, OutcomeKind::not_finite);
 }
 
 TEST(OhcClustered, BodiesThatRestOrAreFarAwayAddNothingButTheLook) {
