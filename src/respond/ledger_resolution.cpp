@@ -95,13 +95,13 @@ void LedgerResolution::prepare(const Topology& topology) {
 }
 
 void LedgerResolution::respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts,
-                               Effect& effect) {
+                               const SqueezedTissue& squeezed, Effect& effect) {
     for (const Penetration& p : ledger_.penetrations()) inside_[at(p.vertex)] = 0;
     ledger_.update(*state.topology, state.surface, frame, contacts);
     for (Penetration& p : ledger_.penetrations()) {
         inside_[at(p.vertex)] = 1;
         if (p.ruptured || follows_any(state, p)) continue;
-        if (gives_up(state, frame, p)) {
+        if (gives_up(state, frame, squeezed, p)) {
             p.ruptured = true;
             ++effect.ruptures;
             continue;
@@ -115,8 +115,10 @@ bool LedgerResolution::knows_corner(const Topology& topology, Index triangle) co
     return inside_[at(corner[0])] != 0 || inside_[at(corner[1])] != 0 || inside_[at(corner[2])] != 0;
 }
 
-/// Rupture: too deep, too old, or not getting better although the tissue around the anchor is at its strain limit.
-bool LedgerResolution::gives_up(const ThesisState& state, const Frame& frame, Penetration& p) {
+/// Rupture: too deep, too old, or not getting better although the tissue around the anchor is at its strain limit
+/// or squeezed.
+bool LedgerResolution::gives_up(const ThesisState& state, const Frame& frame, const SqueezedTissue& squeezed,
+                                Penetration& p) {
     constexpr double clear = 1e-4;       // m
     constexpr double longest_age = 2.0;  // s
     constexpr double stall_time = 0.1;   // s
@@ -132,7 +134,8 @@ bool LedgerResolution::gives_up(const ThesisState& state, const Frame& frame, Pe
     if (p.depth < p.least_depth * (1.0 - 1e-3)) {
         p.least_depth = p.depth;
         p.stalled = 0;
-    } else if (strain_at(state, frame, p.triangle) > 0.95 * state.materials->strain_limit) {
+    } else if (squeezed.holds(*state.topology, p.triangle) ||
+               strain_at(state, frame, p.triangle) > 0.95 * state.materials->strain_limit) {
         ++p.stalled;
     }
     return static_cast<double>(p.stalled) * state.dt > stall_time;

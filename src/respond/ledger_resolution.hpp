@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "respond/crossing_ledger.hpp"
+#include "respond/squeezed_tissue.hpp"
 #include "respond/thesis_state.hpp"
 
 namespace trocar {
@@ -13,13 +14,15 @@ namespace trocar {
 class LedgerResolution {
 public:
     void prepare(const Topology& topology);
-    void respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts, Effect& effect);
+    void respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts,
+                 const SqueezedTissue& squeezed, Effect& effect);
     [[nodiscard]] const std::vector<Penetration>& penetrations() const { return ledger_.penetrations(); }
     /// True when the ledger knows of a corner of this triangle which way is out.
     [[nodiscard]] bool knows_corner(const Topology& topology, Index triangle) const;
 
 private:
-    [[nodiscard]] static bool gives_up(const ThesisState& state, const Frame& frame, Penetration& p);
+    [[nodiscard]] static bool gives_up(const ThesisState& state, const Frame& frame, const SqueezedTissue& squeezed,
+                                       Penetration& p);
 
     CrossingLedger ledger_;
     std::vector<std::uint8_t> inside_;  ///< N; 1 = in the ledger

@@ -10,6 +10,7 @@
 //   §3.4.5     back_projection        resolution=back_projection, n_back, l_max
 //   §5         contact_reduction      reduction
 //   §9.2       ledger_resolution      resolution=ledger, settle_time, slip_damping, d_max
+//   §9.2       squeezed_tissue        squeeze
 //   §10        grasp                  grasp, grasp_k, grasp_slip
 //   §8         show_tip_forces        tip and the device's parameters
 #include <algorithm>
@@ -25,6 +26,7 @@
 #include "respond/held_contacts.hpp"
 #include "respond/ledger_resolution.hpp"
 #include "respond/rigid_contacts.hpp"
+#include "respond/squeezed_tissue.hpp"
 #include "respond/thesis_settings.hpp"
 #include "respond/thesis_state.hpp"
 #include "respond/tip_proxy.hpp"
@@ -45,6 +47,7 @@ public:
         moment_.assign(at(topology.body_count()), {});
         reduction_.prepare(topology);
         held_.prepare();
+        squeezed_.prepare(topology);
         rigid_.prepare(topology);
         proxies_.prepare(topology, materials, TipProxies::default_radius);
         if (state_.has_tissue && settings().resolution == Resolution::ledger) ledger_.prepare(topology);
@@ -58,7 +61,7 @@ public:
         effect.contacts_explicit = settings().contacts_explicit;
         state_.begin(frame, dt);
         if (state_.grasps()) hold_grasped(frame, contacts, effect);
-        if (by_ledger()) ledger_.respond(state_, frame, contacts, effect);
+        if (by_ledger()) ledger_.respond(state_, frame, contacts, squeezed_, effect);
         if (settings().tip_proxy) respond_to_tips(frame, effect);
         for (const Contact& contact : contacts.contacts) respond_to(frame, contact, effect);
         if (settings().reduce) respond_to_reduced(frame, effect);
@@ -67,6 +70,7 @@ public:
         };
         rigid_.respond(state_, frame, beside_tip, effect);
         if (state_.has_tissue && settings().constrain) held_.keep_resting(state_, frame, effect);
+        if (state_.has_tissue && settings().share_squeeze) squeezed_.share(state_, contacts, effect);
         if (state_.has_tissue && settings().resolution == Resolution::back_projection) {
             back_projection_.respond(state_, frame, effect);
         }
@@ -305,6 +309,10 @@ private:
         const double on_tissue = tissue_b ? materials_->triangle_stiffness[at(contact.b)] : 0.0;
         const double k = state_.stiffness(body_a, body_b, on_tissue, contact.vertex_b);
         if (tissue_a && tissue_b) {
+            // Of two tissues, either may have a corner that has crossed the other.
+            if (by_ledger() &&
+                (ledger_.knows_corner(*topology_, contact.a) || ledger_.knows_corner(*topology_, contact.b)))
+                return;
             bounce(frame, direction, b, a, depth, k, effect);
             return;
         }
@@ -506,6 +514,7 @@ private:
     ContactReduction reduction_;
     RigidContacts rigid_;
     HeldContacts held_;
+    SqueezedTissue squeezed_;
     LedgerResolution ledger_;
     BackProjection back_projection_;
     std::vector<RestingTouch> touches_;

@@ -62,6 +62,9 @@ std::vector<Parameter> thesis_parameters() {
         number("rigid_settle", "s", "0.0025", 1e-4, 10.0, "time constant in which rigid=hold stops the hand's device"),
         choice("projection", {"place", "hold"},
                "tissue vertex in a face: put on the face (faithful, 3.8), or held by a stiff contact (corrected)"),
+        choice("squeeze", {"hold", "share"},
+               "with projection=hold, tissue between bodies that overlap each other and that no hand leads: held hard "
+               "by each (faithful holds nothing), or both give way alike, with the pair's k (corrected)"),
         choice(
             "path", {"absolute", "relative"},
             "contact position with projection=place: the vertex' own path (faithful), or as seen from the face, else "
@@ -124,6 +127,7 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.hold_rigid = values.is("rigid", "hold");
     s.rigid_patch = s.hold_rigid || on("rigid", "patch");
     s.constrain = on("projection", "hold");
+    s.share_squeeze = s.constrain && on("squeeze", "share");
     s.relative_path = on("path", "relative");
     s.impulse_reaction = on("reaction", "impulse");
     s.all_rigid_cases = on("rigid_tissue", "all");

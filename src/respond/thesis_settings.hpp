@@ -27,6 +27,7 @@ struct ThesisSettings {
     bool rigid_patch = false;       ///< between what does not deform: one contact per patch; false: each its own
     bool hold_rigid = false;        ///< with rigid_patch, where a hand yields: stiff; false: the pair's k
     bool constrain = false;         ///< tissue in an instrument or bone: held by a stiff contact; false: placed (3.8)
+    bool share_squeeze = false;     ///< tissue between bodies that overlap: both give way; false: held hard by both
     bool relative_path = false;     ///< 3.7: path seen from the face, else closest point; false: absolute path
     bool impulse_reaction = false;  ///< reaction of placed tissue from momentum; false: equilibrium of A2
     bool all_rigid_cases = false;   ///< R2T also where the bone enters the tissue

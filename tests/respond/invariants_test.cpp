@@ -468,6 +468,26 @@ double pressed_on_bone(const std::string& method) {
     return loop.effect.tip_force[0].norm();
 }
 
+/// Largest force on a shaft that presses a sheet 4 mm into a bone's point, N.
+double squeezed_force(const std::string& method) {
+    Mesh spike = make_shaft(0.004, 0.06, 8, 0.01);
+    for (Vector3& point : spike.points) point = Vector3(point.x(), -point.y(), -0.001 - point.z());
+    ClosedLoop loop(
+        {LoopBody{.name = "tool",
+                  .kind = BodyKind::instrument,
+                  .mesh = make_shaft(0.004, 0.06, 8, 0.002),
+                  .offset = [](double t) { return Vector3(0.0011, 0.0007, 0.002 - 0.1 * std::min(t, 0.07)); }},
+         LoopBody{.name = "spike", .mesh = spike},
+         LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(10, 0.005)}},
+        method);
+    double largest = 0.0;
+    for (int tick = 0; tick < 100; ++tick) {
+        EXPECT_TRUE(loop.step()) << loop.outcome.message;
+        largest = std::max(largest, loop.tool_force(0).norm());
+    }
+    return largest;
+}
+
 struct Switch {
     std::string name;
     std::string base;     ///< method without the switch
@@ -578,6 +598,8 @@ std::vector<Switch> switches() {
         {"rigid", "thesis:profile=corrected", "hold", "stiffness that meets a hand", rigid_stiffness_met},
         {"rigid_settle", "thesis:profile=corrected,rigid=hold", "0.01", "stiffness that meets a hand",
          rigid_stiffness_met},
+        {"squeeze", "thesis:profile=corrected", "hold", "force of a tool that presses tissue into a bone's point",
+         squeezed_force},
         {"d_max", "thesis:profile=corrected", "0.0001", "the tissue after a fast stab that counts as too deep",
          stabbed(30, tissue_height)},
         {"slip_damping", "thesis:profile=corrected", "0", "the tissue after a stab", stabbed(30, tissue_height)},

@@ -158,7 +158,9 @@ struct SceneResult {
     double residual = 0.0;  ///< m, from 200 ms after the last key on
     double worst = 0.0;     ///< m
     std::int64_t ruptures = 0;
-    double force = 0.0;  ///< N, mean over the last 50 ticks
+    double force = 0.0;          ///< N, mean over the last 50 ticks
+    double largest_force = 0.0;  ///< N
+    double largest_jump = 0.0;   ///< N, of the tool force from one tick to the next
     Outcome outcome;
 };
 
@@ -186,6 +188,11 @@ const SceneResult& run_scene(const std::string& name, const std::string& respons
         result.ruptures += row.ruptures;
         result.worst = std::fmax(result.worst, row.max_depth);
         if (row.time >= last + 0.2) result.residual = std::fmax(result.residual, row.max_depth);
+    }
+    for (std::size_t i = 1; i < record.rows.size(); ++i) {
+        const Vector3& force = record.rows[i].tool_force;
+        result.largest_force = std::max(result.largest_force, force.norm());
+        result.largest_jump = std::max(result.largest_jump, (force - record.rows[i - 1].tool_force).norm());
     }
     for (std::size_t i = record.rows.size() - 50; i < record.rows.size(); ++i) {
         result.force += record.rows[i].tool_force.norm() / 50.0;
@@ -225,6 +232,19 @@ TEST(StabScenes, SpikeAndClosedOrganAreNeverDeepInCorrectedAndAreInFaithful) {
         EXPECT_LT(run_scene(name, "thesis:profile=corrected").worst, 1.5e-4) << name;
         EXPECT_GT(run_scene(name, "thesis").worst, 5e-4) << name;
     }
+}
+
+TEST(PressedScenes, TissueBetweenToolAndSpikeThatOverlapTearsInsteadOfPressingWithoutBound) {
+    // The tool's own overlap with the spike gives k d = 4.5 N at most; stiff contacts that contradict each other k d =
+    // 150 N apiece. Nothing is left when the tool has gone.
+    const SceneResult& shared = run_scene("r2t_squeeze", "thesis:profile=corrected");
+    const SceneResult& held = run_scene("r2t_squeeze", "thesis:profile=corrected,squeeze=hold");
+    ASSERT_TRUE(shared.outcome.ok()) << shared.outcome.message;
+    EXPECT_GT(shared.ruptures, 0);
+    EXPECT_LE(shared.residual, 1e-4);
+    EXPECT_LT(shared.largest_force, 10.0);
+    EXPECT_LT(shared.largest_jump, 5.0);
+    EXPECT_GT(held.largest_force, 50.0);
 }
 
 TEST(IndentScenes, ForceConvergesUnderRefinementInCorrected) {
