@@ -23,6 +23,7 @@
 #include "geometry/mesh_text.hpp"
 #include "measure/pair_truth.hpp"
 #include "method/registry.hpp"
+#include "scene/mesh_pair.hpp"
 
 namespace trocar::app {
 namespace {
@@ -67,28 +68,6 @@ Mesh posed_mesh(const std::filesystem::path& file, const std::string& letter, co
     return mesh;
 }
 
-/// The two meshes as bodies a and b, tested against each other whatever they are.
-struct Question {
-    Topology topology;
-    Frame frame;
-};
-
-Question make_question(const Mesh& a, const Mesh& b) {
-    const auto body = [](const char* name, const Mesh& mesh) {
-        return Body{.name = name,
-                    .kind = BodyKind::rigid,
-                    .vertex_count = static_cast<Index>(mesh.vertices.cols()),
-                    .triangles = mesh.triangles};
-    };
-    Question question;
-    question.topology = make_topology({body("a", a), body("b", b)}, {{0, 1}});
-    question.frame.position.resize(3, a.vertices.cols() + b.vertices.cols());
-    question.frame.position << a.vertices, b.vertices;
-    question.frame.previous = question.frame.position;
-    question.frame.velocity.setZero(3, question.frame.position.cols());
-    return question;
-}
-
 /// What one detector said, and how it ended.
 struct Answer {
     std::string name = {};
@@ -102,7 +81,7 @@ struct Answer {
 };
 
 /// One tick after prepare, as bytes: this runs in the child.
-std::string answer_bytes(const MethodSpec& method, const Question& question) {
+std::string answer_bytes(const MethodSpec& method, const MeshPair& question) {
     using Clock = std::chrono::steady_clock;
     ContactSet contacts;
     std::int64_t update_ns = -1;
@@ -140,7 +119,7 @@ std::string answer_bytes(const MethodSpec& method, const Question& question) {
     return bytes;
 }
 
-Answer ask(const MethodSpec& method, const Question& question, double time_limit_s) {
+Answer ask(const MethodSpec& method, const MeshPair& question, double time_limit_s) {
     const DetectorEntry& entry = registry().detector(method.name);
     // Checks the values here, where bad input ends the program.
     [[maybe_unused]] const ParameterValues checked(entry.name, entry.parameters, method.parameters);
@@ -170,7 +149,7 @@ Answer ask(const MethodSpec& method, const Question& question, double time_limit
 }
 
 /// All pairs that anybody reported and that only touch, sorted; each is classified once.
-std::vector<TrianglePair> touching(const Question& question, const std::vector<Answer>& answers,
+std::vector<TrianglePair> touching(const MeshPair& question, const std::vector<Answer>& answers,
                                    const std::vector<TrianglePair>& truth) {
     std::vector<TrianglePair> reported = truth;
     for (const Answer& answer : answers) reported.insert(reported.end(), answer.pairs.begin(), answer.pairs.end());
@@ -293,7 +272,7 @@ int detect(const CommonOptions& common, const DetectOptions& options) {
     }
     const Mesh a = posed_mesh(options.file_a, "a", options.pose_a, options.scale_a);
     const Mesh b = posed_mesh(options.file_b, "b", options.pose_b, options.scale_b);
-    const Question question = make_question(a, b);
+    const MeshPair question = make_mesh_pair(a, b);
     if (options.write_posed) write_posed(*options.write_posed, a, b);
 
     Verdict verdict{.answers = {}, .truth = {}, .touch = {}, .first_of_b = question.topology.bodies[1].triangles.first};

@@ -37,7 +37,11 @@ std::vector<PlannedRun> completed_plan(const Study& study, const CommonOptions& 
         if (file.empty()) continue;
         auto known = facts.find(file);
         if (known == facts.end()) {
-            known = facts.emplace(file, read_scene_facts(study.file.parent_path() / file, common.data)).first;
+            const std::filesystem::path folder = study.file.parent_path();
+            known = facts
+                        .emplace(file, is_mesh_case(run.spec) ? read_case_facts(folder, run.spec, common.data)
+                                                              : read_scene_facts(folder / file, common.data))
+                        .first;
         }
         complete_run(known->second, run);
     }
@@ -54,16 +58,23 @@ int child(const Study& study, const CommonOptions& common, const StudyOptions& o
                          std::to_string(*options.child_run));
     }
     PlannedRun& run = plan[static_cast<std::size_t>(*options.child_run)];
-    const Scene scene = read_scene(study.file.parent_path() / run.spec.scene_file, common.data);
-    complete_run(facts_of(scene), run);
-    Record record = make_run(scene, run.spec);
+    const std::filesystem::path folder = study.file.parent_path();
+    Record record;
+    if (is_mesh_case(run.spec)) {
+        complete_run(read_case_facts(folder, run.spec, common.data), run);
+        record = make_mesh_case_run(folder, run.spec, common.data);
+    } else {
+        const Scene scene = read_scene(folder / run.spec.scene_file, common.data);
+        complete_run(facts_of(scene), run);
+        record = make_run(scene, run.spec);
+    }
     for (const auto& [key, value] : method_facts(study, run)) record.environment[key] = value;
     // The report reads these from the summary; their single ticks would only make the records too large to publish.
-    if (run.spec.mode == "work_precision" || run.spec.mode == "ablation" || run.spec.mode == "paced")
-        record.rows.clear();
+    const std::string& mode = run.spec.mode;
+    if (mode != "replay" && mode != "closed_loop" && mode != "triangle_pair") record.rows.clear();
     // Of a closed loop's ticks those are kept on which truth was computed, and those on which something went wrong; the
     // summary has been taken from all.
-    if (run.spec.mode == "closed_loop") {
+    if (mode == "closed_loop") {
         std::erase_if(record.rows, [](const StepRow& row) {
             return row.true_pairs < 0 && row.outcome == OutcomeKind::ok && !row.truncated;
         });

@@ -1,11 +1,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
-#include <cmath>
-#include <cstdlib>
-#include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -17,93 +12,10 @@
 #include "geometry/crossing.hpp"
 #include "geometry/exact.hpp"
 #include "geometry/input_error.hpp"
+#include "geometry/pair_file.hpp"
 
 namespace trocar::app {
 namespace {
-
-constexpr std::array<PairClass, 6> all_classes{PairClass::disjoint,    PairClass::touch_vertex,
-                                               PairClass::touch_edge,  PairClass::coplanar_overlap,
-                                               PairClass::transversal, PairClass::degenerate};
-
-struct PairLine {
-    std::size_t number = 0;  ///< of the line in the file, from 1
-    Corners first;
-    Corners second;
-    std::optional<bool> truth;
-    std::optional<PairClass> pair_class;
-};
-
-std::vector<std::string_view> words_of(std::string_view line) {
-    constexpr std::string_view blanks = " \t\r\v\f";
-    std::vector<std::string_view> words;
-    for (std::size_t begin = line.find_first_not_of(blanks); begin != std::string_view::npos;) {
-        const std::size_t end = std::min(line.find_first_of(blanks, begin), line.size());
-        words.push_back(line.substr(begin, end - begin));
-        begin = line.find_first_not_of(blanks, end);
-    }
-    return words;
-}
-
-/// The double nearest to the decimal number `word`; nothing if it is not a number or not finite.
-std::optional<double> finite_number(std::string_view word) {
-    if (word.starts_with('+')) word.remove_prefix(1);
-    double value = 0.0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (end != word.data() + word.size() || word.empty()) return std::nullopt;
-    // Out of range is too large, or so small that it rounds to 0 or to a subnormal number.
-    if (error == std::errc::result_out_of_range) value = std::strtod(std::string(word).c_str(), nullptr);
-    if ((error != std::errc{} && error != std::errc::result_out_of_range) || !std::isfinite(value)) return std::nullopt;
-    return value;
-}
-
-std::string in_quotes(std::string_view word) { return "'" + std::string(word.substr(0, 40)) + "'"; }
-
-PairLine parse_line(const std::string& file, std::size_t number, const std::vector<std::string_view>& words) {
-    const std::string where = "line " + std::to_string(number);
-    if (words.size() < 18 || words.size() > 20) {
-        throw InputError(file, where, "18 numbers, then optionally truth and class",
-                         std::to_string(words.size()) + (words.size() == 1 ? " word" : " words"));
-    }
-    PairLine line;
-    line.number = number;
-    for (std::size_t i = 0; i < 18; ++i) {
-        const std::optional<double> value = finite_number(words[i]);
-        if (!value)
-            throw InputError(file, where, "a finite number as word " + std::to_string(i + 1), in_quotes(words[i]));
-        (i < 9 ? line.first : line.second)[i % 9 / 3][static_cast<Eigen::Index>(i % 3)] = *value;
-    }
-    if (words.size() > 18) {
-        if (words[18] != "0" && words[18] != "1")
-            throw InputError(file, where, "0 or 1 as truth", in_quotes(words[18]));
-        line.truth = words[18] == "1";
-    }
-    if (words.size() > 19) {
-        const auto found = std::find_if(all_classes.begin(), all_classes.end(),
-                                        [&](PairClass pair_class) { return name_of(pair_class) == words[19]; });
-        if (found == all_classes.end()) {
-            throw InputError(file, where,
-                             "one of disjoint, touch-vertex, touch-edge, coplanar-overlap, transversal, degenerate",
-                             in_quotes(words[19]));
-        }
-        line.pair_class = *found;
-    }
-    return line;
-}
-
-std::vector<PairLine> read_pairs(const std::filesystem::path& path) {
-    const std::string file = path.string();
-    std::ifstream stream(path);
-    if (!stream || std::filesystem::is_directory(path)) {
-        throw InputError(file, "", "a readable text file", std::filesystem::exists(path) ? "none" : "no such file");
-    }
-    std::vector<PairLine> lines;
-    std::string text;
-    for (std::size_t number = 1; std::getline(stream, text); ++number) {
-        const std::vector<std::string_view> words = words_of(text);
-        if (!words.empty()) lines.push_back(parse_line(file, number, words));
-    }
-    return lines;
-}
 
 /// Verdicts against truth for the pairs of one class.
 struct Confusion {
@@ -121,13 +33,13 @@ struct Confusion {
 /// One row per class in the order of the classes, then pairs with truth but no class; only rows that have pairs.
 std::vector<Confusion> confusion_table(const std::vector<PairLine>& lines, const std::vector<bool>& verdicts) {
     std::vector<Confusion> rows;
-    rows.reserve(all_classes.size() + 1);
-    for (const PairClass pair_class : all_classes) rows.push_back({.name = name_of(pair_class)});
+    rows.reserve(all_pair_classes.size() + 1);
+    for (const PairClass pair_class : all_pair_classes) rows.push_back({.name = name_of(pair_class)});
     rows.push_back({.name = "no-class"});
     for (std::size_t i = 0; i < lines.size(); ++i) {
         if (!lines[i].truth) continue;
         const std::size_t row =
-            lines[i].pair_class ? static_cast<std::size_t>(*lines[i].pair_class) : all_classes.size();
+            lines[i].pair_class ? static_cast<std::size_t>(*lines[i].pair_class) : all_pair_classes.size();
         rows[row].add(verdicts[i], *lines[i].truth);
     }
     std::erase_if(rows, [](const Confusion& row) { return row.pairs() == 0; });
@@ -157,10 +69,10 @@ int tritri(const CommonOptions& common, const TritriOptions& options) {
     if (options.test == "exact") test = triangles_intersect;
     if (options.test == "interval") test = interval_intersect;
     if (options.test == "moller") test = moller_intersect;
-    if (test == nullptr) throw InputError("--test", "", "moller, interval or exact", in_quotes(options.test));
+    if (test == nullptr) throw InputError("--test", "", "moller, interval or exact", "'" + options.test + "'");
     const bool claims_exactness = options.test == "exact";
 
-    const std::vector<PairLine> lines = read_pairs(options.file);
+    const std::vector<PairLine> lines = read_pair_file(options.file);
     std::vector<bool> verdicts;
     verdicts.reserve(lines.size());
     std::vector<std::size_t> wrong;            // lines whose verdict differs from the given truth

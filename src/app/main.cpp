@@ -36,6 +36,17 @@ struct CommandLine {
         sub->add_option("--data", data, "Folder of the data outside the project (default: $TROCAR_DATA)");
         return sub;
     }
+    /// Empty when the first word names a command, or is an option such as --help.
+    std::string command_fault(int argc, char** argv) const {
+        const std::string first = argc > 1 ? argv[1] : "";
+        if (!first.empty() && first.front() == '-') return {};
+        std::string known;
+        for (const CLI::App* sub : app.get_subcommands({})) {
+            if (sub->get_name() == first) return {};
+            known += (known.empty() ? "" : ", ") + sub->get_name();
+        }
+        return "expected one of " + known + " as first word, got " + (first.empty() ? "nothing" : "'" + first + "'");
+    }
     template <typename Options>
     void on(CLI::App* sub, Options& options, int (*run)(const CommonOptions&, const Options&)) {
         sub->callback([this, &options, run] { command = [this, &options, run] { return run(common, options); }; });
@@ -182,6 +193,10 @@ int main(int argc, char** argv) {
         ->check(CLI::IsMember({"scene", "study", "recording", "baseline", "figures", "output"}));
     line.on(sub, schema_options, schema);
 
+    if (const std::string fault = line.command_fault(argc, argv); !fault.empty()) {
+        std::fprintf(stderr, "trocar: command line: %s (see trocar --help)\n", fault.c_str());
+        return bad_input;
+    }
     try {
         line.app.parse(argc, argv);
     } catch (const CLI::Success& success) {

@@ -55,7 +55,7 @@ public:
         candidates_.reserve(room);
         sorted_.reserve(room);
         follows_ = settings_.incremental && !settings_.swept && !settings_.limited();
-        if (follows_) incremental_.prepare(frame);
+        if (follows_) incremental_.prepare();
     }
 
     void update(const Frame& frame) override {

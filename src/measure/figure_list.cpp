@@ -232,6 +232,27 @@ void add_pair_study(std::vector<SummaryFigure>& list) {
     }
 }
 
+void add_certificate(std::vector<SummaryFigure>& list) {
+    constexpr const char* asked = "the method asked twice";
+    list.push_back({"certificate_pairs", "1", Better::neither,
+                    "Pairs of all frames that a detector's certificate asks about", asked});
+    for (const auto& [name, what] :
+         {std::pair{"twice", "the same question again in the same process"},
+          std::pair{"triangles", "the triangles of every body (for detectors also its vertices) in another order"},
+          std::pair{"bodies", "the bodies in the opposite order (for responses those of one kind)"},
+          std::pair{"swapped", "two bodies that are tested against each other told the other way round"},
+          std::pair{"origin", "the origin 18 m away"},
+          std::pair{"unit", "lengths in millimetres (responses: read from a file in millimetres)"}}) {
+        const std::string key = std::string("certificate_") + name;
+        list.push_back({key + "_pairs", "1", Better::lower,
+                        std::string("Pairs that a detector tells in one of two answers only: ") + what, asked});
+        list.push_back({key + "_m", "m", Better::lower,
+                        std::string("Largest distance of a vertex between two runs of a closed loop: ") + what, asked});
+        list.push_back({key + "_n", "N", Better::lower,
+                        std::string("Largest difference of the load on a body between the two runs: ") + what, asked});
+    }
+}
+
 std::vector<SummaryFigure> make_figures() {
     std::vector<SummaryFigure> list{
         {"ticks", "1", Better::neither, "Ticks done", counters},
@@ -243,6 +264,7 @@ std::vector<SummaryFigure> make_figures() {
     add_reference(list);
     add_paced(list);
     add_pair_study(list);
+    add_certificate(list);
     return list;
 }
 

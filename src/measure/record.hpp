@@ -16,7 +16,8 @@ namespace trocar {
 /// What one run is: everything that decides its result, and thus the key it is stored under.
 struct RunSpec {
     std::string study;
-    std::string mode;        ///< "replay" | "closed_loop" | "triangle_pair" | "work_precision" | "ablation" | "paced"
+    std::string mode;        ///< "replay" | "closed_loop" | "triangle_pair" | "work_precision" | "ablation" | "paced" |
+                             ///< "hard_case" | "certificate"
     std::string scene;       ///< scene name
     std::string scene_file;  ///< relative to the study file
     std::string scene_hash;  ///< 16 hex digits

@@ -284,7 +284,15 @@ FoundReference find_reference(const Scene& scene) {
         found.message = "no reference: none is stored for this scene";
         return found;
     }
-    Reference reference = read_reference(file);
+    Reference reference;
+    try {
+        reference = read_reference(file);
+    } catch (const InputError& fault) {
+        found.state = ReferenceState::stale;
+        found.message = fmt::format(
+            "no reference: the stored one cannot be read, make it anew by trocar reference ({})", fault.what());
+        return found;
+    }
     if (reference.scene_hash != fmt::format("{:016x}", scene.hash)) {
         found.state = ReferenceState::stale;
         found.message = "no reference: the stored one belongs to another state of the scene";

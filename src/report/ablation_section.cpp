@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <tuple>
 
 #include "measure/metrics.hpp"
 #include "measure/statistics.hpp"
@@ -71,9 +72,12 @@ struct Change {
 struct Turned {
     std::string parameter;
     std::string value;  ///< what is turned
+    std::string with;   ///< what else is set in both; empty: nothing
     bool in_from = true;
-    bool option = false;            ///< turned on in both surroundings
-    std::vector<Change> changes;    ///< telling ones, largest first
+    bool option = false;  ///< turned on in both surroundings
+    std::string silent;   ///< why it cannot act here, as the study says; empty: it says nothing
+    std::map<std::string, std::vector<std::string>> acts;  ///< by class: scenes on which any bit changes
+    std::vector<Change> changes;                           ///< telling ones, largest first
     std::vector<std::string> same;  ///< scenes on which every figure and the last state are the same, bit by bit
     std::size_t scenes = 0;
     double time_ratio = not_known;  ///< with over without, geometric mean
@@ -140,6 +144,11 @@ struct Ablation {
     std::string from;
     std::string to;
     std::vector<Turned> turned;  ///< largest effect first
+
+    /// "thesis:profile=faithful", and what else is set.
+    [[nodiscard]] std::string rest(const Turned& one) const {
+        return code(one.in_from ? from : to) + (one.with.empty() ? std::string() : " with " + code(one.with));
+    }
 };
 
 using ByScene = std::map<std::string, const Record*>;
@@ -163,10 +172,15 @@ std::optional<Ablation> gather(const std::vector<Record>& records) {
         if (parameter.empty()) continue;
         Turned one;
         one.parameter = parameter;
-        one.in_from = point.rfind("from with ", 0) == 0;
-        one.value = point.substr(point.find(" with ") + 6);
-        one.option = runs.contains({parameter, (one.in_from ? "to with " : "from with ") + one.value});
-        const ByScene& base = runs[{"", one.in_from ? "from" : "to"}];
+        // "from with VALUE", or "from; KEY=VALUE,… with VALUE".
+        const std::string head = point.substr(0, point.find(" with "));
+        one.in_from = head.rfind("from", 0) == 0;
+        one.value = point.substr(head.size() + 6);
+        const std::size_t more = head.find("; ");
+        if (more != std::string::npos) one.with = head.substr(more + 2);
+        const std::string other_side = (one.in_from ? "to" : "from") + head.substr(one.in_from ? 4 : 2);
+        one.option = runs.contains({parameter, other_side + " with " + one.value});
+        const ByScene& base = runs[{"", head}];
         std::vector<double> ratios;
         for (const auto& [scene, record] : by_scene) {
             const auto other = base.find(scene);
@@ -176,7 +190,13 @@ std::optional<Ablation> gather(const std::vector<Record>& records) {
             const bool base_is_without = one.in_from || one.option;
             const Record& without = base_is_without ? *other->second : *record;
             const Record& with = base_is_without ? *record : *other->second;
-            if (same_to_the_bit(without, with)) one.same.push_back(scene);
+            if (same_to_the_bit(without, with)) {
+                one.same.push_back(scene);
+            } else {
+                one.acts[with.spec.pair_class].push_back(scene);
+            }
+            const auto silent = record->environment.find("ablation.silent");
+            if (silent != record->environment.end()) one.silent = silent->second;
             compare(without, with, one.changes);
             const double ratio = summary_of(with, "total_median_ns") / summary_of(without, "total_median_ns");
             if (std::isfinite(ratio)) ratios.push_back(ratio);
@@ -196,7 +216,9 @@ std::optional<Ablation> gather(const std::vector<Record>& records) {
 std::string switch_text(const Ablation& ablation, const Turned& one) {
     std::string other;
     for (const Turned& twin : ablation.turned) {
-        if (twin.parameter == one.parameter && twin.in_from != one.in_from && !twin.option) other = twin.value;
+        if (twin.parameter == one.parameter && twin.in_from != one.in_from && twin.with == one.with && !twin.option) {
+            other = twin.value;
+        }
     }
     if (one.option) return code(one.parameter + "=" + one.value) + " (option)";
     return code(one.parameter) + ": " + (one.in_from ? other : one.value) + " → " + (one.in_from ? one.value : other);
@@ -235,8 +257,7 @@ std::string sentence_of(const Ablation& ablation) {
         if (one.changes.empty() || parts.size() == most || !told.insert(one.parameter).second) continue;
         const Change& change = one.changes.front();
         parts.push_back(fmt::format("{} ({} on {}: {} to {}, rest as in {})", code(one.parameter), change.figure,
-                                    change.scene, change.without, change.with,
-                                    code(one.in_from ? ablation.from : ablation.to)));
+                                    change.scene, change.without, change.with, ablation.rest(one)));
     }
     text += parts.empty() ? "none changes a figure" : fmt::format("the largest effects are {}", fmt::join(parts, ", "));
     std::vector<std::string> silent = silent_switches(ablation, true);
@@ -266,6 +287,59 @@ std::string effects_chart(const Ablation& ablation) {
     return draw(chart);
 }
 
+std::string no_effect_text(const Turned& one) {
+    return one.silent.empty() ? std::string("no effect") : "without effect, because " + one.silent;
+}
+
+/// "I2T: i2t_poke, i2t_drag; R2T: r2t_bone".
+std::string places_text(const std::map<std::string, std::vector<std::string>>& places) {
+    std::vector<std::string> parts;
+    for (const auto& [pair_class, scenes] : places) parts.push_back(pair_class + ": " + joined(scenes));
+    return fmt::format("{}", fmt::join(parts, "; "));
+}
+
+/// Every switch in the settings' order of names: on which classes and scenes a bit of motion or force changes, that is,
+/// where the code behind it is reached, and how much.
+Table where_table(const Ablation& ablation) {
+    Table table;
+    table.caption = "Where each switch acts";
+    table.columns = {{"switch", false},
+                     {"rest as in", false},
+                     {"acts on (class: scenes)", false},
+                     {"largest effect there", false},
+                     {"same bit by bit on", true}};
+    std::vector<const Turned*> order;
+    for (const Turned& one : ablation.turned) order.push_back(&one);
+    std::stable_sort(order.begin(), order.end(), [](const Turned* a, const Turned* b) {
+        return std::tie(a->parameter, a->option, a->with) < std::tie(b->parameter, b->option, b->with);
+    });
+    for (const Turned* one : order) {
+        std::string effect = "below the floors";
+        TableRow row;
+        if (!one->changes.empty()) {
+            const Change& top = one->changes.front();
+            effect =
+                fmt::format("{} on {}: {} → {} ({})", top.figure, top.scene, top.without, top.with, factor_text(top));
+        }
+        if (one->acts.empty()) {
+            effect = no_effect_text(*one);
+            row.style = TableRow::Style::dominated;
+        } else if (!one->silent.empty()) {
+            effect += "; the study says that it has none, because " + one->silent;
+            row.style = TableRow::Style::failed;
+        }
+        row.cells = {switch_text(ablation, *one), ablation.rest(*one),
+                     one->acts.empty() ? "nowhere" : places_text(one->acts), effect,
+                     fmt::format("{} of {}", one->same.size(), one->scenes)};
+        table.rows.push_back(std::move(row));
+    }
+    table.note =
+        "Acts: the last state, or any watched figure, differs in at least one bit between the run with and the run "
+        "without the switch. A reason for no effect is the study's and is told only where the runs bear it out; where "
+        "they do not, the row says so.";
+    return table;
+}
+
 Table main_table(const Ablation& ablation) {
     Table table;
     table.caption = "Every switch by its largest effect";
@@ -282,10 +356,11 @@ Table main_table(const Ablation& ablation) {
     for (const Turned& one : ablation.turned) {
         std::set<std::string> changed;
         for (const Change& change : one.changes) changed.insert(change.scene);
-        std::vector<std::string> cells{switch_text(ablation, one), code(one.in_from ? ablation.from : ablation.to)};
+        std::vector<std::string> cells{switch_text(ablation, one), ablation.rest(one)};
         if (one.changes.empty()) {
-            cells.insert(cells.end(),
-                         {one.same.size() == one.scenes ? "no effect" : "nothing beyond the floors", "", "", "", ""});
+            cells.insert(
+                cells.end(),
+                {one.same.size() == one.scenes ? no_effect_text(one) : "nothing beyond the floors", "", "", "", ""});
         } else {
             const Change& top = one.changes.front();
             cells.insert(cells.end(), {top.figure, top.scene, top.without, top.with, factor_text(top)});
@@ -323,8 +398,8 @@ Table all_changes(const Ablation& ablation) {
             line.push_back(fmt::format("{}: {} → {}", change.figure, change.without, change.with));
         }
         for (const std::string& scene : scenes) {
-            table.rows.push_back({.cells = {switch_text(ablation, one), code(one.in_from ? ablation.from : ablation.to),
-                                            scene, fmt::format("{}", fmt::join(lines.at(scene), "; "))}});
+            table.rows.push_back({.cells = {switch_text(ablation, one), ablation.rest(one), scene,
+                                            fmt::format("{}", fmt::join(lines.at(scene), "; "))}});
         }
     }
     return table;
@@ -339,6 +414,7 @@ Table end_points(const Ablation& ablation, const std::vector<Record>& records) {
     for (const Record& record : records) {
         const RunSpec& spec = record.spec;
         if (spec.mode != "ablation" || !spec.knob.empty() || spec.repetition != 0) continue;
+        if (spec.point != "from" && spec.point != "to") continue;  // the ends with something else set
         ends[spec.scene].at(spec.point == "from" ? 0 : 1) = &record;
     }
     for (const auto& [scene, pair] : ends) {
@@ -375,6 +451,7 @@ void add_ablation(Draft& draft) {
     draft.heading(2, "What each switch changes");
     if (!ablation->turned.empty()) draft.paragraph(sentence_of(*ablation));
     draft.add(main_table(*ablation));
+    draft.add(where_table(*ablation));
     draft.figure("switches", effects_chart(*ablation),
                  "Largest effect of each switch over all scenes and figures, in decades; both surroundings stacked. A "
                  "run that fails counts as four decades.");

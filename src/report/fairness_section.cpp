@@ -15,7 +15,9 @@ void add_environment(Draft& draft) {
     for (const Record& record : draft.records) {
         for (const auto& [key, value] : record.environment) {
             const std::string head = key.substr(0, key.find('.'));
-            if (head != "detector" && head != "response" && head != "absent" && head != "run") keys.insert(key);
+            if (head != "detector" && head != "response" && head != "absent" && head != "run" && head != "case" &&
+                head != "ablation")
+                keys.insert(key);
         }
     }
     for (const std::string& key : keys) table.rows.push_back({.cells = {key, common_fact(draft.records, key)}});

@@ -17,6 +17,8 @@ Report compose(const std::vector<Record>& records) {
     const Verdict overall = make_verdict(draft.results, draft.reference, draft.mode, draft.results.scenes(draft.mode));
     add_verdict_page(draft, overall);
     const bool has_verdict = !overall.rows.empty();
+    if (!has_verdict) add_hard_cases(draft);
+    if (!has_verdict) add_certificate(draft);
     if (!has_verdict) add_ablation(draft);
     if (!has_verdict) add_work_precision(draft);
     add_verdict_by_class(draft);
@@ -33,6 +35,8 @@ Report compose(const std::vector<Record>& records) {
     add_outcome(draft);
     if (has_verdict) add_work_precision(draft);
     if (has_verdict) add_ablation(draft);
+    if (has_verdict) add_hard_cases(draft);
+    if (has_verdict) add_certificate(draft);
     add_failures(draft);
     add_thesis_table(draft);
     add_table_2_1(draft);

@@ -27,9 +27,13 @@ double time_p50(const VerdictRow& row) { return row.p50.value; }
 double time_p99(const VerdictRow& row) { return row.p99.value; }
 
 /// The row with the least error, the fastest of equals; null when no row without a failure has the figure.
-const VerdictRow* winner(const Verdict& verdict, const Rule& rule, bool own_only, bool foreign_only) {
+const VerdictRow* winner(const Verdict& verdict, const Rule& rule, bool own_only, bool foreign_only,
+                         const std::string& without = {}) {
     const VerdictRow* best = nullptr;
     for (const VerdictRow& row : verdict.rows) {
+        const Contestant& who = row.contestant;
+        if (!without.empty() && (method_name(who.detector) == without || method_name(who.response) == without))
+            continue;
         if (row.failed_runs > 0 || std::isnan(rule.error(row)) || std::isnan(row.p50.value)) continue;
         if ((own_only && !row.own) || (foreign_only && row.own)) continue;
         const auto rank = [&rule](const VerdictRow& r) { return std::tuple(rule.error(r), r.p50.value); };
@@ -61,13 +65,17 @@ void add_rank_robustness(Draft& draft) {
                      {"best foreign", false},
                      {"winner as on page 1", false}};
     std::set<std::string> winners;
-    const auto add = [&](const std::string& what, const Verdict& verdict, const Rule& rule) {
-        const VerdictRow* const best = winner(verdict, rule, false, false);
+    const auto add = [&](const std::string& what, const Verdict& verdict, const Rule& rule,
+                         const std::string& without = {}) {
+        const VerdictRow* const best = winner(verdict, rule, false, false, without);
         if (best == nullptr) return;
-        winners.insert(best->contestant.label());
-        table.rows.push_back(
-            {.cells = {what, label(best), label(winner(verdict, rule, true, false)),
-                       label(winner(verdict, rule, false, true)), yes_no(best->contestant == first->contestant)}});
+        const Contestant& main = first->contestant;
+        const bool is_gone =
+            !without.empty() && (method_name(main.detector) == without || method_name(main.response) == without);
+        if (!is_gone) winners.insert(best->contestant.label());
+        table.rows.push_back({.cells = {what, label(best), label(winner(verdict, rule, true, false, without)),
+                                        label(winner(verdict, rule, false, true, without)),
+                                        is_gone ? "left out itself" : yes_no(best->contestant == main)}});
     };
     add(fmt::format("nothing: {}, all scenes", main_rule.name), all, main_rule);
     if (scenes.size() > 1) {
@@ -81,6 +89,13 @@ void add_rank_robustness(Draft& draft) {
         if (scene_list.size() < scenes.size())
             add("scenes of class " + name + " alone", verdict_of(scene_list), main_rule);
     }
+    std::set<std::string> methods;
+    for (const VerdictRow& row : all.rows) {
+        for (const std::string& text : {row.contestant.detector, row.contestant.response}) {
+            if (!text.empty()) methods.insert(method_name(text));
+        }
+    }
+    for (const std::string& method : methods) add(code(method) + " left out", all, main_rule, method);
     for (const Rule& rule :
          {Rule{"depth left, median", left_median}, Rule{"depth error of contacts, worst", depth_error},
           Rule{"force error, equal k", force_equal_k}, Rule{"force error, hard contact", force_hard},
@@ -89,9 +104,11 @@ void add_rank_robustness(Draft& draft) {
         if (std::string(rule.name) != main_rule.name) add(std::string("judged by: ") + rule.name, all, rule);
     }
     table.note =
-        "The winner has the least error, the fastest of equals. Rows that failed on a scene cannot win. Leaving a "
-        "rival out changes no rank here, since rows are not scored against each other; in the performance profile it "
-        "can change the order among those that are not best.";
+        "The winner has the least error, the fastest of equals. Rows that failed on a scene cannot win. Rows are "
+        "scored "
+        "alone, never against each other, so that leaving a rival out changes the winner only where it was itself the "
+        "winner; in the performance profile it can change the order among those that are not best, which is told "
+        "there.";
     draft.paragraph(
         winners.size() == 1
             ? fmt::format("No: {} stays first whatever is left out or judged by.", label(first))

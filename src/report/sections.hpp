@@ -89,6 +89,15 @@ void add_rank_robustness(Draft& draft);
 // failure_section.cpp
 void add_failures(Draft& draft);
 
+// hard_case_section.cpp
+/// Case by method: ok, miss, extra, NaN, throw, time-out.
+void add_hard_cases(Draft& draft);
+/// Empty without such a part.
+std::string hard_case_sentence(const Draft& draft);
+
+// certificate_section.cpp
+void add_certificate(Draft& draft);
+
 // knob_section.cpp
 /// The loop released by the clock: part of the haptic table.
 void add_paced(Draft& draft);

@@ -138,6 +138,60 @@ void add_stages(Draft& draft) {
     draft.add(std::move(table));
 }
 
+namespace {
+
+/// Detectors that were planned on all scenes, those with the larger share of scenes within twice the fastest of them
+/// first, then by name; a failed run counts as infinitely slow.
+std::vector<std::string> profile_order(const Draft& draft, const std::vector<Contestant>& detectors,
+                                       const std::set<std::string>& scenes) {
+    std::map<std::string, double> within;
+    for (const std::string& scene : scenes) {
+        std::map<std::string, double> times;
+        for (const Contestant& detector : detectors) {
+            const SceneResult* result = draft.results.find(detector, scene);
+            if (result == nullptr) continue;
+            times[detector.detector] =
+                result->ok() ? result->of(&RunFigures::tick_p50).value : std::numeric_limits<double>::infinity();
+        }
+        double fastest = std::numeric_limits<double>::infinity();
+        for (const auto& [name, time] : times) fastest = std::min(fastest, time);
+        for (const auto& [name, time] : times) within[name] += time <= 2.0 * fastest && std::isfinite(time) ? 1.0 : 0.0;
+    }
+    std::vector<std::string> order;
+    for (const auto& [name, share] : within) order.push_back(name);
+    std::stable_sort(order.begin(), order.end(),
+                     [&within](const std::string& a, const std::string& b) { return within[a] > within[b]; });
+    return order;
+}
+
+/// Does the order among the others change when one is left out?
+Table profile_robustness(const Draft& draft, const std::vector<Contestant>& detectors,
+                         const std::set<std::string>& scenes) {
+    Table table;
+    table.caption = "Order by the share of scenes within twice the fastest, one detector left out at a time";
+    table.columns = {{"left out", false}, {"order of the rest", false}, {"as with it", false}};
+    const std::vector<std::string> all = profile_order(draft, detectors, scenes);
+    if (all.size() < 3) return table;
+    const auto row = [&table](const std::string& out, const std::vector<std::string>& order, const std::string& same) {
+        std::vector<std::string> names;
+        for (const std::string& name : order) names.push_back(code(name));
+        table.rows.push_back({.cells = {out, joined(names), same}});
+    };
+    row("none", all, "");
+    for (const std::string& out : all) {
+        std::vector<Contestant> rest;
+        std::copy_if(detectors.begin(), detectors.end(), std::back_inserter(rest),
+                     [&out](const Contestant& one) { return one.detector != out; });
+        std::vector<std::string> expected = all;
+        expected.erase(std::find(expected.begin(), expected.end(), out));
+        const std::vector<std::string> order = profile_order(draft, rest, scenes);
+        row(code(out), order, yes_no(order == expected));
+    }
+    return table;
+}
+
+}  // namespace
+
 void add_work_profile(Draft& draft) {
     const std::vector<Contestant> detectors = draft.results.contestants("replay");
     const std::vector<std::string> scenes = draft.results.scenes("replay");
@@ -198,6 +252,12 @@ void add_work_profile(Draft& draft) {
         "Dolan–Moré profile of the detectors: share of the replayed scenes on which a detector's median tick is "
         "within a factor of the fastest; a failed run counts as infinitely slow. The order among detectors that "
         "are not the best can change when the best is removed.");
+    std::vector<Contestant> everywhere;
+    std::copy_if(detectors.begin(), detectors.end(), std::back_inserter(everywhere), [&](const Contestant& detector) {
+        return std::all_of(judged.begin(), judged.end(),
+                           [&](const std::string& scene) { return draft.results.find(detector, scene) != nullptr; });
+    });
+    draft.add(profile_robustness(draft, everywhere, judged));
 }
 
 }  // namespace trocar

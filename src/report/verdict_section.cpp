@@ -54,6 +54,21 @@ void warnings(Draft& draft) {
     }
 }
 
+/// Where the depth that is left is the scene's own, since nothing but the contact gives way there.
+std::string compliance_note(const Draft& draft) {
+    std::vector<std::string> scenes;
+    for (const auto& [name, list] : draft.scenes_by_class()) {
+        if (name == "I2I" || name == "I2R") scenes.insert(scenes.end(), list.begin(), list.end());
+    }
+    if (scenes.empty() || draft.mode != "closed_loop") return {};
+    return fmt::format(
+        " On {} nothing but the contact gives way: there the depth that is left is the scene's own compliance, the "
+        "force of the hand over the scene's k, which the reference of equal k has too; it is no error, and a method "
+        "that "
+        "leaves less is stiffer than the scene says.",
+        joined(scenes));
+}
+
 std::string verdict_note(const Draft& draft) {
     return "Rows are sorted by the depth left at worst, the fastest of equals first; † = another row is at least as "
            "fast and as good, and better in one of the two. Times are geometric means over the scenes of the "
@@ -66,7 +81,8 @@ std::string verdict_note(const Draft& draft) {
                "contestant, 95 %). \"identical to\": the same motion, bit by bit. n/a = does not apply; "
                "\"no reference\" = no reference solution in this study. The rule for the sentence: first own "
                "against first foreign row.",
-               code(draft.reference), format_number(draft.results.noise_floor()));
+               code(draft.reference), format_number(draft.results.noise_floor())) +
+           compliance_note(draft);
 }
 
 }  // namespace
@@ -77,6 +93,7 @@ void add_verdict_page(Draft& draft, const Verdict& overall) {
     draft.sentence = verdict_sentence(headline, fmt::format("the {} scenes ({})", class_name, joined(headline.scenes)),
                                       draft.reference);
     if (draft.sentence.empty()) draft.sentence = ablation_sentence(draft);
+    if (draft.sentence.empty()) draft.sentence = hard_case_sentence(draft);
     if (!draft.sentence.empty()) draft.paragraph(draft.sentence, Paragraph::Style::quote);
     warnings(draft);
     if (overall.rows.empty()) {

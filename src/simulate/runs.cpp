@@ -16,6 +16,7 @@
 #include "method/registry.hpp"
 #include "reference/reference.hpp"
 #include "simulate/balance.hpp"
+#include "simulate/certificate.hpp"
 #include "simulate/frame_source.hpp"
 #include "simulate/judge.hpp"
 #include "simulate/overrides.hpp"
@@ -208,15 +209,17 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
         return record;
     }
     if (spec.mode == "paced") return run_paced_loop(scene, spec, limits);
+    if (spec.mode == "certificate") return run_certificate(scene, spec, limits);
     if (spec.mode == "work_precision" || spec.mode == "ablation") {
         Record record = spec.response.empty() ? run_replay(scene, spec, limits) : run_closed_loop(scene, spec, limits);
         record.environment["run.dt_s"] = fmt::format("{}", scene.dt);
         return record;
     }
     if (spec.mode == "replay") return run_replay(scene, spec, limits);
-    if (spec.mode == "closed_loop") return run_closed_loop(scene, spec, limits);
+    if (spec.mode == "closed_loop" || spec.mode == "hard_case") return run_closed_loop(scene, spec, limits);
     if (spec.mode == "triangle_pair") return run_triangle_pair(scene, spec, limits);
-    throw InputError("run", "/mode", "replay, closed_loop, triangle_pair, work_precision, ablation or paced",
+    throw InputError("run", "/mode",
+                     "replay, closed_loop, triangle_pair, work_precision, ablation, paced, certificate or hard_case",
                      fmt::format("'{}'", spec.mode));
 }
 

@@ -19,11 +19,11 @@ struct RunLimits {
     std::function<void(const Simulation&, const StepRow&)> observe = {};
 };
 
-/// Runs spec.mode ("replay", "closed_loop", "triangle_pair", "paced"; "work_precision" and "ablation": the closed loop,
-/// or the replay where no response is named) with spec.overrides applied to the scene for spec.ticks ticks (0: the
-/// scene's own number). Throws InputError for an unknown or absent method and an unknown mode; everything else a method
-/// does wrong is the record's outcome, with the rows so far. The record holds environment() and the facts about this
-/// run, e.g. "frames".
+/// Runs spec.mode ("replay", "closed_loop", "triangle_pair", "paced", "certificate"; "hard_case": the closed loop;
+/// "work_precision" and "ablation": the closed loop, or the replay where no response is named) with spec.overrides
+/// applied to the scene for spec.ticks ticks (0: the scene's own number). Throws InputError for an unknown or absent
+/// method and an unknown mode; everything else a method does wrong is the record's outcome, with the rows so far. The
+/// record holds environment() and the facts about this run, e.g. "frames".
 Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
 
 /// Detector on the frames of the scene's stream (frame_source.hpp): pair errors, contact errors and stage times.

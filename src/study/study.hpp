@@ -12,6 +12,7 @@
 #include "contact/outcome.hpp"
 #include "measure/record.hpp"
 #include "scene/scene.hpp"
+#include "simulate/hard_case.hpp"
 
 namespace trocar {
 
@@ -78,6 +79,10 @@ struct AblationPart {
         std::string from;  ///< empty: an option
         std::string to;
         std::vector<std::string> scenes;  ///< of the part's scenes, those it is turned on; empty: all
+        /// "key=value,…" set in both settings while this switch is turned: what it needs to act. Empty: nothing.
+        std::string with;
+        std::string silent_from;  ///< why it is without effect in `from` by construction; empty: it is not
+        std::string silent_to;
     };
     std::vector<std::string> scenes;
     StudyMethod detector;
@@ -99,6 +104,31 @@ struct PacedPart {
     std::int64_t truth_stride = 1;
 };
 
+/// The hard cases (simulate/hard_case.hpp): every detector on every case of meshes and every family of triangle pairs,
+/// every response (on the contacts of the first detector) on every case that is a scene.
+struct HardCasesPart {
+    std::string folder;  ///< relative to the study file
+    std::vector<HardCase> cases;
+    std::vector<std::string> families;  ///< files of triangle pairs, "data:PATH"
+    std::vector<StudyMethod> detectors;
+    std::vector<StudyMethod> responses;
+    std::int64_t truth_stride = 1;
+};
+
+/// Determinism certificate (simulate/certificate.hpp): every detector on the frames of every scene, every response (on
+/// the contacts of the first detector) in the closed loop.
+struct CertificatePart {
+    std::vector<std::string> scenes;
+    std::vector<StudyMethod> detectors;
+    std::vector<StudyMethod> responses;
+    std::int64_t ticks = 0;
+    std::int64_t repetitions = 2;  ///< fresh processes; at least two, or nothing is known of a fresh process
+    std::int64_t truth_stride = 1;
+};
+
+/// The method with one parameter set, whatever it was before.
+StudyMethod with_parameter(const StudyMethod& method, const std::string& key, const std::string& value);
+
 struct Study {
     std::filesystem::path file;
     std::string name;
@@ -111,6 +141,8 @@ struct Study {
     std::optional<WorkPrecisionPart> work_precision;
     std::optional<AblationPart> ablation;
     std::optional<PacedPart> paced;
+    std::optional<HardCasesPart> hard_cases;
+    std::optional<CertificatePart> certificate;
 };
 
 /// Reads strictly. Throws InputError with a JSON pointer for an unknown key, a wrong type, an impossible number, a
@@ -137,6 +169,15 @@ SceneFacts facts_of(const Scene& scene);
 /// Reads one scene. A scene that names data which is not there is a fact, any other fault is an InputError.
 SceneFacts read_scene_facts(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data);
 
+/// True when the run reads no scene: a hard case of meshes, or a family of triangle pairs.
+bool is_mesh_case(const RunSpec& spec);
+/// The same facts of what such a run reads. `folder`: of the study file.
+SceneFacts read_case_facts(const std::filesystem::path& folder, const RunSpec& spec,
+                           const std::optional<std::filesystem::path>& data);
+/// Makes such a run.
+Record make_mesh_case_run(const std::filesystem::path& folder, const RunSpec& spec,
+                          const std::optional<std::filesystem::path>& data);
+
 struct PlannedRun {
     RunSpec spec;  ///< scene name, hash, class and ticks are filled by complete_run
     StudyMethod detector;
@@ -144,6 +185,7 @@ struct PlannedRun {
     /// Set when the outcome is known without running: absent method, missing data, native contacts of a detector that
     /// has none or for a response that cannot read them.
     std::optional<Outcome> settled;
+    std::map<std::string, std::string> facts;  ///< more for the record's environment
     /// s, for the plan alone: a line through the default study's runs in ticks, judged ticks and triangles. A slow
     /// rival or a busy machine takes several times as long.
     double rough_seconds = 0.0;

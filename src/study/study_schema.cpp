@@ -10,7 +10,7 @@ std::string study_schema() {
   "type": "object",
   "additionalProperties": false,
   "required": ["format", "name"],
-  "anyOf": [{"required": ["replay"]}, {"required": ["closed_loop"]}, {"required": ["triangle_pair"]}, {"required": ["work_precision"]}, {"required": ["ablation"]}, {"required": ["paced"]}],
+  "anyOf": [{"required": ["replay"]}, {"required": ["closed_loop"]}, {"required": ["triangle_pair"]}, {"required": ["work_precision"]}, {"required": ["ablation"]}, {"required": ["paced"]}, {"required": ["hard_cases"]}, {"required": ["certificate"]}],
   "properties": {
     "format": {"const": "trocar-study-1"},
     "name": {"type": "string", "pattern": "^[A-Za-z0-9_-]+$", "description": "Names the folder of the report"},
@@ -68,6 +68,9 @@ std::string study_schema() {
             "parameter": {"type": "string"},
             "from": {"type": "string", "description": "What 'from' stands for; absent: an option, which neither setting turns on and which is turned on in both"},
             "to": {"type": "string", "description": "What 'to' stands for, or the option's value"},
+            "with": {"type": "string", "description": "key=value,... set in both settings while this switch is turned: what it needs to act"},
+            "silent": {"type": "object", "additionalProperties": false, "description": "Why it is without effect in 'from' or 'to' by construction; the report holds the runs against it",
+              "properties": {"from": {"type": "string", "minLength": 1}, "to": {"type": "string", "minLength": 1}}},
             "scenes": {"$ref": "#/$defs/scenes", "description": "Those of the part's scenes on which it is turned; default all"}}}},
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
         "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
@@ -77,7 +80,22 @@ std::string study_schema() {
       "properties": {
         "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
         "responses": {"$ref": "#/$defs/methods"},
-        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"}}}
+        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"}}},
+    "hard_cases": {
+      "description": "The hard-case matrix: every detector on every case of meshes and family of triangle pairs, every response (on the contacts of the first detector) on every case that is a scene. Records of these runs hold no single ticks",
+      "type": "object", "additionalProperties": false, "required": ["folder", "detectors"],
+      "properties": {
+        "folder": {"type": "string", "minLength": 1, "description": "Folder of cases, each a folder with expected.json; relative to the study file"},
+        "families": {"type": "array", "minItems": 1, "items": {"type": "string", "pattern": "^data:"}, "description": "Files of triangle pairs with truth, as `trocar tritri` reads them; without the data folder they become rows 'unsupported (no data)'"},
+        "detectors": {"$ref": "#/$defs/methods"}, "responses": {"$ref": "#/$defs/methods"},
+        "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
+    "certificate": {
+      "description": "Determinism certificate: the same question asked twice, in a fresh process, with triangles and bodies in another order, a pair swapped, the origin moved, lengths in millimetres. Detectors on about 20 frames of each scene, responses (on the contacts of the first detector) in the closed loop. Records of these runs hold no single ticks",
+      "type": "object", "additionalProperties": false, "required": ["scenes", "detectors"],
+      "properties": {
+        "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
+        "responses": {"$ref": "#/$defs/methods"}, "ticks": {"$ref": "#/$defs/ticks"},
+        "repetitions": {"type": "integer", "minimum": 2, "default": 2, "description": "Fresh processes"}}}
   },
   "$defs": {
     "scenes": {"type": "array", "minItems": 1, "uniqueItems": true, "items": {"type": "string", "minLength": 1}},

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -88,6 +89,20 @@ TEST(Schema, OutputTellsEveryKeyThatACommandPrints) {
         ASSERT_GT(printed.size(), 5U) << line;
         for (const std::string& key : printed) EXPECT_TRUE(told[command].contains(key)) << command << " prints " << key;
     }
+}
+
+TEST(CommandLine, AnUnknownCommandIsOneLineThatNamesTheKnownOnes) {
+    for (const auto& [words, found] : {std::pair{"studdy x.json", "got 'studdy'"}, std::pair{"", "got nothing"}}) {
+        const test::ProgramResult result = test::run_program(words);
+        EXPECT_EQ(result.status, 2);
+        EXPECT_TRUE(result.out.empty());
+        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+        EXPECT_NE(result.err.find("expected one of run, "), std::string::npos) << result.err;
+        EXPECT_NE(result.err.find("study"), std::string::npos) << result.err;
+        EXPECT_NE(result.err.find(found), std::string::npos) << result.err;
+    }
+    EXPECT_EQ(test::run_program("--help").status, 0);
+    EXPECT_EQ(test::run_program("--version").status, 0);
 }
 
 }  // namespace

@@ -8,11 +8,11 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <set>
 #include <sstream>
 
 #include "geometry/exact.hpp"
+#include "measure/retelling.hpp"
 #include "method/registry.hpp"
 #include "support/program.hpp"
 #include "support/shapes.hpp"
@@ -194,13 +194,11 @@ std::vector<World> zero_area_scenes() {
 }
 
 World moved(World world, const Vector3& by) {
-    world.frame.position.colwise() += by;
-    world.frame.previous = world.frame.position;
+    world.frame = placed(world.frame, 1.0, by);
     return world;
 }
 World scaled(World world, double factor) {
-    world.frame.position *= factor;
-    world.frame.previous = world.frame.position;
+    world.frame = placed(world.frame, factor, Vector3::Zero());
     return world;
 }
 
@@ -257,42 +255,17 @@ std::string kilometre_scene(const DetectorEntry& entry) {
                 [&entry](const World& world) { return compare(entry, world); });
 }
 
-/// The scene with the triangles and vertices of each body in another order; `original` = old number of each triangle.
-World shuffled(const World& world, std::uint32_t seed, std::vector<Index>& original) {
-    std::mt19937 random(seed);
-    World result = world;
-    original.resize(static_cast<std::size_t>(world.topology.triangle_count()));
-    std::iota(original.begin(), original.end(), 0);
-    std::vector<Index> new_vertex(static_cast<std::size_t>(world.topology.vertex_count));
-    std::iota(new_vertex.begin(), new_vertex.end(), 0);
-    for (const BodyRange& body : world.topology.bodies) {
-        std::shuffle(original.begin() + body.triangles.first, original.begin() + body.triangles.end(), random);
-        std::shuffle(new_vertex.begin() + body.vertices.first, new_vertex.begin() + body.vertices.end(), random);
-    }
-    for (Index v = 0; v < world.topology.vertex_count; ++v) {
-        result.frame.position.col(new_vertex[static_cast<std::size_t>(v)]) = world.frame.position.col(v);
-    }
-    result.frame.previous = result.frame.position;
-    for (Index t = 0; t < world.topology.triangle_count(); ++t) {
-        const auto old = world.topology.triangles.col(original[static_cast<std::size_t>(t)]);
-        for (int k = 0; k < 3; ++k) {
-            result.topology.triangles(k, t) =
-                new_vertex[static_cast<std::size_t>(old((k + static_cast<int>(seed)) % 3))];
-        }
-    }
-    return result;
+/// In the numbers of the world as it was.
+ContactSet retold_answer(const DetectorEntry& entry, const World& world, const Retelling& retelling) {
+    ContactSet contacts = answer_of(entry, {world.name, retelling.topology, retelling.retold(world.frame)});
+    contacts.pairs = retelling.original(contacts.pairs);
+    return contacts;
 }
 
 std::string order_of_triangles_and_vertices(const DetectorEntry& entry) {
     return over(general_scenes(), [&entry](const World& world) {
-        std::vector<Index> original;
-        const World other = shuffled(world, 1, original);
-        ContactSet contacts = answer_of(entry, other);
-        for (TrianglePair& pair : contacts.pairs) {
-            pair = {original[static_cast<std::size_t>(pair.a)], original[static_cast<std::size_t>(pair.b)]};
-        }
-        contacts.sort_pairs();
-        return difference(world.name, contacts, answer_of(entry, world).pairs);
+        const Retelling other = shuffled(world.topology, 1, Shuffle::triangles_and_vertices);
+        return difference(world.name, retold_answer(entry, world, other), answer_of(entry, world).pairs);
     });
 }
 
@@ -306,32 +279,18 @@ std::string winding(const DetectorEntry& entry) {
     });
 }
 
-/// Coordinates rounded to multiples of 2^-26 m, so that a shift by powers of two is exact.
-World on_grid(World world) {
-    world.frame.position = (world.frame.position * 0x1p26).array().round().matrix() * 0x1p-26;
-    world.frame.previous = world.frame.position;
-    return world;
-}
-
 std::string exact_translation(const DetectorEntry& entry) {
     return over(general_scenes(), [&entry](const World& world) {
-        const World here = on_grid(world);
+        const World here{world.name, world.topology, on_grid(world.frame)};
         const World there = moved(here, {16.0, -8.0, 4.0});
         return difference(world.name, answer_of(entry, there), answer_of(entry, here).pairs);
     });
 }
 
 std::string swapped_bodies(const DetectorEntry& entry) {
-    const Shape tool = shaft(0.004, 0.12, 12, 40).rotate({0.3, 1.0, 0.1}, 0.7).move({-0.03, 0.002, -0.013});
-    const Shape tissue = slab(0.1, 0.01, 16).shake(0.0005, 2);
-    const World one = make_world("tool first", {{BodyKind::instrument, tool}, {BodyKind::tissue, tissue}});
-    const World two = make_world("tissue first", {{BodyKind::tissue, tissue}, {BodyKind::instrument, tool}});
-    const auto tool_count = static_cast<Index>(tool.triangles.size());
-    const auto tissue_count = static_cast<Index>(tissue.triangles.size());
-    ContactSet contacts = answer_of(entry, two);
-    for (TrianglePair& pair : contacts.pairs) pair = {pair.b - tissue_count, pair.a + tool_count};
-    contacts.sort_pairs();
-    return difference("swapped", contacts, answer_of(entry, one).pairs);
+    const World world = shaft_in_slab();
+    return difference("swapped", retold_answer(entry, world, with_bodies_in_order(world.topology, {1, 0})),
+                      answer_of(entry, world).pairs);
 }
 
 std::string update_equals_fresh_prepare(const DetectorEntry& entry) {

@@ -11,6 +11,7 @@
 #include "geometry/input_error.hpp"
 #include "reference/reference.hpp"
 #include "support/data.hpp"
+#include "support/program.hpp"
 
 namespace trocar {
 namespace {
@@ -169,6 +170,19 @@ TEST(LowPass, KeepsSlowTakesFastAndDelaysNothing) {
     EXPECT_NEAR(through(30.0).second, 0.5, 0.01);
     EXPECT_NEAR(through(90.0).second, 1.0 / 82.0, 0.003);
     EXPECT_LT(through(300.0).second, 1e-3);
+}
+
+TEST(StoredReferences, AFileOfAnotherFormatIsNamedAndNoRunEndsOfIt) {
+    const test::TemporaryFolder temporary;
+    std::filesystem::create_directories(temporary.path() / "reference");
+    const std::filesystem::path copy = temporary.path() / "i2t_poke.json";
+    std::filesystem::copy_file(folder / "i2t_poke.json", copy);
+    std::ofstream(reference_file(copy)) << R"({"format": "trocar-reference-0"})";
+    const FoundReference found = find_reference(read_scene(copy, std::nullopt));
+    EXPECT_EQ(found.state, ReferenceState::stale);
+    EXPECT_FALSE(found.reference);
+    EXPECT_NE(found.message.find("no reference: the stored one cannot be read"), std::string::npos) << found.message;
+    EXPECT_NE(found.message.find("trocar-reference-0"), std::string::npos) << found.message;
 }
 
 }  // namespace

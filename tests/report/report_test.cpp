@@ -422,6 +422,59 @@ TEST(Report, AblationTellsWhatEachSwitchChangesAndWhatItDoesNot) {
     EXPECT_NE(report.files.at("charts/switches.svg").find("decades"), std::string::npos);
 }
 
+TEST(Report, WhereASwitchActsIsToldAndAStatedSilenceIsHeldAgainstTheRuns) {
+    const auto run = [](const std::string& scene, const std::string& pair_class, const std::string& knob,
+                        const std::string& point, double left, const std::string& hash) {
+        return synthetic({.mode = "ablation",
+                          .scene = scene,
+                          .pair_class = pair_class,
+                          .response = "old",
+                          .left_mm = left,
+                          .state_hash = hash,
+                          .knob = knob,
+                          .point = point});
+    };
+    std::vector<Record> records{
+        run("poke", "I2T", "", "from", 2.0, "a"),          run("bone", "R2T", "", "from", 2.0, "b"),
+        run("poke", "I2T", "x", "from with on", 0.5, "c"), run("bone", "R2T", "x", "from with on", 2.0, "b"),
+        run("poke", "I2T", "y", "from with on", 2.0, "a"), run("poke", "I2T", "z", "from with on", 1.0, "d"),
+        run("poke", "I2T", "", "from; w=1", 3.0, "e"),     run("poke", "I2T", "n", "from; w=1 with 7", 1.0, "f")};
+    records[4].environment["ablation.silent"] = "nothing asks for it";
+    records[5].environment["ablation.silent"] = "it must not";
+    const std::string markdown = make_report(records).files.at("report.md");
+    EXPECT_NE(markdown.find("| I2T: poke | left after a tick, worst (mm) on poke: 2.00 → 0.500 (× 4.00, better) | "
+                            "1 of 2 |"),
+              std::string::npos)
+        << markdown;
+    EXPECT_NE(markdown.find("| nowhere | without effect, because nothing asks for it | 1 of 1 |"), std::string::npos);
+    EXPECT_NE(markdown.find("; the study says that it has none, because it must not |"), std::string::npos);
+    // With something else set, both runs of the switch have it.
+    EXPECT_NE(markdown.find("with `w=1` | I2T: poke | left after a tick, worst (mm) on poke: 3.00 → 1.00"),
+              std::string::npos);
+}
+
+TEST(Report, ARivalLeftOutIsOneOfTheThingsThatAreChanged) {
+    // Least left: mine, then theirs; the third detector is behind both.
+    const Report report = make_report({synthetic({.detector = "mine", .left_mm = 0.1}),
+                                       synthetic({.detector = "theirs", .own = false, .left_mm = 0.2}),
+                                       synthetic({.detector = "third", .own = false, .left_mm = 0.3})});
+    const std::string& markdown = report.files.at("report.md");
+    EXPECT_NE(markdown.find("| `theirs` left out | `mine + push (canonical)` | `mine + push (canonical)` | "
+                            "`third + push (canonical)` | yes |"),
+              std::string::npos)
+        << markdown;
+    EXPECT_NE(markdown.find("| `mine` left out | `theirs + push (canonical)` | none | `theirs + push (canonical)` | "
+                            "left out itself |"),
+              std::string::npos);
+}
+
+TEST(Report, DepthOfASceneWhereOnlyTheContactYieldsIsCalledItsOwn) {
+    const std::string with =
+        make_report({synthetic({.scene = "cross", .pair_class = "I2I"}), synthetic({})}).files.at("report.md");
+    EXPECT_NE(with.find("On cross nothing but the contact gives way"), std::string::npos) << with;
+    EXPECT_EQ(make_report({synthetic({})}).files.at("report.md").find("nothing but the contact"), std::string::npos);
+}
+
 TEST(Report, ASwitchThatMakesARunFailStandsFirst) {
     const std::vector<Record> records{
         synthetic({.mode = "ablation", .response = "old", .left_mm = 2.0, .state_hash = "a", .point = "from"}),

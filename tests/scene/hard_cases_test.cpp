@@ -1,87 +1,147 @@
 // The hard cases of scenes/hard, whose answers were found by reasoning (each says how), against the exact oracle and
-// every detector that claims exactness.
+// every detector that claims exactness; and that every entry of the list of hard cases is a case or names its test.
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
+#include <set>
 
 #include "geometry/input_error.hpp"
-#include "geometry/mesh_file.hpp"
 #include "measure/pair_truth.hpp"
 #include "method/registry.hpp"
+#include "scene/mesh_pair.hpp"
+#include "scene/scene.hpp"
+#include "simulate/hard_case.hpp"
+#include "support/program.hpp"
 
-namespace trocar {
+namespace trocar::test {
 namespace {
 
-const std::filesystem::path folder = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "hard";
+const std::filesystem::path root = TROCAR_SOURCE_DIR;
+const std::filesystem::path folder = root / "scenes" / "hard";
 
-std::vector<std::string> case_names() {
-    std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-        if (entry.is_directory()) names.push_back(entry.path().filename().string());
-    }
-    std::sort(names.begin(), names.end());
-    return names;
+/// Cases that are two meshes, or a file that must be refused.
+std::vector<trocar::HardCase> mesh_cases() {
+    std::vector<trocar::HardCase> cases = read_hard_cases(folder);
+    std::erase_if(cases, [](const trocar::HardCase& one) { return !one.scene.empty() || !one.tested.empty(); });
+    return cases;
 }
 
-class HardCase : public testing::TestWithParam<std::string> {
-protected:
-    [[nodiscard]] nlohmann::json expected() const {
-        std::ifstream stream(folder / GetParam() / "expected.json");
-        return nlohmann::json::parse(stream);
-    }
-    [[nodiscard]] Mesh mesh(const char* name) const { return read_mesh(folder / GetParam() / name); }
-};
+class HardCase : public testing::TestWithParam<trocar::HardCase> {};
 
 TEST_P(HardCase, OracleAndExactDetectorsGiveTheReasonedAnswer) {
-    const nlohmann::json answer = expected();
-    if (answer.contains("bad_input")) {
-        const std::string place = answer["bad_input"];
+    const trocar::HardCase& one = GetParam();
+    const std::filesystem::path place = one.file.parent_path();
+    if (!one.bad_input.empty()) {
         try {
-            static_cast<void>(mesh("a.obj"));
+            if (std::filesystem::exists(place / "scene.json")) {
+                static_cast<void>(read_scene(place / "scene.json", std::nullopt));
+            } else {
+                static_cast<void>(read_mesh(place / "a.obj"));
+            }
             FAIL() << "no complaint";
         } catch (const InputError& error) {
-            EXPECT_NE(std::string(error.what()).find(place), std::string::npos) << error.what();
+            EXPECT_NE(std::string(error.what()).find(one.bad_input), std::string::npos) << error.what();
         }
         return;
     }
-    const Mesh a = mesh("a.obj");
-    const Mesh b = mesh("b.obj");
-    const Topology topology =
-        make_topology({{.name = "a", .vertex_count = static_cast<Index>(a.vertices.cols()), .triangles = a.triangles},
-                       {.name = "b", .vertex_count = static_cast<Index>(b.vertices.cols()), .triangles = b.triangles}},
-                      {{0, 1}});
-    Frame frame;
-    frame.position.resize(3, topology.vertex_count);
-    frame.position << a.vertices, b.vertices;
-    frame.previous = frame.position;
-    frame.velocity = Matrix3X::Zero(3, topology.vertex_count);
-
+    MeshPair question = make_mesh_pair(read_mesh(place / "a.obj"), read_mesh(place / "b.obj"));
+    if (one.not_finite >= 0) question.frame.position(1, one.not_finite) = std::numeric_limits<double>::quiet_NaN();
     std::vector<TrianglePair> pairs;
-    for (const nlohmann::json& pair : answer["pairs"]) {
-        pairs.push_back({pair[0].get<Index>(), pair[1].get<Index>() + topology.bodies[1].triangles.first});
+    for (const auto& [a, b] : *one.pairs) pairs.push_back({a, b + question.topology.bodies[1].triangles.first});
+    if (one.not_finite < 0) {
+        std::vector<TrianglePair> truth;
+        true_pairs(question.topology, question.frame, truth);
+        EXPECT_EQ(truth, pairs) << "oracle";
+        EXPECT_EQ(touching_pairs(question.topology, question.frame, pairs), one.touch);
     }
-    std::vector<TrianglePair> truth;
-    true_pairs(topology, frame, truth);
-    EXPECT_EQ(truth, pairs) << "oracle";
-    EXPECT_EQ(touching_pairs(topology, frame, pairs), answer["touch"].get<std::vector<Index>>());
     for (const DetectorEntry& entry : registry().detectors()) {
         if (!entry.claims_exact) continue;
         const std::unique_ptr<Detector> detector = make_detector(entry.name);
         ContactSet contacts;
-        detector->prepare(topology, frame);
-        detector->update(frame);
-        detector->detect(frame, contacts);
-        EXPECT_TRUE(contacts.outcome.ok()) << entry.name << ": " << contacts.outcome.message;
+        detector->prepare(question.topology, question.frame);
+        detector->update(question.frame);
+        detector->detect(question.frame, contacts);
+        EXPECT_EQ(contacts.outcome.kind, one.outcome) << entry.name << ": " << contacts.outcome.message;
         EXPECT_EQ(contacts.pairs, pairs) << entry.name;
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Folder, HardCase, testing::ValuesIn(case_names()),
-                         [](const auto& tested) { return tested.param; });
+INSTANTIATE_TEST_SUITE_P(Folder, HardCase, testing::ValuesIn(mesh_cases()),
+                         [](const auto& tested) { return tested.param.name; });
 
-TEST(HardCases, AreThere) { EXPECT_GE(case_names().size(), 15U); }
+TEST(HardCases, EveryEntryOfTheListIsACaseOrNamesItsTest) {
+    const std::set<std::string> list{"touching ± 1 ulp",
+                                     "coplanar",
+                                     "shared edge or vertex",
+                                     "slivers",
+                                     "zero area",
+                                     "duplicate and opposite faces",
+                                     "needle through one face",
+                                     "single triangle",
+                                     "contained",
+                                     "concentric",
+                                     "deep start",
+                                     "fast stab through a thin sheet",
+                                     "drag",
+                                     "resting contact jitter",
+                                     "grasp and pull to large strain",
+                                     "stiffness ratio 1e5",
+                                     "step beyond the stability limit",
+                                     "zero mass",
+                                     "inverted normals",
+                                     "open and closed meshes",
+                                     "non-manifold",
+                                     "empty mesh",
+                                     "NaN or Inf vertex",
+                                     "hash-collision storm",
+                                     "cell-boundary and negative coordinates",
+                                     "huge triangle in tiny cells",
+                                     "scale 1e-6 … 1e3",
+                                     "origin at 1e4",
+                                     "two instruments locked",
+                                     "10× step change",
+                                     "1e6 steps energy drift",
+                                     "1e6 triangles",
+                                     "index out of range"};
+    std::set<std::string> found;
+    for (const trocar::HardCase& one : read_hard_cases(folder)) found.insert(one.of);
+    EXPECT_EQ(found, list);
+}
+
+TEST(HardCases, ScenesAndTestsThatAreNamedExist) {
+    for (const trocar::HardCase& one : read_hard_cases(folder)) {
+        if (!one.scene.empty()) {
+            const Scene scene = read_scene(one.file.parent_path() / one.scene, std::nullopt);
+            EXPECT_GT(scene.ticks, 0) << one.name;
+            EXPECT_TRUE(!one.at_most.empty() || one.outcome != OutcomeKind::ok) << one.name << " asks for nothing";
+        }
+        if (one.tested.empty()) continue;
+        const std::size_t colon = one.tested.find(": ");
+        ASSERT_NE(colon, std::string::npos) << one.name;
+        const std::string text = read_file(root / one.tested.substr(0, colon));
+        EXPECT_NE(text.find(one.tested.substr(colon + 2)), std::string::npos) << one.tested;
+    }
+}
+
+TEST(HardCases, ACaseOfNoKindOrOfTwoIsBadInput) {
+    const TemporaryFolder temporary;
+    const std::filesystem::path file = temporary.path() / "expected.json";
+    const auto complaint = [&file](const std::string& text) -> std::string {
+        std::ofstream(file) << text;
+        try {
+            static_cast<void>(read_hard_case(file));
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "none";
+    };
+    EXPECT_NE(complaint(R"({"of":"x","reason":"y"})").find("got 0 of them"), std::string::npos);
+    EXPECT_NE(complaint(R"({"of":"x","reason":"y","tested":"a: b","scene":"c.json"})").find("got 2 of them"),
+              std::string::npos);
+    EXPECT_NE(complaint(R"({"of":"x","reason":"y","scene":"c.json","at_most":{"speed":1}})").find("/at_most/speed"),
+              std::string::npos);
+    EXPECT_EQ(complaint(R"({"of":"x","reason":"y","scene":"c.json","at_most":{"residual_max_m":1}})"), "none");
+}
 
 }  // namespace
-}  // namespace trocar
+}  // namespace trocar::test

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
 #include <set>
 
 #include "geometry/input_error.hpp"
@@ -280,6 +281,76 @@ TEST(Studies, OfTheProjectAreReadable) {
         EXPECT_FALSE(make_plan(study).empty()) << name;
         EXPECT_TRUE(study.replay && study.closed_loop && study.triangle_pair) << name;
     }
+}
+
+TEST_F(StudyFile, HardCasesArePlannedByTheirKind) {
+    const std::filesystem::path cases = folder_.path() / "hard";
+    const auto add = [&cases](const std::string& name, const std::string& text) {
+        std::filesystem::create_directories(cases / name);
+        std::ofstream(cases / name / "expected.json") << text;
+    };
+    add("meshes", R"({"of":"m","reason":"r","pairs":[[0,1]],"touch":[0]})");
+    add("refused", R"({"of":"f","reason":"r","bad_input":"line 4"})");
+    add("moving", R"({"of":"s","reason":"r","scene":"../../a.json","at_most":{"residual_max_m":0.001},"ticks":70})");
+    add("elsewhere", R"({"of":"t","reason":"r","tested":"some_test.cpp: Name"})");
+    const Study study = read(R"({"format":"trocar-study-1","name":"s","repetitions":3,"hard_cases":{"folder":"hard",
+        "families":["data:x/pairs.txt"],"detectors":["ohc","brute_force"],"responses":["penalty"]}})");
+    const std::vector<PlannedRun> plan = make_plan(study);
+    std::multiset<std::string> runs;
+    for (const PlannedRun& run : plan) {
+        EXPECT_EQ(run.spec.mode, "hard_case");
+        EXPECT_EQ(is_mesh_case(run.spec), run.spec.response.empty());
+        runs.insert(run.spec.scene + " " + run.spec.detector + " " + run.spec.response +
+                    (run.settled ? "settled" : ""));
+        if (run.spec.scene == "moving") {
+            EXPECT_EQ(run.spec.scene_file, "a.json");
+            EXPECT_EQ(run.spec.ticks, 70);
+            EXPECT_EQ(run.facts.at("case.at_most.residual_max_m"), "0.001");
+        }
+    }
+    EXPECT_EQ(runs, (std::multiset<std::string>{"meshes ohc ", "meshes brute_force ", "refused  ", "moving ohc penalty",
+                                                "elsewhere  settled", "pairs ohc ", "pairs brute_force "}));
+}
+
+TEST_F(StudyFile, CertificateAsksEveryMethodInAtLeastTwoProcesses) {
+    const std::string head = R"({"format":"trocar-study-1","name":"s","certificate":{"scenes":["a.json"],)";
+    const Study study = read(head + R"("detectors":["ohc","brute_force"],"responses":["penalty"]}})");
+    const std::vector<PlannedRun> plan = make_plan(study);
+    EXPECT_EQ(plan.size(), 6U);
+    for (const PlannedRun& run : plan) {
+        EXPECT_TRUE(run.spec.response.empty() || run.spec.detector == "ohc");
+    }
+    EXPECT_NE(complaint(head + R"("detectors":["ohc"],"repetitions":1}})").find("/certificate/repetitions"),
+              std::string::npos);
+}
+
+TEST_F(StudyFile, ASwitchMayNeedSomethingElseToBeSet) {
+    const Study study = read(R"({"format":"trocar-study-1","name":"s","ablation":{"scenes":["a.json"],"detector":"ohc",
+        "from":"thesis:profile=faithful","to":"thesis:profile=corrected","switches":[
+        {"parameter":"f_max","to":"1","with":"clamp=on,resolution=none","silent":{"to":"nobody asks"}}]}})");
+    std::map<std::string, const PlannedRun*> by_point;
+    const std::vector<PlannedRun> plan = make_plan(study);
+    for (const PlannedRun& run : plan) by_point[run.spec.point] = &run;
+    ASSERT_EQ(by_point.size(), 6U);
+    EXPECT_EQ(by_point.at("from; clamp=on,resolution=none")->spec.response,
+              "thesis:clamp=on,profile=faithful,resolution=none");
+    EXPECT_EQ(by_point.at("to; clamp=on,resolution=none with 1")->spec.response,
+              "thesis:clamp=on,f_max=1,profile=corrected,resolution=none");
+    EXPECT_EQ(by_point.at("to; clamp=on,resolution=none with 1")->facts.at("ablation.silent"), "nobody asks");
+    EXPECT_FALSE(by_point.at("from; clamp=on,resolution=none with 1")->facts.contains("ablation.silent"));
+    const std::string bad = R"({"format":"trocar-study-1","name":"s","ablation":{"scenes":["a.json"],"detector":"ohc",
+        "from":"thesis","to":"thesis","switches":[{"parameter":"f_max","to":"1","with":"clamps=on"}]}})";
+    EXPECT_NE(complaint(bad).find("/ablation/switches/0/with"), std::string::npos) << complaint(bad);
+}
+
+TEST(ShippedAblation, TurnsEveryParameterThatTheListTellsForThesis) {
+    const Study study = read_study(std::filesystem::path(TROCAR_SOURCE_DIR) / "bench" / "studies" / "ablation.json");
+    ASSERT_TRUE(study.ablation);
+    std::set<std::string> turned{"profile"};  // the two ends
+    for (const AblationPart::Switch& one : study.ablation->switches) turned.insert(one.parameter);
+    std::set<std::string> declared;
+    for (const Parameter& parameter : registry().response("thesis").parameters) declared.insert(parameter.name);
+    EXPECT_EQ(turned, declared);
 }
 
 }  // namespace

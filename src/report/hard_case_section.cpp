@@ -1,0 +1,229 @@
+// The hard-case matrix: case by method, with what each said. The right answer of a case comes with the case (by
+// reasoning, told below the matrix), that of a family of triangle pairs with its file.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "measure/metrics.hpp"
+#include "report/sections.hpp"
+
+namespace trocar {
+namespace {
+
+const std::string& fact(const Record& record, const std::string& key) {
+    static const std::string none;
+    const auto found = record.environment.find(key);
+    return found == record.environment.end() ? none : found->second;
+}
+
+std::string word_of(OutcomeKind kind) {
+    switch (kind) {
+        case OutcomeKind::not_finite:
+            return "NaN";
+        case OutcomeKind::threw:
+            return "throw";
+        case OutcomeKind::timed_out:
+            return "time-out";
+        case OutcomeKind::crashed:
+            return "crash";
+        case OutcomeKind::ok:
+        case OutcomeKind::absent:
+        case OutcomeKind::unsupported:
+        case OutcomeKind::unstable:
+            break;
+    }
+    return std::string(name_of(kind));
+}
+
+struct Cell {
+    std::string text;
+    bool asked = false;  ///< neither absent nor without data
+    bool right = false;
+};
+
+/// "residual_max_m 0.43 mm": metres as millimetres, everything else as it is.
+std::string figure_text(const std::string& key, double value, const std::string& relation = " ") {
+    const SummaryFigure& figure = summary_figure(key);
+    if (std::isnan(value)) return key + " n/a";
+    if (figure.unit == "m") return key + relation + format_number(value * mm) + " mm";
+    return key + relation + format_number(value) + (figure.unit == "1" ? "" : " " + figure.unit);
+}
+
+Cell cell_of(const Record& record) {
+    const OutcomeKind kind = record.outcome.kind;
+    if (kind == OutcomeKind::absent) return {.text = "absent"};
+    if (kind == OutcomeKind::unsupported && record.summary.empty() && !record.spec.detector.empty()) {
+        return {.text = "no data"};
+    }
+    Cell cell{.text = {}, .asked = true};
+    const std::string& expected = fact(record, "case.outcome");
+    if (!expected.empty() && expected != name_of(OutcomeKind::ok)) {
+        cell.right = name_of(kind) == expected && !(summary_of(record, "extra") > 0.0);
+        cell.text = cell.right ? "ok" : kind == OutcomeKind::ok ? "not told" : word_of(kind);
+        return cell;
+    }
+    std::vector<std::string> faults;
+    const double failed = summary_of(record, "failed_ticks");
+    if (kind != OutcomeKind::ok) {
+        faults.push_back(word_of(kind) +
+                         (failed > 1.0 && fact(record, "case.of").empty() ? " " + count_text(failed) : std::string()));
+    }
+    if (const double missing = summary_of(record, "missing"); missing > 0.0 && record.spec.response.empty()) {
+        faults.push_back("miss " + count_text(missing));
+    }
+    if (const double extra = summary_of(record, "extra"); extra > 0.0 && record.spec.response.empty()) {
+        faults.push_back("extra " + count_text(extra));
+    }
+    constexpr std::string_view bound = "case.at_most.";
+    for (const auto& [key, text] : record.environment) {
+        if (key.rfind(bound, 0) != 0 || kind != OutcomeKind::ok) continue;
+        const std::string figure = key.substr(bound.size());
+        const double value = summary_of(record, figure);
+        if (value <= std::stod(text)) continue;
+        faults.push_back(figure_text(figure, value));
+    }
+    cell.right = faults.empty();
+    cell.text = cell.right ? "ok" : joined(faults);
+    return cell;
+}
+
+std::string expected_text(const Record& record) {
+    const std::string& outcome = fact(record, "case.outcome");
+    if (!outcome.empty() && outcome != name_of(OutcomeKind::ok)) return "told as " + outcome;
+    std::vector<std::string> bounds;
+    constexpr std::string_view bound = "case.at_most.";
+    for (const auto& [key, text] : record.environment) {
+        if (key.rfind(bound, 0) != 0) continue;
+        const std::string figure = key.substr(bound.size());
+        bounds.push_back(figure_text(figure, std::stod(text), " ≤ "));
+    }
+    if (!bounds.empty()) return joined(bounds);
+    if (!fact(record, "case.expected").empty()) return fact(record, "case.expected");
+    return fmt::format("{} of {} meet", count_text(summary_of(record, "true_pairs")),
+                       count_text(summary_of(record, "judged_ticks")));
+}
+
+using Row = std::map<std::string, const Record*>;  ///< by method
+
+struct Matrix {
+    std::map<std::pair<std::string, std::string>, Row> rows;  ///< by what it is a case of, and name
+    std::set<std::string> methods;
+};
+
+Table table_of(const Matrix& matrix, const std::string& caption, const std::string& kind) {
+    Table table;
+    table.caption = caption;
+    table.columns = {{"case of", false}, {kind, false}, {"right answer", false}};
+    for (const std::string& method : matrix.methods) table.columns.push_back({code(method), false});
+    std::map<std::string, std::pair<int, int>> tally;  // right, asked
+    for (const auto& [key, row] : matrix.rows) {
+        const Record* told = nullptr;  // an absent method's record has no summary to tell the counts
+        for (const auto& [method, record] : row) {
+            if (told == nullptr || told->summary.size() < record->summary.size()) told = record;
+        }
+        TableRow line{.cells = {key.first, code(key.second), expected_text(*told)}};
+        for (const std::string& method : matrix.methods) {
+            const auto found = row.find(method);
+            if (found == row.end()) {
+                line.cells.emplace_back("");
+                continue;
+            }
+            const Cell cell = cell_of(*found->second);
+            line.cells.push_back(cell.text);
+            tally[method].first += cell.right ? 1 : 0;
+            tally[method].second += cell.asked ? 1 : 0;
+        }
+        table.rows.push_back(std::move(line));
+    }
+    if (table.rows.empty()) return table;
+    TableRow sum{.cells = {"all", "right", ""}, .style = TableRow::Style::own};
+    for (const std::string& method : matrix.methods) {
+        const auto [right, asked] = tally[method];
+        sum.cells.push_back(asked == 0 ? "n/a" : fmt::format("{} of {}", right, asked));
+    }
+    table.rows.push_back(std::move(sum));
+    return table;
+}
+
+}  // namespace
+
+std::string hard_case_sentence(const Draft& draft) {
+    std::map<std::string, std::pair<int, int>> tally;  // right, asked
+    for (const Record& record : draft.records) {
+        const RunSpec& spec = record.spec;
+        if (spec.mode != "hard_case" || spec.repetition != 0 || spec.detector.empty()) continue;
+        const Cell cell = cell_of(record);
+        if (!cell.asked) continue;
+        auto& [right, asked] = tally[spec.response.empty() ? spec.detector : spec.response];
+        right += cell.right ? 1 : 0;
+        ++asked;
+    }
+    if (tally.empty()) return {};
+    std::vector<std::string> all;
+    std::vector<std::string> some;
+    for (const auto& [method, counts] : tally) {
+        if (counts.first == counts.second) {
+            all.push_back(code(method));
+        } else {
+            some.push_back(fmt::format("{} {} of {}", code(method), counts.first, counts.second));
+        }
+    }
+    return fmt::format("Hard cases answered rightly: all by {}; {}.", all.empty() ? "none" : joined(all),
+                       some.empty() ? "no method fails one" : joined(some));
+}
+
+void add_hard_cases(Draft& draft) {
+    Matrix meshes;
+    Matrix families;
+    Matrix scenes;
+    Table elsewhere;
+    elsewhere.caption = "Cases held by a test, or refused before any method sees them";
+    elsewhere.columns = {{"case of", false}, {"case", false}, {"where", false}, {"result", false}};
+    Table reasons;
+    reasons.caption = "Why the right answers are right";
+    reasons.columns = {{"case", false}, {"reason", false}};
+    reasons.folded = true;
+    std::map<std::string, std::string> reason_of;
+    for (const Record& record : draft.records) {
+        const RunSpec& spec = record.spec;
+        if (spec.mode != "hard_case" || spec.repetition != 0) continue;
+        const std::string& of = fact(record, "case.of");
+        if (!of.empty()) reason_of[spec.scene] = fact(record, "case.reason");
+        if (!fact(record, "case.tested").empty()) {
+            elsewhere.rows.push_back({.cells = {of, code(spec.scene), code(fact(record, "case.tested")), "a test"}});
+        } else if (spec.detector.empty()) {
+            elsewhere.rows.push_back({.cells = {of, code(spec.scene), "the reader: " + fact(record, "case.expected"),
+                                                record.outcome.ok() ? "ok" : outcome_text(record.outcome)}});
+        } else if (!spec.response.empty()) {
+            scenes.methods.insert(spec.response);
+            scenes.rows[{of, spec.scene}][spec.response] = &record;
+        } else {
+            Matrix& matrix = of.empty() ? families : meshes;
+            matrix.methods.insert(spec.detector);
+            matrix.rows[{of.empty() ? "family of triangle pairs" : of, spec.scene}][spec.detector] = &record;
+        }
+    }
+    if (meshes.rows.empty() && families.rows.empty() && scenes.rows.empty()) return;
+    draft.heading(2, "Hard cases");
+    draft.paragraph(
+        "Each method on every case, in a process of its own. ok = the right answer; miss, extra = pairs (of a family: "
+        "triangle pairs in it) that were not told or are not there; NaN = the outcome not_finite, or a contact of the "
+        "library's own that is no number; throw, crash, time-out, unstable = how the run ended; not told = a frame "
+        "that is no number, or a step beyond the limit, went unnoticed. Where a bound is broken, the figure is told. "
+        "No right answer comes from a method.");
+    draft.add(table_of(meshes, "Detectors on meshes", "case"));
+    draft.add(table_of(families, "Detectors on families of hard triangle pairs, truth from the files", "family"));
+    Table moving = table_of(scenes, "Responses on scenes", "case");
+    moving.note = "Contacts of the first detector of the study, canonical. Figures as in the list of words at the end.";
+    draft.add(std::move(moving));
+    std::sort(elsewhere.rows.begin(), elsewhere.rows.end(),
+              [](const TableRow& a, const TableRow& b) { return a.cells < b.cells; });
+    draft.add(std::move(elsewhere));
+    for (const auto& [name, reason] : reason_of) reasons.rows.push_back({.cells = {code(name), reason}});
+    draft.add(std::move(reasons));
+}
+
+}  // namespace trocar

@@ -1,0 +1,222 @@
+#include "simulate/hard_case.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "geometry/input_error.hpp"
+#include "geometry/pair_file.hpp"
+#include "measure/environment.hpp"
+#include "measure/metrics.hpp"
+#include "measure/pair_truth.hpp"
+#include "method/registry.hpp"
+#include "scene/json_node.hpp"
+#include "scene/mesh_pair.hpp"
+#include "scene/scene.hpp"
+
+namespace trocar {
+namespace {
+
+std::string bytes_of(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream || !std::filesystem::is_regular_file(file)) {
+        throw InputError(file.string(), "", "a readable file", "no such file");
+    }
+    std::ostringstream text;
+    text << stream.rdbuf();
+    return text.str();
+}
+
+Index small_number(const JsonNode& node) { return static_cast<Index>(node.integer(0, 1'000'000)); }
+
+Record started(const RunSpec& spec) {
+    Record record;
+    record.spec = spec;
+    record.environment = environment();
+    return record;
+}
+
+/// What a detector says of one frame; what it throws is its outcome.
+void ask(const RunSpec& spec, const MeshPair& question, bool native, ContactSet& contacts) {
+    contacts.clear();
+    contacts.native_wanted = native;
+    const MethodSpec method = parse_method(spec.detector);
+    const std::unique_ptr<Detector> detector = make_detector(method.name, method.parameters);
+    try {
+        detector->prepare(question.topology, question.frame);
+        detector->update(question.frame);
+        detector->detect(question.frame, contacts);
+    } catch (const std::exception& error) {
+        contacts.clear();
+        contacts.outcome = {OutcomeKind::threw, error.what()};
+    }
+}
+
+bool is_finite(const Contact& contact) {
+    return contact.point.allFinite() && contact.normal.allFinite() && std::isfinite(contact.depth);
+}
+
+Record refused_or_not(const HardCase& hard_case, const RunSpec& spec) {
+    Record record = started(spec);
+    try {
+        const std::filesystem::path folder = hard_case.file.parent_path();
+        if (std::filesystem::exists(folder / "scene.json")) {
+            static_cast<void>(read_scene(folder / "scene.json", std::nullopt));
+        } else {
+            static_cast<void>(read_mesh(folder / "a.obj"));
+        }
+        record.outcome = {OutcomeKind::unsupported, "the file was read without a complaint"};
+    } catch (const InputError& error) {
+        const std::string complaint = error.what();
+        if (complaint.find(hard_case.bad_input) == std::string::npos) {
+            record.outcome = {OutcomeKind::threw, "the complaint does not name the place: " + complaint};
+        }
+    }
+    return record;
+}
+
+}  // namespace
+
+HardCase read_hard_case(const std::filesystem::path& file) {
+    const std::string file_name = file.string();
+    const Json document = parse_json(bytes_of(file), file_name);
+    const JsonNode root(document, file_name);
+    root.expect_keys({"of", "reason", "pairs", "touch", "not_finite", "bad_input", "scene", "at_most", "outcome",
+                      "tested", "ticks"});
+    HardCase result;
+    result.file = file;
+    result.name = file.parent_path().filename().string();
+    result.of = root.at("of").text();
+    result.reason = root.at("reason").text();
+    if (root.has("pairs")) {
+        auto& pairs = result.pairs.emplace();
+        for (const JsonNode& item : root.at("pairs").list()) {
+            const std::vector<JsonNode> numbers = item.list();
+            if (numbers.size() != 2) item.fail("two triangle numbers");
+            pairs.push_back({small_number(numbers[0]), small_number(numbers[1])});
+        }
+        for (const JsonNode& item : root.at("touch").list()) result.touch.push_back(small_number(item));
+    }
+    if (const auto node = root.find("not_finite")) result.not_finite = small_number(*node);
+    if (const auto node = root.find("bad_input")) result.bad_input = node->text();
+    if (const auto node = root.find("scene")) result.scene = node->text();
+    if (const auto node = root.find("tested")) result.tested = node->text();
+    if (const auto node = root.find("at_most")) {
+        for (const std::string& key : node->keys()) {
+            const auto& figures = summary_figures();
+            if (std::none_of(figures.begin(), figures.end(), [&key](const auto& one) { return one.name == key; })) {
+                node->at(key).fail("a figure of `trocar schema figures`", "'" + key + "'");
+            }
+            result.at_most[key] = node->at(key).number();
+        }
+    }
+    if (const auto node = root.find("ticks")) result.ticks = node->integer(1, 1'000'000);
+    if (const auto node = root.find("outcome")) result.outcome = outcome_kind_from(node->text());
+    const int kinds = static_cast<int>(result.pairs.has_value()) + static_cast<int>(!result.bad_input.empty()) +
+                      static_cast<int>(!result.scene.empty()) + static_cast<int>(!result.tested.empty());
+    if (kinds != 1) root.fail("one of the keys pairs, bad_input, scene, tested", fmt::format("{} of them", kinds));
+    return result;
+}
+
+std::vector<HardCase> read_hard_cases(const std::filesystem::path& folder) {
+    std::vector<std::filesystem::path> files;
+    if (std::filesystem::is_directory(folder)) {
+        for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+            if (std::filesystem::is_regular_file(entry.path() / "expected.json")) {
+                files.push_back(entry.path() / "expected.json");
+            }
+        }
+    }
+    if (files.empty()) throw InputError(folder.string(), "", "folders with expected.json", "none");
+    std::sort(files.begin(), files.end());
+    std::vector<HardCase> cases;
+    cases.reserve(files.size());
+    for (const std::filesystem::path& file : files) cases.push_back(read_hard_case(file));
+    return cases;
+}
+
+std::string hash_of(const HardCase& hard_case) {
+    std::uint64_t hash = 14695981039346656037ULL;
+    for (const char* name : {"expected.json", "a.obj", "b.obj", "scene.json"}) {
+        const std::filesystem::path file = hard_case.file.parent_path() / name;
+        if (!std::filesystem::exists(file)) continue;
+        for (const char c : bytes_of(file)) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
+    }
+    return fmt::format("{:016x}", hash);
+}
+
+Record run_hard_case(const HardCase& hard_case, const RunSpec& spec) {
+    if (spec.detector.empty()) return refused_or_not(hard_case, spec);
+    Record record = started(spec);
+    const std::filesystem::path folder = hard_case.file.parent_path();
+    MeshPair question = make_mesh_pair(read_mesh(folder / "a.obj"), read_mesh(folder / "b.obj"));
+    if (hard_case.not_finite >= 0) question.frame.position.col(hard_case.not_finite)[1] = std::nan("");
+    std::vector<TrianglePair> truth;
+    for (const auto& [a, b] : hard_case.pairs.value_or(std::vector<std::array<Index, 2>>{})) {
+        truth.push_back({a, b + question.topology.bodies[1].triangles.first});
+    }
+    ContactSet contacts;
+    ask(spec, question, false, contacts);
+    record.outcome = contacts.outcome;
+    const PairErrors errors = compare_pairs(contacts.pairs, truth, hard_case.touch);
+    record.summary = {{"judged_ticks", 1.0},
+                      {"true_pairs", static_cast<double>(truth.size())},
+                      {"true_touches", static_cast<double>(hard_case.touch.size())},
+                      {"missing", static_cast<double>(errors.missing)},
+                      {"missing_touch", static_cast<double>(errors.missing_touch)},
+                      {"extra", static_cast<double>(errors.extra)},
+                      {"truncated_ticks", contacts.truncated ? 1.0 : 0.0}};
+    if (!record.outcome.ok() || !registry().detector(parse_method(spec.detector).name).native_contacts) return record;
+    ask(spec, question, true, contacts);
+    const auto bad = std::count_if(contacts.native.begin(), contacts.native.end(),
+                                   [](const Contact& contact) { return !is_finite(contact); });
+    if (!contacts.outcome.ok()) {
+        record.outcome = contacts.outcome;
+    } else if (bad > 0) {
+        record.outcome = {OutcomeKind::not_finite,
+                          fmt::format("{} of {} native contacts", bad, contacts.native.size())};
+    }
+    return record;
+}
+
+Record run_pair_family(const std::filesystem::path& file, const RunSpec& spec) {
+    Record record = started(spec);
+    double judged = 0.0;
+    double meeting = 0.0;
+    double missing = 0.0;
+    double extra = 0.0;
+    double failed = 0.0;
+    ContactSet contacts;
+    for (const PairLine& line : read_pair_file(file)) {
+        if (!line.truth) continue;
+        const auto mesh = [](const Corners& corners) {
+            Mesh one;
+            one.vertices.resize(3, 3);
+            for (int k = 0; k < 3; ++k) one.vertices.col(k) = corners[static_cast<std::size_t>(k)];
+            one.triangles.resize(3, 1);
+            one.triangles << 0, 1, 2;
+            return one;
+        };
+        ask(spec, make_mesh_pair(mesh(line.first), mesh(line.second)), false, contacts);
+        judged += 1.0;
+        meeting += *line.truth ? 1.0 : 0.0;
+        if (!contacts.outcome.ok()) {
+            failed += 1.0;
+            if (record.outcome.ok()) record.outcome = contacts.outcome;
+            continue;
+        }
+        const bool found = !contacts.pairs.empty();
+        missing += *line.truth && !found ? 1.0 : 0.0;
+        extra += !*line.truth && found ? 1.0 : 0.0;
+    }
+    record.summary = {{"judged_ticks", judged},
+                      {"true_pairs", meeting},
+                      {"missing", missing},
+                      {"extra", extra},
+                      {"failed_ticks", failed}};
+    return record;
+}
+
+}  // namespace trocar

@@ -1,0 +1,137 @@
+// What scenes and methods tell a plan and a record, so that a report needs nothing else.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "method/registry.hpp"
+#include "study/study.hpp"
+
+namespace trocar {
+namespace {
+
+std::string settings_text(const std::vector<Parameter>& declared, const std::map<std::string, std::string>& given,
+                          std::string_view method) {
+    const ParameterValues values(method, declared, given);
+    std::vector<std::string> items;
+    for (const Parameter& parameter : declared) {
+        const std::string& value = values.text(parameter.name);
+        std::string item = fmt::format("{} = {}", parameter.name, value);
+        if (!parameter.unit.empty() && parameter.unit != "1" && value.find_first_of("0123456789") == 0) {
+            item += " " + parameter.unit;
+        }
+        if (value != parameter.default_value) item += fmt::format(" (default {})", parameter.default_value);
+        items.push_back(std::move(item));
+    }
+    return fmt::format("{}", fmt::join(items, ", "));
+}
+
+template <typename Entry>
+void add_entry_facts(const std::string& prefix, const Entry& entry, const StudyMethod& method,
+                     std::map<std::string, std::string>& facts) {
+    facts[prefix + "library"] = entry.library;
+    facts[prefix + "version"] = entry.version;
+    facts[prefix + "configuration"] = entry.configuration;
+    facts[prefix + "own"] = entry.own ? "yes" : "no";
+    facts[prefix + "settings"] = settings_text(entry.parameters, parse_method(method.text).parameters, entry.name);
+}
+
+void add_method_facts(const std::string& prefix, const StudyMethod& method, std::map<std::string, std::string>& facts) {
+    facts[prefix + "setting"] = method.setting;
+    facts[prefix + "basis"] = method.basis;
+    if (method.absent_reason) facts[prefix + "absent"] = *method.absent_reason;
+}
+
+constexpr std::string_view data_prefix = "data:";
+
+bool is_family(const RunSpec& spec) { return spec.scene_file.rfind(data_prefix, 0) == 0; }
+
+/// Nothing without a data folder.
+std::optional<std::filesystem::path> family_file(const RunSpec& spec,
+                                                 const std::optional<std::filesystem::path>& data) {
+    if (!is_family(spec) || !data) return std::nullopt;
+    return *data / spec.scene_file.substr(data_prefix.size());
+}
+
+}  // namespace
+
+SceneFacts facts_of(const Scene& scene) {
+    SceneFacts facts;
+    facts.name = scene.name;
+    facts.hash = fmt::format("{:016x}", scene.hash);
+    facts.ticks = scene.ticks;
+    facts.dt = scene.dt;
+    facts.triangles = scene.topology.triangle_count();
+    std::set<std::string> classes;
+    for (const auto& [first, second] : scene.topology.body_pairs) {
+        constexpr std::string_view letters = "IRT";
+        const auto kind_a = static_cast<std::size_t>(scene.topology.bodies[static_cast<std::size_t>(first)].kind);
+        const auto kind_b = static_cast<std::size_t>(scene.topology.bodies[static_cast<std::size_t>(second)].kind);
+        classes.insert(fmt::format("{}2{}", letters[std::min(kind_a, kind_b)], letters[std::max(kind_a, kind_b)]));
+    }
+    facts.pair_class = fmt::format("{}", fmt::join(classes, "+"));
+    return facts;
+}
+
+SceneFacts read_scene_facts(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data) {
+    SceneFacts facts;
+    facts.name = file.stem().string();
+    if (lacks_data(file, data)) {
+        facts.lacks_data = true;
+        return facts;
+    }
+    return facts_of(read_scene(file, data));
+}
+
+bool is_mesh_case(const RunSpec& spec) { return spec.mode == "hard_case" && spec.response.empty(); }
+
+SceneFacts read_case_facts(const std::filesystem::path& folder, const RunSpec& spec,
+                           const std::optional<std::filesystem::path>& data) {
+    SceneFacts facts;
+    facts.name = spec.scene;
+    facts.ticks = 1;
+    const std::optional<std::filesystem::path> family = family_file(spec, data);
+    if (!is_family(spec)) {
+        facts.hash = hash_of(read_hard_case(folder / spec.scene_file));
+    } else {
+        facts.lacks_data = !family || !std::filesystem::is_regular_file(*family);
+    }
+    return facts;
+}
+
+Record make_mesh_case_run(const std::filesystem::path& folder, const RunSpec& spec,
+                          const std::optional<std::filesystem::path>& data) {
+    if (is_family(spec)) return run_pair_family(family_file(spec, data).value_or(spec.scene_file), spec);
+    return run_hard_case(read_hard_case(folder / spec.scene_file), spec);
+}
+
+std::map<std::string, std::string> method_facts(const Study& study, const PlannedRun& run) {
+    std::map<std::string, std::string> facts = run.facts;
+    const bool outside = study.file.is_absolute() || study.file.generic_string().rfind("..", 0) == 0;
+    facts["study.file"] = (outside ? study.file.filename() : study.file).generic_string();
+    facts["study.reference"] = study.reference;
+    facts["study.time_limit_s"] = fmt::format("{}", study.time_limit_s);
+    const Registry& all = registry();
+    for (const AbsentMethod& method : all.absent_detectors()) facts["absent.detector." + method.name] = method.reason;
+    for (const AbsentMethod& method : all.absent_responses()) facts["absent.response." + method.name] = method.reason;
+    if (!run.detector.text.empty()) {
+        add_method_facts("detector.", run.detector, facts);
+        if (!run.detector.absent_reason) {
+            const DetectorEntry& entry = all.detector(parse_method(run.detector.text).name);
+            add_entry_facts("detector.", entry, run.detector, facts);
+            facts["detector.claims_exact"] = entry.claims_exact ? "yes" : "no";
+            facts["detector.native_contacts"] = entry.native_contacts ? "yes" : "no";
+        }
+    }
+    if (!run.response.text.empty()) {
+        add_method_facts("response.", run.response, facts);
+        if (!run.response.absent_reason) {
+            const ResponseEntry& entry = all.response(parse_method(run.response.text).name);
+            add_entry_facts("response.", entry, run.response, facts);
+            facts["response.table_row"] = entry.table_row;
+        }
+    }
+    return facts;
+}
+
+}  // namespace trocar

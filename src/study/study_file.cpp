@@ -1,0 +1,367 @@
+// Reading a study file, strictly: every fault is told with its place in the file.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include "geometry/input_error.hpp"
+#include "method/registry.hpp"
+#include "scene/json_node.hpp"
+#include "simulate/overrides.hpp"
+#include "study/study.hpp"
+
+namespace trocar {
+namespace {
+
+constexpr const char* study_format = "trocar-study-1";
+
+/// An object with known keys only, and all of `required`.
+void expect_object(const JsonNode& node, const std::vector<std::string>& known,
+                   const std::vector<std::string>& required) {
+    node.expect_keys(known);
+    for (const std::string& key : required) (void)node.at(key);
+}
+
+/// A list that is not empty.
+std::vector<JsonNode> items_of(const JsonNode& node) {
+    std::vector<JsonNode> items = node.list();
+    if (items.empty()) node.fail("a list that is not empty");
+    return items;
+}
+
+std::int64_t count_of(const JsonNode& node) { return node.integer(1, 1'000'000'000'000); }
+
+std::optional<std::string> reason_of_absence(const std::vector<AbsentMethod>& absent, const std::string& name) {
+    for (const AbsentMethod& method : absent) {
+        if (method.name == name) return method.reason;
+    }
+    return std::nullopt;
+}
+
+/// Checks a method text against the registry; the registry's own complaint is passed on with the place in the file.
+template <typename LookUp>
+StudyMethod check_method(const JsonNode& node, const std::string& text, const std::vector<AbsentMethod>& absent,
+                         LookUp look_up) {
+    StudyMethod method;
+    try {
+        const MethodSpec spec = parse_method(text);
+        method.text = spec.text();
+        method.absent_reason = reason_of_absence(absent, spec.name);
+        if (!method.absent_reason) {
+            const auto& entry = look_up(spec.name);
+            const ParameterValues checked(entry.name, entry.parameters, spec.parameters);
+        }
+    } catch (const InputError& error) {
+        node.fail("a method of trocar list", error.what());
+    }
+    return method;
+}
+
+StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes = {}) {
+    const bool plain = node.is_text();
+    if (!plain && scenes.empty()) expect_object(node, {"method", "setting", "basis"}, {"method"});
+    if (!plain && !scenes.empty()) expect_object(node, {"method", "setting", "basis", "scenes"}, {"method"});
+    const JsonNode name = plain ? node : node.at("method");
+    StudyMethod method =
+        is_detector ? check_method(name, name.text(), registry().absent_detectors(),
+                                   [](const std::string& n) -> const DetectorEntry& { return registry().detector(n); })
+                    : check_method(name, name.text(), registry().absent_responses(),
+                                   [](const std::string& n) -> const ResponseEntry& { return registry().response(n); });
+    if (plain) return method;
+    if (node.has("setting")) {
+        method.setting = node.at("setting").word({"default", "recommended", "tuned"});
+    }
+    if (node.has("scenes")) {
+        for (const JsonNode& item : items_of(node.at("scenes"))) method.scenes.push_back(item.word(scenes));
+    }
+    if (node.has("basis")) method.basis = node.at("basis").text();
+    if (method.setting != "default" && method.basis.empty()) {
+        node.fail("the key 'basis' (who recommends the setting, or the search and its budget)", "none");
+    }
+    return method;
+}
+
+std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes) {
+    std::vector<StudyMethod> methods;
+    std::set<std::string> seen;
+    for (const JsonNode& item : items_of(node)) {
+        methods.push_back(read_method(item, is_detector, scenes));
+        if (!seen.insert(methods.back().text).second) item.fail("each method once", methods.back().text + " again");
+    }
+    return methods;
+}
+
+std::vector<std::string> read_scenes(const JsonNode& node, const std::filesystem::path& study_file) {
+    std::vector<std::string> scenes;
+    std::set<std::string> seen;
+    for (const JsonNode& item : items_of(node)) {
+        scenes.push_back(item.text());
+        if (!seen.insert(scenes.back()).second) item.fail("each scene once", scenes.back() + " again");
+        if (!std::filesystem::is_regular_file(study_file.parent_path() / scenes.back())) {
+            item.fail("a scene file, relative to the study file", fmt::format("'{}' (no such file)", scenes.back()));
+        }
+    }
+    return scenes;
+}
+
+template <typename Part>
+void read_counts(const JsonNode& node, std::int64_t repetitions, Part& part) {
+    part.repetitions = node.has("repetitions") ? count_of(node.at("repetitions")) : repetitions;
+    part.ticks = node.has("ticks") ? count_of(node.at("ticks")) : 0;
+    part.truth_stride = node.has("truth_stride") ? count_of(node.at("truth_stride")) : 1;
+}
+
+std::string text_of(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream || !std::filesystem::is_regular_file(file)) {
+        throw InputError(file.string(), "", "a study file", "no such file");
+    }
+    std::ostringstream text;
+    text << stream.rdbuf();
+    return text.str();
+}
+
+/// Checks a parameter of every method of the list by making the method with it.
+void check_parameter(const JsonNode& node, const std::vector<StudyMethod>& methods, bool is_detector,
+                     const std::string& key, const std::string& value) {
+    for (const StudyMethod& method : methods) {
+        if (method.absent_reason) continue;
+        const MethodSpec spec = parse_method(with_parameter(method, key, value).text);
+        try {
+            if (is_detector) {
+                const DetectorEntry& entry = registry().detector(spec.name);
+                const ParameterValues checked(entry.name, entry.parameters, spec.parameters);
+            } else {
+                const ResponseEntry& entry = registry().response(spec.name);
+                const ParameterValues checked(entry.name, entry.parameters, spec.parameters);
+            }
+        } catch (const InputError& error) {
+            node.fail("a parameter and value of trocar list", error.what());
+        }
+    }
+}
+
+WorkPrecisionPart read_sweeps(const JsonNode& node, const std::filesystem::path& file, std::int64_t repetitions) {
+    expect_object(node, {"sweeps", "ticks", "repetitions", "truth_stride"}, {"sweeps"});
+    WorkPrecisionPart part;
+    read_counts(node, repetitions, part);
+    for (const JsonNode& item : items_of(node.at("sweeps"))) {
+        expect_object(item, {"scenes", "detectors", "responses", "contacts", "knob", "values"},
+                      {"scenes", "detectors", "knob", "values"});
+        WorkPrecisionPart::Sweep sweep;
+        sweep.scenes = read_scenes(item.at("scenes"), file);
+        sweep.detectors = read_methods(item.at("detectors"), true, sweep.scenes);
+        if (item.has("responses")) sweep.responses = read_methods(item.at("responses"), false, sweep.scenes);
+        if (item.has("contacts")) sweep.contacts = item.at("contacts").word({"canonical", "native"});
+        const JsonNode knob = item.at("knob");
+        sweep.knob = knob.text();
+        const bool of_detector = sweep.knob.rfind("detector.", 0) == 0;
+        const bool of_response = sweep.knob.rfind("response.", 0) == 0;
+        const auto& knobs = scene_knobs();
+        const bool of_scene =
+            std::any_of(knobs.begin(), knobs.end(), [&sweep](const SceneKnob& one) { return one.name == sweep.knob; });
+        if (!of_detector && !of_response && !of_scene) {
+            knob.fail("dt, k, substeps, detector.KEY or response.KEY", "'" + sweep.knob + "'");
+        }
+        if (!of_detector && sweep.responses.empty()) {
+            item.fail("the key 'responses': this knob acts in the closed loop only", "none");
+        }
+        for (const JsonNode& value : items_of(item.at("values"))) {
+            sweep.values.push_back(value.is_text() ? value.text() : fmt::format("{}", value.number()));
+            const std::string& text = sweep.values.back();
+            const std::string key = sweep.knob.substr(sweep.knob.find('.') + 1);
+            if (of_detector) check_parameter(value, sweep.detectors, true, key, text);
+            if (of_response) check_parameter(value, sweep.responses, false, key, text);
+            if (!of_scene) continue;
+            try {
+                (void)override_value(sweep.knob + "=" + text, sweep.knob);
+            } catch (const InputError& error) {
+                value.fail("a value of the knob " + sweep.knob, error.what());
+            }
+        }
+        part.sweeps.push_back(std::move(sweep));
+    }
+    return part;
+}
+
+AblationPart read_ablation(const JsonNode& node, const std::filesystem::path& file, std::int64_t repetitions) {
+    expect_object(node, {"scenes", "detector", "from", "to", "switches", "ticks", "repetitions", "truth_stride"},
+                  {"scenes", "detector", "from", "to", "switches"});
+    AblationPart part;
+    read_counts(node, repetitions, part);
+    part.scenes = read_scenes(node.at("scenes"), file);
+    part.detector = read_method(node.at("detector"), true);
+    part.from = read_method(node.at("from"), false);
+    part.to = read_method(node.at("to"), false);
+    for (const JsonNode& item : items_of(node.at("switches"))) {
+        expect_object(item, {"parameter", "from", "to", "scenes", "with", "silent"}, {"parameter", "to"});
+        AblationPart::Switch one{.parameter = item.at("parameter").text(),
+                                 .from = item.has("from") ? item.at("from").text() : std::string(),
+                                 .to = item.at("to").text(),
+                                 .scenes = {},
+                                 .with = item.has("with") ? item.at("with").text() : std::string(),
+                                 .silent_from = {},
+                                 .silent_to = {}};
+        if (item.has("with")) {
+            const JsonNode with = item.at("with");
+            try {
+                for (const auto& [key, value] : parse_method("method:" + one.with).parameters) {
+                    check_parameter(with, {part.from, part.to}, false, key, value);
+                }
+            } catch (const InputError& error) {
+                with.fail("key=value,… of trocar list", error.what());
+            }
+        }
+        check_parameter(item, {part.from}, false, one.parameter, one.to);
+        check_parameter(item, {part.to}, false, one.parameter, one.from.empty() ? one.to : one.from);
+        if (const auto silent = item.find("silent")) {
+            silent->expect_keys({"from", "to"});
+            if (silent->has("from")) one.silent_from = silent->at("from").text();
+            if (silent->has("to")) one.silent_to = silent->at("to").text();
+        }
+        if (item.has("scenes")) {
+            for (const JsonNode& scene : items_of(item.at("scenes"))) one.scenes.push_back(scene.word(part.scenes));
+        }
+        part.switches.push_back(std::move(one));
+    }
+    return part;
+}
+
+HardCasesPart read_hard_cases_part(const JsonNode& node, const std::filesystem::path& file) {
+    expect_object(node, {"folder", "families", "detectors", "responses", "truth_stride"}, {"folder", "detectors"});
+    HardCasesPart part;
+    if (node.has("truth_stride")) part.truth_stride = count_of(node.at("truth_stride"));
+    part.folder = node.at("folder").text();
+    part.cases = read_hard_cases(file.parent_path() / part.folder);
+    for (const HardCase& one : part.cases) {
+        if (one.scene.empty() || std::filesystem::is_regular_file(one.file.parent_path() / one.scene)) continue;
+        node.at("folder").fail("cases whose scenes exist", (one.file.parent_path() / one.scene).string());
+    }
+    if (node.has("families")) {
+        for (const JsonNode& item : items_of(node.at("families"))) {
+            part.families.push_back(item.text());
+            if (part.families.back().rfind("data:", 0) != 0) item.fail("data:PATH");
+        }
+    }
+    part.detectors = read_methods(node.at("detectors"), true, {});
+    if (node.has("responses")) part.responses = read_methods(node.at("responses"), false, {});
+    return part;
+}
+
+CertificatePart read_certificate(const JsonNode& node, const std::filesystem::path& file) {
+    expect_object(node, {"scenes", "detectors", "responses", "ticks", "repetitions"}, {"scenes", "detectors"});
+    CertificatePart part;
+    read_counts(node, 2, part);
+    if (part.repetitions < 2) {
+        node.at("repetitions").fail("at least 2: a fresh process is one of the things asked");
+    }
+    part.scenes = read_scenes(node.at("scenes"), file);
+    part.detectors = read_methods(node.at("detectors"), true, part.scenes);
+    if (node.has("responses")) part.responses = read_methods(node.at("responses"), false, part.scenes);
+    return part;
+}
+
+}  // namespace
+
+Study read_study(const std::filesystem::path& file) {
+    const std::string file_name = file.string();
+    const Json document = parse_json(text_of(file), file_name);
+    const JsonNode root(document, file_name);
+    expect_object(root,
+                  {"format", "name", "seed", "repetitions", "time_limit_s", "reference", "replay", "closed_loop",
+                   "triangle_pair", "work_precision", "ablation", "paced", "hard_cases", "certificate"},
+                  {"format", "name"});
+    root.at("format").expect_word(study_format);
+
+    Study study;
+    study.file = file;
+    study.name = root.at("name").text();
+    if (study.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") !=
+        std::string::npos) {
+        root.at("name").fail("a name of letters, digits, _ and - (it names a folder)");
+    }
+    if (root.has("seed")) study.seed = root.at("seed").unsigned_integer();
+    const std::int64_t repetitions = root.has("repetitions") ? count_of(root.at("repetitions")) : 1;
+    if (root.has("time_limit_s")) study.time_limit_s = root.at("time_limit_s").positive();
+
+    if (root.has("replay")) {
+        const JsonNode node = root.at("replay");
+        expect_object(node, {"scenes", "detectors", "ticks", "repetitions", "truth_stride", "between_ticks"},
+                      {"scenes", "detectors"});
+        ReplayPart part;
+        part.scenes = read_scenes(node.at("scenes"), file);
+        part.detectors = read_methods(node.at("detectors"), true, part.scenes);
+        read_counts(node, repetitions, part);
+        if (node.has("between_ticks")) part.between_ticks = node.at("between_ticks").flag();
+        study.replay = std::move(part);
+    }
+    if (root.has("closed_loop")) {
+        const JsonNode node = root.at("closed_loop");
+        expect_object(node, {"scenes", "detectors", "responses", "contacts", "ticks", "repetitions", "truth_stride"},
+                      {"scenes", "detectors", "responses"});
+        ClosedLoopPart part;
+        part.scenes = read_scenes(node.at("scenes"), file);
+        part.detectors = read_methods(node.at("detectors"), true, part.scenes);
+        part.responses = read_methods(node.at("responses"), false, part.scenes);
+        if (node.has("contacts")) {
+            for (const JsonNode& item : items_of(node.at("contacts"))) {
+                const std::string contacts = item.word({"canonical", "native"});
+                if (std::find(part.contacts.begin(), part.contacts.end(), contacts) != part.contacts.end()) {
+                    item.fail("each contact source once", contacts + " again");
+                }
+                part.contacts.push_back(contacts);
+            }
+        } else {
+            part.contacts = {"canonical"};
+        }
+        read_counts(node, repetitions, part);
+        study.closed_loop = std::move(part);
+    }
+    if (root.has("triangle_pair")) {
+        const JsonNode node = root.at("triangle_pair");
+        expect_object(node, {"scenes", "response", "ticks", "repetitions", "truth_stride"}, {"scenes", "response"});
+        TrianglePairPart part;
+        part.scenes = read_scenes(node.at("scenes"), file);
+        part.response = read_method(node.at("response"), false);
+        read_counts(node, repetitions, part);
+        study.triangle_pair = std::move(part);
+    }
+    if (root.has("work_precision")) study.work_precision = read_sweeps(root.at("work_precision"), file, repetitions);
+    if (root.has("ablation")) study.ablation = read_ablation(root.at("ablation"), file, repetitions);
+    if (root.has("paced")) {
+        const JsonNode node = root.at("paced");
+        expect_object(node, {"scenes", "detectors", "responses", "ticks", "repetitions"},
+                      {"scenes", "detectors", "responses"});
+        PacedPart part;
+        part.scenes = read_scenes(node.at("scenes"), file);
+        part.detectors = read_methods(node.at("detectors"), true, part.scenes);
+        part.responses = read_methods(node.at("responses"), false, part.scenes);
+        read_counts(node, repetitions, part);
+        study.paced = std::move(part);
+    }
+    if (root.has("hard_cases")) study.hard_cases = read_hard_cases_part(root.at("hard_cases"), file);
+    if (root.has("certificate")) study.certificate = read_certificate(root.at("certificate"), file);
+    if (!study.replay && !study.closed_loop && !study.triangle_pair && !study.work_precision && !study.ablation &&
+        !study.paced && !study.hard_cases && !study.certificate) {
+        root.fail(
+            "at least one of the keys replay, closed_loop, triangle_pair, work_precision, ablation, paced, hard_cases, "
+            "certificate",
+            "none of them");
+    }
+    if (root.has("reference")) {
+        study.reference = read_method(root.at("reference"), true).text;
+        const auto named = [&study](const auto& part) {
+            return part && std::any_of(part->detectors.begin(), part->detectors.end(),
+                                       [&study](const StudyMethod& m) { return m.text == study.reference; });
+        };
+        if (!named(study.replay) && !named(study.closed_loop)) {
+            root.at("reference").fail("one of the study's detectors");
+        }
+    }
+    return study;
+}
+
+}  // namespace trocar

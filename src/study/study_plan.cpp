@@ -1,0 +1,358 @@
+// From a study to its shuffled list of runs: which combinations are made, which are settled without being made.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "method/registry.hpp"
+#include "simulate/overrides.hpp"
+#include "study/study.hpp"
+
+namespace trocar {
+namespace {
+
+/// splitmix64 (Steele, Lea, Flood 2014): the same shuffle with every standard library.
+std::uint64_t next_random(std::uint64_t& state) {
+    std::uint64_t z = (state += 0x9E3779B97F4A7C15ULL);
+    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9ULL;
+    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBULL;
+    return z ^ (z >> 31U);
+}
+
+void shuffle(std::vector<PlannedRun>& runs, std::uint64_t& state) {
+    for (std::size_t i = runs.size(); i > 1; --i) {
+        std::swap(runs[i - 1], runs[static_cast<std::size_t>(next_random(state) % i)]);
+    }
+}
+
+void settle_absent(PlannedRun& run) {
+    for (const StudyMethod* method : {&run.detector, &run.response}) {
+        if (!method->absent_reason || run.settled) continue;
+        run.settled = Outcome{OutcomeKind::absent,
+                              fmt::format("{}: {}", parse_method(method->text).name, *method->absent_reason)};
+    }
+}
+
+bool has_native_contacts(const StudyMethod& detector) {
+    return detector.absent_reason || registry().detector(parse_method(detector.text).name).native_contacts;
+}
+
+/// Why a response can do nothing with contacts of this source; empty when it can.
+std::string unreadable(const StudyMethod& response, const std::string& contacts) {
+    if (response.absent_reason) return {};
+    const ResponseEntry& entry = registry().response(parse_method(response.text).name);
+    if (contacts == "canonical" && entry.needs_native) return "the response reads native contacts only";
+    if (contacts == "native" && !entry.reads_native) {
+        return "the response needs the overlap case of a contact, which native contacts do not tell";
+    }
+    return {};
+}
+
+PlannedRun planned(const Study& study, const std::string& mode, const std::string& scene_file, std::int64_t ticks,
+                   std::int64_t truth_stride, std::int64_t repetition, const StudyMethod& detector,
+                   const StudyMethod& response, const std::string& contacts) {
+    PlannedRun run;
+    run.spec.study = study.name;
+    run.spec.mode = mode;
+    run.spec.scene_file = scene_file;
+    run.spec.scene = std::filesystem::path(scene_file).stem().string();
+    run.spec.detector = detector.text;
+    run.spec.response = response.text;
+    run.spec.contacts = contacts;
+    run.spec.setting = detector.text.empty() ? response.setting : detector.setting;
+    run.spec.repetition = repetition;
+    run.spec.seed = study.seed;
+    run.spec.ticks = ticks;
+    run.spec.truth_stride = truth_stride;
+    run.detector = detector;
+    run.response = response;
+    settle_absent(run);
+    return run;
+}
+
+bool runs_on(const StudyMethod& method, const std::string& scene) {
+    return method.scenes.empty() || std::find(method.scenes.begin(), method.scenes.end(), scene) != method.scenes.end();
+}
+
+void add_sweeps(const Study& study, std::int64_t repetition, std::vector<PlannedRun>& runs) {
+    if (!study.work_precision || repetition >= study.work_precision->repetitions) return;
+    const WorkPrecisionPart& part = *study.work_precision;
+    for (const WorkPrecisionPart::Sweep& sweep : part.sweeps) {
+        const std::string owner = sweep.knob.substr(0, sweep.knob.find('.'));
+        const std::string key = sweep.knob.substr(std::min(sweep.knob.find('.') + 1, sweep.knob.size()));
+        const std::vector<StudyMethod> responses =
+            sweep.responses.empty() ? std::vector<StudyMethod>{StudyMethod{}} : sweep.responses;
+        for (const std::string& scene : sweep.scenes) {
+            for (const StudyMethod& detector : sweep.detectors) {
+                for (const StudyMethod& response : responses) {
+                    for (const std::string& value : sweep.values) {
+                        PlannedRun run =
+                            planned(study, "work_precision", scene, part.ticks, part.truth_stride, repetition,
+                                    owner == "detector" ? with_parameter(detector, key, value) : detector,
+                                    owner == "response" ? with_parameter(response, key, value) : response,
+                                    sweep.responses.empty() ? "" : sweep.contacts);
+                        if (owner == sweep.knob) run.spec.overrides = sweep.knob + "=" + value;
+                        run.spec.knob = sweep.knob;
+                        run.spec.point = value;
+                        if (!run.settled || repetition == 0) runs.push_back(std::move(run));
+                    }
+                }
+            }
+        }
+    }
+}
+
+void add_ablation(const Study& study, std::int64_t repetition, std::vector<PlannedRun>& runs) {
+    if (!study.ablation || repetition >= study.ablation->repetitions) return;
+    const AblationPart& part = *study.ablation;
+    const auto surrounded = [](StudyMethod method, const std::string& with) {
+        if (with.empty()) return method;
+        for (const auto& [key, value] : parse_method("method:" + with).parameters) {
+            method = with_parameter(method, key, value);
+        }
+        return method;
+    };
+    for (const std::string& scene : part.scenes) {
+        const auto add = [&](const StudyMethod& response, const std::string& knob, const std::string& point,
+                             const std::string& silent) {
+            PlannedRun run = planned(study, "ablation", scene, part.ticks, part.truth_stride, repetition, part.detector,
+                                     response, "canonical");
+            run.spec.knob = knob;
+            run.spec.point = point;
+            if (!silent.empty()) run.facts["ablation.silent"] = silent;
+            if (!run.settled || repetition == 0) runs.push_back(std::move(run));
+        };
+        add(part.from, "", "from", {});
+        add(part.to, "", "to", {});
+        std::set<std::string> told;  // surroundings whose two ends are planned
+        for (const AblationPart::Switch& one : part.switches) {
+            if (!one.scenes.empty() && std::find(one.scenes.begin(), one.scenes.end(), scene) == one.scenes.end()) {
+                continue;
+            }
+            const std::string ending = one.with.empty() ? std::string() : "; " + one.with;
+            const StudyMethod from = surrounded(part.from, one.with);
+            const StudyMethod to = surrounded(part.to, one.with);
+            if (!one.with.empty() && told.insert(one.with).second) {
+                add(from, "", "from" + ending, {});
+                add(to, "", "to" + ending, {});
+            }
+            const std::string& back = one.from.empty() ? one.to : one.from;
+            add(with_parameter(from, one.parameter, one.to), one.parameter, "from" + ending + " with " + one.to,
+                one.silent_from);
+            add(with_parameter(to, one.parameter, back), one.parameter, "to" + ending + " with " + back, one.silent_to);
+        }
+    }
+}
+
+/// What a record must tell of its case, so that the report needs no other file.
+std::map<std::string, std::string> facts_of(const HardCase& hard_case) {
+    std::map<std::string, std::string> facts{{"case.of", hard_case.of},
+                                             {"case.reason", hard_case.reason},
+                                             {"case.outcome", std::string(name_of(hard_case.outcome))}};
+    if (hard_case.pairs) {
+        facts["case.expected"] =
+            fmt::format("{} pairs, {} of them touch", hard_case.pairs->size(), hard_case.touch.size());
+    }
+    if (!hard_case.bad_input.empty()) facts["case.expected"] = "refused, naming " + hard_case.bad_input;
+    if (!hard_case.tested.empty()) facts["case.tested"] = hard_case.tested;
+    for (const auto& [figure, most] : hard_case.at_most) facts["case.at_most." + figure] = fmt::format("{}", most);
+    return facts;
+}
+
+void add_hard_cases(const Study& study, std::int64_t repetition, std::vector<PlannedRun>& runs) {
+    if (!study.hard_cases || repetition > 0) return;  // the right answer is no matter of the clock
+    const HardCasesPart& part = *study.hard_cases;
+    const auto add = [&](const std::string& file, const std::string& name, std::int64_t ticks,
+                         const StudyMethod& detector, const StudyMethod& response,
+                         std::map<std::string, std::string> facts, const std::optional<Outcome>& settled) {
+        PlannedRun run = planned(study, "hard_case", file, ticks, part.truth_stride, repetition, detector, response,
+                                 response.text.empty() ? "" : "canonical");
+        run.spec.scene = name;
+        run.facts = std::move(facts);
+        if (settled) run.settled = settled;
+        if (!run.settled || repetition == 0) runs.push_back(std::move(run));
+    };
+    for (const HardCase& one : part.cases) {
+        const std::string file = (std::filesystem::path(part.folder) / one.name / "expected.json").generic_string();
+        const auto facts = facts_of(one);
+        if (!one.tested.empty()) {
+            add(file, one.name, 1, {}, {}, facts, Outcome{});
+        } else if (!one.bad_input.empty()) {
+            add(file, one.name, 1, {}, {}, facts, std::nullopt);
+        } else if (one.pairs) {
+            for (const StudyMethod& detector : part.detectors)
+                add(file, one.name, 1, detector, {}, facts, std::nullopt);
+        } else {
+            const std::filesystem::path scene = std::filesystem::path(part.folder) / one.name / one.scene;
+            for (const StudyMethod& response : part.responses) {
+                if (!unreadable(response, "canonical").empty()) continue;
+                add(scene.lexically_normal().generic_string(), one.name, one.ticks, part.detectors.front(), response,
+                    facts, std::nullopt);
+            }
+        }
+    }
+    for (const std::string& family : part.families) {
+        const std::string name = std::filesystem::path(family).stem().string();
+        for (const StudyMethod& detector : part.detectors) add(family, name, 1, detector, {}, {}, std::nullopt);
+    }
+}
+
+void add_certificates(const Study& study, std::int64_t repetition, std::vector<PlannedRun>& runs) {
+    if (!study.certificate || repetition >= study.certificate->repetitions) return;
+    const CertificatePart& part = *study.certificate;
+    for (const std::string& scene : part.scenes) {
+        const auto add = [&](const StudyMethod& detector, const StudyMethod& response) {
+            PlannedRun run = planned(study, "certificate", scene, part.ticks, 0, repetition, detector, response,
+                                     response.text.empty() ? "" : "canonical");
+            if (!run.settled || repetition == 0) runs.push_back(std::move(run));
+        };
+        for (const StudyMethod& detector : part.detectors) {
+            if (runs_on(detector, scene)) add(detector, {});
+        }
+        for (const StudyMethod& response : part.responses) {
+            if (runs_on(response, scene) && unreadable(response, "canonical").empty()) {
+                add(part.detectors.front(), response);
+            }
+        }
+    }
+}
+
+/// The runs of one repetition; an unanswerable combination is told once, in the first repetition, not per scene.
+std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
+    std::vector<PlannedRun> runs;
+    const auto wanted = [repetition](const PlannedRun& run) { return !run.settled || repetition == 0; };
+    if (study.replay && repetition < study.replay->repetitions) {
+        for (const std::string& scene : study.replay->scenes) {
+            for (const StudyMethod& detector : study.replay->detectors) {
+                if (!runs_on(detector, scene)) continue;
+                PlannedRun run = planned(study, "replay", scene, study.replay->ticks, study.replay->truth_stride,
+                                         repetition, detector, StudyMethod{}, "");
+                run.spec.between_ticks = study.replay->between_ticks;
+                if (wanted(run)) runs.push_back(std::move(run));
+            }
+        }
+    }
+    if (study.closed_loop && repetition < study.closed_loop->repetitions) {
+        const ClosedLoopPart& part = *study.closed_loop;
+        for (const std::string& contacts : part.contacts) {
+            for (const StudyMethod& response : part.responses) {
+                const std::string reason = unreadable(response, contacts);
+                if (reason.empty() || repetition > 0) continue;
+                PlannedRun run = planned(study, "closed_loop", "", part.ticks, part.truth_stride, 0, StudyMethod{},
+                                         response, contacts);
+                run.settled = Outcome{OutcomeKind::unsupported, reason};
+                runs.push_back(std::move(run));
+            }
+            for (const StudyMethod& detector : part.detectors) {
+                if (contacts == "native" && !has_native_contacts(detector)) {
+                    if (repetition > 0) continue;
+                    PlannedRun run = planned(study, "closed_loop", "", part.ticks, part.truth_stride, 0, detector,
+                                             StudyMethod{}, contacts);
+                    run.settled = Outcome{OutcomeKind::unsupported, "the detector has no contacts of its own"};
+                    runs.push_back(std::move(run));
+                    continue;
+                }
+                for (const StudyMethod& response : part.responses) {
+                    if (!unreadable(response, contacts).empty()) continue;
+                    for (const std::string& scene : part.scenes) {
+                        if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
+                        PlannedRun run = planned(study, "closed_loop", scene, part.ticks, part.truth_stride, repetition,
+                                                 detector, response, contacts);
+                        if (wanted(run)) runs.push_back(std::move(run));
+                    }
+                }
+            }
+        }
+    }
+    if (study.triangle_pair && repetition < study.triangle_pair->repetitions) {
+        for (const std::string& scene : study.triangle_pair->scenes) {
+            PlannedRun run =
+                planned(study, "triangle_pair", scene, study.triangle_pair->ticks, study.triangle_pair->truth_stride,
+                        repetition, StudyMethod{}, study.triangle_pair->response, "canonical");
+            if (wanted(run)) runs.push_back(std::move(run));
+        }
+    }
+    add_sweeps(study, repetition, runs);
+    add_ablation(study, repetition, runs);
+    add_hard_cases(study, repetition, runs);
+    add_certificates(study, repetition, runs);
+    if (study.paced && repetition < study.paced->repetitions) {
+        for (const std::string& scene : study.paced->scenes) {
+            for (const StudyMethod& detector : study.paced->detectors) {
+                for (const StudyMethod& response : study.paced->responses) {
+                    if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
+                    PlannedRun run = planned(study, "paced", scene, study.paced->ticks, 0, repetition, detector,
+                                             response, "canonical");
+                    if (wanted(run)) runs.push_back(std::move(run));
+                }
+            }
+        }
+    }
+    return runs;
+}
+
+double rough_seconds(const SceneFacts& facts, const RunSpec& spec) {
+    const auto ticks = static_cast<double>(spec.ticks);
+    const auto triangles = static_cast<double>(facts.triangles);
+    constexpr double start = 0.05;            // s, process and scene
+    constexpr double tick = 1.0e-4;           // s
+    constexpr double tick_triangle = 1.0e-7;  // s per triangle
+    constexpr double judged = 5.0e-4;         // s
+    constexpr double judged_triangle = 1.2e-6;
+    if (spec.mode == "paced") return start + 2.0 * ticks * facts.dt;
+    if (is_mesh_case(spec)) return start;
+    if (spec.mode == "certificate") return start + 7.0 * ticks * (tick + tick_triangle * triangles);
+    const double truth =
+        spec.mode == "triangle_pair" || spec.truth_stride == 0 ? 0.0 : ticks / static_cast<double>(spec.truth_stride);
+    return start + ticks * (tick + tick_triangle * triangles) + truth * (judged + judged_triangle * triangles);
+}
+
+}  // namespace
+
+/// The method with one parameter set, whatever it was before.
+StudyMethod with_parameter(const StudyMethod& method, const std::string& key, const std::string& value) {
+    StudyMethod changed = method;
+    MethodSpec spec = parse_method(method.text);
+    spec.parameters[key] = value;
+    changed.text = spec.text();
+    return changed;
+}
+
+std::vector<PlannedRun> make_plan(const Study& study) {
+    std::int64_t repetitions = 0;
+    if (study.hard_cases) repetitions = std::max<std::int64_t>(repetitions, 1);
+    if (study.certificate) repetitions = std::max(repetitions, study.certificate->repetitions);
+    if (study.work_precision) repetitions = std::max(repetitions, study.work_precision->repetitions);
+    if (study.ablation) repetitions = std::max(repetitions, study.ablation->repetitions);
+    if (study.paced) repetitions = std::max(repetitions, study.paced->repetitions);
+    if (study.replay) repetitions = std::max(repetitions, study.replay->repetitions);
+    if (study.closed_loop) repetitions = std::max(repetitions, study.closed_loop->repetitions);
+    if (study.triangle_pair) repetitions = std::max(repetitions, study.triangle_pair->repetitions);
+    std::vector<PlannedRun> plan;
+    std::uint64_t random = study.seed;
+    for (std::int64_t repetition = 0; repetition < repetitions; ++repetition) {
+        std::vector<PlannedRun> runs = block(study, repetition);
+        shuffle(runs, random);
+        std::move(runs.begin(), runs.end(), std::back_inserter(plan));
+    }
+    return plan;
+}
+
+void complete_run(const SceneFacts& facts, PlannedRun& run) {
+    if (run.spec.mode != "hard_case") run.spec.scene = facts.name;
+    run.spec.scene_hash = facts.hash;
+    run.spec.pair_class = facts.pair_class;
+    if (run.spec.ticks == 0) run.spec.ticks = facts.ticks;
+    if (const double dt = override_value(run.spec.overrides, "dt"); dt > 0.0) {
+        // The same time, in other ticks.
+        run.spec.ticks = std::max(1LL, std::llround(static_cast<double>(run.spec.ticks) * facts.dt / dt));
+    }
+    run.rough_seconds = rough_seconds(facts, run.spec);
+    if (facts.lacks_data && !run.settled) {
+        run.settled = Outcome{OutcomeKind::unsupported, "no data"};
+    }
+}
+
+}  // namespace trocar

@@ -1,0 +1,104 @@
+// A world told anew is the same world: corner by corner and spring by spring.
+#include "measure/retelling.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <set>
+
+#include "support/shapes.hpp"
+
+namespace trocar {
+namespace {
+
+test::World three_bodies() {
+    return test::make_world("three", {{BodyKind::instrument, test::sphere(0.01, 5).move({0.001, 0.0, 0.004})},
+                                      {BodyKind::tissue, test::sheet(0.05, 6).shake(0.0005, 3)},
+                                      {BodyKind::tissue, test::sphere(0.02, 6).move({0.0, 0.01, -0.015})}});
+}
+
+using Point = std::array<double, 3>;
+
+/// The corners of a triangle wherever it starts.
+std::multiset<Point> corners(const Topology& topology, const Frame& frame, Index triangle) {
+    std::multiset<Point> result;
+    for (int k = 0; k < 3; ++k) {
+        const Vector3 x = frame.position.col(topology.triangles(k, triangle));
+        result.insert({x[0], x[1], x[2]});
+    }
+    return result;
+}
+
+void expect_same_triangles(const test::World& world, const Retelling& retelling) {
+    const Frame told = retelling.retold(world.frame);
+    ASSERT_EQ(retelling.triangle.size(), static_cast<std::size_t>(retelling.topology.triangle_count()));
+    for (Index t = 0; t < retelling.topology.triangle_count(); ++t) {
+        const Index old = retelling.triangle[static_cast<std::size_t>(t)];
+        EXPECT_EQ(corners(retelling.topology, told, t), corners(world.topology, world.frame, old)) << t;
+    }
+}
+
+TEST(Retelling, ShuffledTrianglesAreTheSameInAnotherOrder) {
+    const test::World world = three_bodies();
+    for (const Shuffle what : {Shuffle::triangles, Shuffle::triangles_and_vertices}) {
+        const Retelling retelling = shuffled(world.topology, 2, what);
+        expect_same_triangles(world, retelling);
+        EXPECT_NE(retelling.topology.triangles, world.topology.triangles);
+        EXPECT_EQ(retelling.retold(world.frame).position == world.frame.position, what == Shuffle::triangles);
+    }
+}
+
+TEST(Retelling, BodiesChangePlacesAndPairsFindTheWayBack) {
+    const test::World world = three_bodies();
+    const Retelling all = with_bodies_in_order(world.topology, {2, 0, 1});
+    expect_same_triangles(world, all);
+    EXPECT_EQ(all.topology.bodies[0].name, world.topology.bodies[2].name);
+    EXPECT_EQ(all.topology.body_pairs.size(), world.topology.body_pairs.size());
+    const Index first_of_two = world.topology.bodies[2].triangles.first;
+    const Index first_of_zero = all.topology.bodies[1].triangles.first;
+    const std::vector<TrianglePair> back = all.original({{1, first_of_zero + 4}});
+    EXPECT_EQ(back, (std::vector<TrianglePair>{{4, first_of_two + 1}}));
+    const Retelling two = with_bodies_in_order(world.topology, {1, 0});
+    expect_same_triangles(world, two);
+    EXPECT_EQ(two.topology.body_pairs.size(), 1U);
+}
+
+TEST(Retelling, OnTheGridShiftAndFactorAreExact) {
+    const test::World world = three_bodies();
+    const Frame grid = on_grid(world.frame);
+    EXPECT_LT((grid.position - world.frame.position).cwiseAbs().maxCoeff(), 0x1p-30);
+    const Frame there = placed(grid, 1.0, {16.0, -8.0, 4.0});
+    EXPECT_EQ(placed(there, 1.0, {-16.0, 8.0, -4.0}).position, grid.position);
+    EXPECT_EQ(placed(grid, 1000.0, Vector3::Zero()).position / 1000.0, grid.position);
+}
+
+TEST(Retelling, ASceneKeepsItsSpringsLawsAndMasses) {
+    const Scene scene =
+        read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "t2t_press.json", std::nullopt);
+    std::vector<Index> order;
+    for (Index b = 0; b < scene.topology.body_count(); ++b) order.push_back(b);
+    std::swap(order[order.size() - 1], order[order.size() - 2]);  // the two tissues
+    ASSERT_EQ(scene.topology.bodies[static_cast<std::size_t>(order.back())].kind, BodyKind::tissue);
+    const Scene told = retold(scene, with_bodies_in_order(scene.topology, order));
+    const auto at = [](Index i) { return static_cast<std::size_t>(i); };
+    ASSERT_EQ(told.materials.springs.size(), scene.materials.springs.size());
+    for (std::size_t s = 0; s < scene.materials.springs.size(); ++s) {
+        const Spring& was = scene.materials.springs[s];
+        const Spring& is = told.materials.springs[s];
+        EXPECT_EQ(told.first.position.col(is.i), scene.first.position.col(was.i));
+        EXPECT_EQ(told.first.position.col(is.j), scene.first.position.col(was.j));
+        EXPECT_EQ(told.materials.mass[at(is.i)], scene.materials.mass[at(was.i)]);
+        EXPECT_EQ(told.materials.pinned[at(is.j)], scene.materials.pinned[at(was.j)]);
+    }
+    for (std::size_t p = 0; p < told.topology.body_pairs.size(); ++p) {
+        std::array<Index, 2> was{order[at(told.topology.body_pairs[p][0])], order[at(told.topology.body_pairs[p][1])]};
+        std::sort(was.begin(), was.end());
+        const auto old = at(scene.topology.body_pair(was[0], was[1]));
+        const double k = told.materials.contact_laws[p].k;
+        const double old_k = scene.materials.contact_laws[old].k;
+        EXPECT_TRUE(k == old_k || (std::isnan(k) && std::isnan(old_k)));
+    }
+}
+
+}  // namespace
+}  // namespace trocar

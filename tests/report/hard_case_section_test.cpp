@@ -1,0 +1,99 @@
+// Every word of the hard-case matrix and of the certificate, from records made by hand.
+#include <gtest/gtest.h>
+
+#include "report/report.hpp"
+#include "support/program.hpp"
+#include "synthetic.hpp"
+
+namespace trocar {
+namespace {
+
+Record hard_case(const std::string& name, const std::string& detector, OutcomeKind kind = OutcomeKind::ok,
+                 double missing = 0.0, double extra = 0.0) {
+    Record record = test::synthetic({.mode = "replay", .scene = name, .detector = detector, .ticks = 1});
+    record.spec.mode = "hard_case";
+    record.rows.clear();
+    record.outcome = {kind, ""};
+    record.summary = {{"true_pairs", 2.0}, {"judged_ticks", 1.0}, {"missing", missing}, {"extra", extra}};
+    record.environment["case.of"] = "made up";
+    record.environment["case.reason"] = "because";
+    record.environment["case.outcome"] = "ok";
+    record.environment["case.expected"] = "2 pairs";
+    return record;
+}
+
+std::string page_of(const std::vector<Record>& records) { return make_report(records).files.at("report.md"); }
+
+TEST(HardCaseSection, EveryAnswerHasItsWord) {
+    const std::string page =
+        page_of({hard_case("one", "a"), hard_case("one", "b", OutcomeKind::ok, 1.0, 2.0),
+                 hard_case("one", "c", OutcomeKind::not_finite), hard_case("one", "d", OutcomeKind::threw),
+                 hard_case("one", "e", OutcomeKind::timed_out), hard_case("one", "f", OutcomeKind::crashed),
+                 hard_case("one", "g", OutcomeKind::absent)});
+    EXPECT_NE(
+        page.find("| made up | `one` | 2 pairs | ok | miss 1, extra 2 | NaN | throw | time-out | crash | absent |"),
+        std::string::npos)
+        << page;
+    EXPECT_NE(page.find("| all | right |  | 1 of 1 | 0 of 1 | 0 of 1 | 0 of 1 | 0 of 1 | 0 of 1 | n/a |"),
+              std::string::npos);
+    EXPECT_EQ(page.find("Failed runs"), std::string::npos);
+}
+
+TEST(HardCaseSection, WhereAFailureIsTheRightAnswerSilenceIsWrong) {
+    Record told = hard_case("nan", "a", OutcomeKind::not_finite);
+    Record silent = hard_case("nan", "b");
+    Record other = hard_case("nan", "c", OutcomeKind::crashed);
+    for (Record* record : {&told, &silent, &other}) record->environment["case.outcome"] = "not_finite";
+    const std::string page = page_of({told, silent, other});
+    EXPECT_NE(page.find("| told as not_finite | ok | not told | crash |"), std::string::npos) << page;
+}
+
+TEST(HardCaseSection, ABrokenBoundIsToldWithItsFigure) {
+    std::vector<Record> records{hard_case("stab", "a"), hard_case("stab", "a"), hard_case("stab", "a")};
+    const double left[] = {1e-4, 2.5e-4, std::nan("")};
+    for (std::size_t k = 0; k < 3; ++k) {
+        records[k].spec.response = "r" + std::to_string(k);
+        records[k].summary["residual_max_m"] = left[k];
+        records[k].environment["case.at_most.residual_max_m"] = "0.0001";
+    }
+    const std::string page = page_of(records);
+    EXPECT_NE(page.find("| residual_max_m ≤ 0.100 mm | ok | residual_max_m 0.250 mm | residual_max_m n/a |"),
+              std::string::npos)
+        << page;
+}
+
+Record certificate(const std::string& detector, const std::string& response, std::int64_t repetition,
+                   const std::string& hash) {
+    Record record = hard_case("scene", detector);
+    record.spec.mode = "certificate";
+    record.spec.response = response;
+    record.spec.repetition = repetition;
+    record.state_hash = hash;
+    record.summary = {{"certificate_pairs", 50.0}};
+    return record;
+}
+
+TEST(CertificateSection, TellsYesHowFarOffAndNotApplicable) {
+    std::vector<Record> records;
+    for (const std::int64_t repetition : {0, 1}) {
+        Record good = certificate("good", "", repetition, "aa");
+        good.summary["certificate_twice_pairs"] = 0.0;
+        Record bad = certificate("bad", "", repetition, repetition == 0 ? "aa" : "bb");
+        bad.summary["certificate_twice_pairs"] = 3.0;
+        Record near = certificate("good", "near", repetition, "cc");
+        near.summary["certificate_twice_m"] = 2e-12;
+        near.summary["certificate_twice_n"] = 3e-10;
+        Record far = certificate("good", "wide", repetition, "dd");
+        far.summary["certificate_twice_m"] = 2e-3;
+        far.summary["certificate_twice_n"] = 0.5;
+        records.insert(records.end(), {good, bad, near, far});
+    }
+    const std::string page = page_of(records);
+    EXPECT_NE(page.find("| detector | `good` | scene | yes | yes | n/a |"), std::string::npos) << page;
+    EXPECT_NE(page.find("| detector | `bad` | scene | no (3 of 50 pairs) | no | n/a |"), std::string::npos);
+    EXPECT_NE(page.find("| response | `near` | scene | yes, to 2.0e-09 mm, 3.0e-10 N | yes |"), std::string::npos);
+    EXPECT_NE(page.find("| response | `wide` | scene | no (2.0e+00 mm, 5.0e-01 N, scene) | yes |"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace trocar

@@ -1,0 +1,65 @@
+// The determinism certificate: a method that is exact passes every question, one that is known to depend on an order
+// does not, and what does not apply is not told.
+#include "simulate/certificate.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "scene/scene.hpp"
+
+namespace trocar {
+namespace {
+
+Scene scene_named(const std::string& name) {
+    return read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / (name + ".json"), std::nullopt);
+}
+
+Record certificate(const Scene& scene, const std::string& detector, const std::string& response, std::int64_t ticks) {
+    RunSpec spec;
+    spec.mode = "certificate";
+    spec.detector = detector;
+    spec.response = response;
+    spec.contacts = response.empty() ? "" : "canonical";
+    spec.ticks = ticks;
+    return make_run(scene, spec);
+}
+
+TEST(Certificate, AnExactDetectorAnswersEveryTellingAlike) {
+    // Pairs of geometry alone: order, an exact shift and an exact factor change none of them.
+    const Record record = certificate(scene_named("i2t_lay"), "brute_force", "", 200);
+    ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
+    EXPECT_GT(record.summary.at("certificate_pairs"), 0.0);
+    for (const char* name : certificate_names) {
+        EXPECT_EQ(record.summary.at(std::string("certificate_") + name + "_pairs"), 0.0) << name;
+        EXPECT_TRUE(std::isnan(record.summary.at(std::string("certificate_") + name + "_m"))) << name;
+    }
+}
+
+TEST(Certificate, AFreshRunHasTheSameHashAndAnotherAnswerAnother) {
+    const Scene scene = scene_named("i2t_lay");
+    const Record once = certificate(scene, "brute_force", "", 300);
+    EXPECT_EQ(once.state_hash, certificate(scene, "brute_force", "", 300).state_hash);
+    EXPECT_NE(once.state_hash, certificate(scene, "brute_force", "", 400).state_hash);
+}
+
+TEST(Certificate, FaithfulDependsOnTheOrderOfTrianglesAndCorrectedDoesNot) {
+    // METHODS §13: faithful responds once per triangle pair, one after the other in sorted order, each from what the
+    // last has left; corrected once per vertex. It takes the whole stab until a vertex lies behind two faces.
+    const Scene scene = scene_named("i2t_stab");
+    const Record faithful = certificate(scene, "ohc", "thesis:profile=faithful", 600);
+    const Record corrected = certificate(scene, "ohc", "thesis:profile=corrected", 600);
+    for (const Record* record : {&faithful, &corrected}) {
+        EXPECT_EQ(record->summary.at("certificate_twice_m"), 0.0);
+        EXPECT_EQ(record->summary.at("certificate_twice_n"), 0.0);
+        EXPECT_TRUE(std::isnan(record->summary.at("certificate_bodies_m"))) << "no two bodies of a kind";
+        EXPECT_TRUE(std::isnan(record->summary.at("certificate_twice_pairs")));
+    }
+    EXPECT_GT(faithful.summary.at("certificate_triangles_m"), 1e-6);
+    EXPECT_LT(corrected.summary.at("certificate_triangles_m"), 1e-9);
+    EXPECT_LT(corrected.summary.at("certificate_unit_m"), 1e-9);
+    EXPECT_LT(corrected.summary.at("certificate_origin_m"), 1e-9);
+}
+
+}  // namespace
+}  // namespace trocar
