@@ -28,6 +28,7 @@ struct Penetration {
     double side = 1.0;               ///< +1: belongs in front of the surface, -1: behind it
     std::int64_t age = 0;            ///< ticks
     std::int64_t stalled = 0;        ///< ticks for which the depth has not fallen while the tissue is at its limit
+    std::int64_t stretched = 0;      ///< ticks in a row that it pressed on tissue at the strain limit
     double least_depth = std::numeric_limits<double>::infinity();  ///< m, so far
     bool ruptured = false;  ///< given up: no force until the sample is back on its side
 };

@@ -43,14 +43,28 @@ void steady(const ThesisState& state, const Frame& frame, const Penetration& p, 
     }
 }
 
+/// A stiff contact that pushes the surface at `weights` of `triangle` back past the sample along -`normal`.
+LinearContact against_sample(const ThesisState& state, const Frame& frame, const Penetration& p, Index triangle,
+                             const Vector3& weights, const Vector3& normal, double depth) {
+    LinearContact linear = state.hard_contact(depth);
+    const LoadPoint point = LoadPoint::in_triangle(*state.topology, triangle, weights);
+    linear.vertices = point.vertices;
+    linear.weights = point.weights;
+    linear.normal = -normal;
+    state.rub(p.vertex, frame.velocity.col(p.vertex), linear);
+    if (state.kind(p.body) == BodyKind::instrument) {
+        linear.reaction_body = p.body;
+        linear.reaction_point = frame.position.col(p.vertex);
+    } else if (state.kind(p.body) == BodyKind::tissue) {
+        linear.reaction_vertices = {p.vertex, -1, -1};
+        linear.reaction_weights = {1.0, 0.0, 0.0};
+    }
+    return linear;
+}
+
+/// anchor=blend: one contact, along the blended normal.
 void push_anchor(const ThesisState& state, const Frame& frame, const Penetration& p, Effect& effect) {
-    LinearContact linear = state.hard_contact(p.depth);
-    const LoadPoint anchor = LoadPoint::in_triangle(*state.topology, p.triangle, p.weights);
-    linear.vertices = anchor.vertices;
-    linear.weights = anchor.weights;
-    linear.normal = -p.normal;
-    const Vector3 velocity = frame.velocity.col(p.vertex);
-    state.rub(p.vertex, velocity, linear);
+    LinearContact linear = against_sample(state, frame, p, p.triangle, p.weights, p.normal, p.depth);
     // Where the face slopes against the blended normal, a tool that slides sideways needs the surface to follow:
     // n·v_surface = f·v/(f·n). The surface's own sideways speed stays out: it is the last tick's, and fed back through
     // the stiff damper it makes the contact swing from tick to tick.
@@ -59,16 +73,58 @@ void push_anchor(const ThesisState& state, const Frame& frame, const Penetration
     const auto rate = [&](const Vector3& u) {
         return slope > least_slope ? -p.face.dot(u) / slope : u.dot(linear.normal);
     };
-    state.end_on_time(p.body, velocity, rate, linear);
-    if (state.kind(p.body) == BodyKind::instrument) {
-        linear.reaction_body = p.body;
-        linear.reaction_point = frame.position.col(p.vertex);
-    } else if (state.kind(p.body) == BodyKind::tissue) {
-        linear.reaction_vertices = {p.vertex, -1, -1};
-        linear.reaction_weights = {1.0, 0.0, 0.0};
-    }
+    state.end_on_time(p.body, frame.velocity.col(p.vertex), rate, linear);
     effect.contacts.push_back(linear);
     steady(state, frame, p, linear, effect);
+}
+
+/// anchor=faces: what hard contact does between a point and a mesh. The face nearest to the sample is pushed along its
+/// own normal, and so is every face around it that rises towards the sample and comes within its reach in this tick: in
+/// the pocket that a point makes, the sample touches several at once, and the walls take it along when it goes
+/// sideways.
+void push_faces(const ThesisState& state, const Frame& frame, const Penetration& p, Effect& effect) {
+    const Topology& topology = *state.topology;
+    const Vector3 x = frame.position.col(p.vertex);
+    const Vector3 velocity = frame.velocity.col(p.vertex);
+    const auto centre = [](const equations::Corners& c) { return Vector3((c[0] + c[1] + c[2]) / 3.0); };
+    const auto push = [&](Index triangle, const Vector3& weights, const Vector3& normal, double depth) {
+        LinearContact linear = against_sample(state, frame, p, triangle, weights, normal, depth);
+        state.end_on_time(
+            p.body, velocity, [&](const Vector3& u) { return u.dot(linear.normal); }, linear);
+        effect.contacts.push_back(linear);
+    };
+    Index home = p.triangle;
+    Vector3 weights = p.weights;
+    follow_surface(topology, state.surface, frame, x, home, weights);
+    const equations::Corners corners = corners_of(topology, frame.position, home);
+    const Vector3 normal = p.side * equations::unit_normal(corners);
+    push(home, weights, normal, normal.dot(corners[0] - x));
+    const auto has = [&](Index triangle, Index vertex) {
+        return (topology.triangles.col(triangle).array() == vertex).any();
+    };
+    for (int i = 0; i < 3; ++i) {
+        for (const Index t : state.surface.triangles_at(topology.triangles(i, home))) {
+            // Each once: not those that an earlier corner has seen.
+            if (t == home || (i > 0 && has(t, topology.triangles(0, home))) ||
+                (i > 1 && has(t, topology.triangles(1, home))))
+                continue;
+            const equations::Corners other = corners_of(topology, frame.position, t);
+            const Vector3 other_normal = p.side * equations::unit_normal(other);
+            const Vector3& shared = corners[at(i)];
+            if (other_normal.dot(centre(corners) - shared) <= 0.0 || normal.dot(centre(other) - shared) <= 0.0)
+                continue;
+            const Vector3 w = equations::nearest_weights(other, x);
+            Vector3 approach = velocity;
+            for (int k = 0; k < 3; ++k) approach -= w[k] * frame.velocity.col(topology.triangles(k, t));
+            constexpr double near = 5e-4;      // m
+            constexpr double near_gap = 1e-3;  // m, along the normal
+            const double way = 2.0 * approach.norm() * state.dt;
+            const double distance = (w[0] * other[0] + w[1] * other[1] + w[2] * other[2] - x).norm();
+            const double depth = other_normal.dot(other[0] - x);
+            if (distance > near + way + std::max(0.0, p.depth) || depth < -near_gap - way) continue;
+            push(t, w, other_normal, depth);
+        }
+    }
 }
 
 bool follows_any(const ThesisState& state, const Penetration& p) {
@@ -87,10 +143,21 @@ double strain_at(const ThesisState& state, const Frame& frame, Index triangle) {
     return largest;
 }
 
+bool cannot_move(const ThesisState& state, Index triangle) {
+    const auto corner = state.topology->triangles.col(triangle);
+    return state.fixed(corner[0]) && state.fixed(corner[1]) && state.fixed(corner[2]);
+}
+
 }  // namespace
 
 void LedgerResolution::prepare(const Topology& topology) {
     ledger_.prepare(topology);
+    faces_.assign(topology.bodies.size(), 1);
+    for (const auto& [a, b] : topology.body_pairs) {
+        if (topology.bodies[at(a)].kind != BodyKind::tissue || topology.bodies[at(b)].kind != BodyKind::tissue)
+            continue;
+        faces_[at(a)] = faces_[at(b)] = 0;
+    }
     inside_.assign(at(topology.vertex_count), 0);
 }
 
@@ -106,7 +173,11 @@ void LedgerResolution::respond(const ThesisState& state, const Frame& frame, con
             ++effect.ruptures;
             continue;
         }
-        push_anchor(state, frame, p, effect);
+        if (faces_[at(p.tissue)] != 0 && state.settings.anchor_faces) {
+            push_faces(state, frame, p, effect);
+        } else {
+            push_anchor(state, frame, p, effect);
+        }
     }
 }
 
@@ -115,14 +186,20 @@ bool LedgerResolution::knows_corner(const Topology& topology, Index triangle) co
     return inside_[at(corner[0])] != 0 || inside_[at(corner[1])] != 0 || inside_[at(corner[2])] != 0;
 }
 
-/// Rupture: too deep, too old, or not getting better although the tissue around the anchor is at its strain limit
-/// or squeezed.
+/// Rupture: too deep, too old, pressed for tear_time by tissue around the anchor that is stretched as far as it can be
+/// (its strain limiter holds what the way out would stretch further), or not getting better with tissue that is
+/// squeezed, close to its strain limit or held wherever it is.
 bool LedgerResolution::gives_up(const ThesisState& state, const Frame& frame, const SqueezedTissue& squeezed,
                                 Penetration& p) {
     constexpr double clear = 1e-4;       // m
     constexpr double longest_age = 2.0;  // s
     constexpr double stall_time = 0.1;   // s
     if (p.depth > state.settings.d_max) return true;
+    const double stretched = strain_at(state, frame, p.triangle) / state.materials->strain_limit;
+    constexpr double touching = -1e-5;  // m
+    constexpr double at_limit = 0.999;
+    p.stretched = p.depth > touching && stretched > at_limit ? p.stretched + 1 : 0;
+    if (static_cast<double>(p.stretched) * state.dt > state.settings.tear_time) return true;
     if (p.depth <= clear) {
         p.age = 0;
         p.stalled = 0;
@@ -134,8 +211,7 @@ bool LedgerResolution::gives_up(const ThesisState& state, const Frame& frame, co
     if (p.depth < p.least_depth * (1.0 - 1e-3)) {
         p.least_depth = p.depth;
         p.stalled = 0;
-    } else if (squeezed.holds(*state.topology, p.triangle) ||
-               strain_at(state, frame, p.triangle) > 0.95 * state.materials->strain_limit) {
+    } else if (squeezed.holds(*state.topology, p.triangle) || stretched > 0.95 || cannot_move(state, p.triangle)) {
         ++p.stalled;
     }
     return static_cast<double>(p.stalled) * state.dt > stall_time;

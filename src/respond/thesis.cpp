@@ -9,7 +9,8 @@
 //   path, e, reaction; projection=hold -> held_contacts 3.12-3.17  exchange, bounce       tissue_tissue, e_tissue
 //   §3.4.5     back_projection        resolution=back_projection, n_back, l_max
 //   §5         contact_reduction      reduction
-//   §9.2       ledger_resolution      resolution=ledger, settle_time, slip_damping, d_max
+//   §9.2       ledger_resolution      resolution=ledger, anchor, settle_time, clear_speed, slip_damping
+//              rupture                tear_time, d_max
 //   §9.2       squeezed_tissue        squeeze
 //   §10        grasp                  grasp, grasp_k, grasp_slip
 //   §8         show_tip_forces        tip and the device's parameters
@@ -447,6 +448,7 @@ private:
         linear.reaction_weights = other.weights;
         linear.normal = normal;
         if (settings().constrain) {
+            state_.clear_slowly(linear);
             effect.contacts.push_back(linear);
             return;
         }

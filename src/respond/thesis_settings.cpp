@@ -84,9 +84,16 @@ std::vector<Parameter> thesis_parameters() {
         number("l_max", "m", "0.02", 0.0, 1e3, "longest back-projection"),
         number("settle_time", "s", "0.003", 1e-6, 10.0, "time constant of projection=hold and of the ledger"),
         number("clear_speed", "m/s", "0.5", 1e-6, 1e6, "fastest at which projection=hold and the ledger clear a depth"),
-        number("slip_damping", "1", "40", 0.0, 1e3,
-               "damper of the ledger's contacts along a surface whose normal turns, in units of force times turn times "
-               "tick; 0 = off"),
+        choice(
+            "anchor", {"blend", "faces"},
+            "the ledger pushes the surface along the blended normal at a vertex' anchor (METHODS §9.2; faithful), or "
+            "every face that the vertex touches along its own normal, as hard contact does (corrected)"),
+        number(
+            "slip_damping", "1", "40", 0.0, 1e3,
+            "damper of the ledger's contacts with anchor=blend along a surface whose normal turns, in units of force "
+            "times turn times tick; 0 = off"),
+        number("tear_time", "s", "0.005", 0.0, 1e3,
+               "time for which a vertex presses on tissue at its strain limit until the ledger reports rupture"),
         number("d_max", "m", "0.015", 0.0, 1e3, "depth at which the ledger reports rupture"),
         choice("grasp", {"off", "follow", "spring"},
                "grasped tissue: follows the tool (faithful), or on springs that slip at 2 N (corrected)"),
@@ -162,6 +169,8 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.rigid_settle = values.number("rigid_settle");
     s.clear_speed = values.number("clear_speed");
     s.slip_damping = values.number("slip_damping");
+    s.anchor_faces = on("anchor", "faces");
+    s.tear_time = values.number("tear_time");
     s.d_max = values.number("d_max");
     s.contacts_held = values.is("contacts", "hold");
     s.contacts_explicit = values.is("contacts", "explicit");

@@ -83,9 +83,12 @@ LinearContact ThesisState::hard_contact(double depth) const {
     LinearContact linear;
     linear.k = settings.hard_stiffness;
     linear.mu = settings.hard_stiffness * settings.settle_time;
-    // Deep ones at a limited speed: with what tissue weighs, k d would throw it.
-    linear.gap = -std::min(depth, settings.clear_speed * settings.settle_time);
+    linear.gap = -depth;
     return linear;
+}
+
+void ThesisState::clear_slowly(LinearContact& linear) const {
+    linear.gap = std::max(linear.gap, -settings.clear_speed * settings.settle_time);
 }
 
 void ThesisState::rub(Index key, const Vector3& surface_velocity, LinearContact& linear) const {

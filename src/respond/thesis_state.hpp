@@ -83,8 +83,10 @@ public:
     /// Stiffness of a penalty contact, N/m: the method's, the scene's, else the profile's. `on_tissue` is the mean of
     /// springs that the equation names; `vertex` the one whose area counts.
     [[nodiscard]] double stiffness(Index body_a, Index body_b, double on_tissue, Index vertex) const;
-    /// A stiff contact that clears `depth` (m) within the settle time; never pulls.
+    /// A stiff contact that clears `depth` (m) within the settle time; never pulls. Deep ones are for clear_slowly.
     [[nodiscard]] LinearContact hard_contact(double depth) const;
+    /// With what tissue weighs, k d of a deep contact would throw it: its depth counts as what clear_speed clears.
+    void clear_slowly(LinearContact& linear) const;
     /// A gap is the frame's, where a body that follows a script has already moved while the tissue is a tick behind,
     /// and changes with the face's velocity from there. Taken back to where the face came from, it closes at the end of
     /// the tick where the face is, not one tick's motion beyond it. The step of a body led by a hand comes after the
@@ -94,6 +96,7 @@ public:
     void end_on_time(Index face_body, const Vector3& velocity_of_face, const Rate& rate, LinearContact& linear) const {
         linear.face_velocity = rate(velocity_of_face);
         linear.gap += rate(Vector3(velocity_of_face - hand_velocity(face_body))) * dt;
+        clear_slowly(linear);
     }
     /// Coulomb friction with a tangential spring (METHODS §6, option): `surface_velocity` is the other side's, `key`
     /// the vertex that is in contact.

@@ -110,6 +110,7 @@ private:
     [[nodiscard]] double rate(const Active& contact, const Matrix3X& velocity) const;
     void push(const Active& contact, double impulse, Matrix3X& velocity) const;
     void solve_contacts(double h);
+    void sweep_contacts(double h);
     void rub(double h, const Effect& effect);
     void solve_linear(double h);
     void limit_strain();
