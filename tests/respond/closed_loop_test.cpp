@@ -17,6 +17,7 @@ using test::ClosedLoop;
 using test::LoopBody;
 using test::make_shaft;
 using test::make_sheet;
+using test::Mesh;
 using test::PairSample;
 using test::vertex_of_a_in_b;
 using test::vertex_of_b_in_a;
@@ -204,6 +205,57 @@ TEST(TissueTissue, CorrectedLeavesPartingTissueAloneAndKeepsMomentum) {
         EXPECT_LT(momentum.norm(), 1e-15);
         EXPECT_EQ(s.effect.placements.empty(), speed > 0.0);
     }
+}
+
+/// How far a vertex of the lower sheet stands above the upper one's surface, m; the most of all, over the plan.
+double highest_above(const ClosedLoop& loop, std::size_t lower, std::size_t upper) {
+    double most = -std::numeric_limits<double>::infinity();
+    const Range triangles = loop.topology.bodies[upper].triangles;
+    const Range vertices = loop.topology.bodies[lower].vertices;
+    for (Index v = vertices.first; v < vertices.end(); ++v) {
+        const Vector3 x = loop.frame.position.col(v);
+        for (Index t = triangles.first; t < triangles.end(); ++t) {
+            const equations::Corners c = corners_of(loop.topology, loop.frame.position, t);
+            Eigen::Matrix2d plan;
+            plan << (c[1] - c[0]).head<2>(), (c[2] - c[0]).head<2>();
+            const Eigen::Vector2d w = plan.inverse() * (x - c[0]).head<2>();
+            if (w.minCoeff() < 0.0 || w.sum() > 1.0) continue;
+            most = std::max(most, x.z() - (c[0].z() + w[0] * (c[1] - c[0]).z() + w[1] * (c[2] - c[0]).z()));
+        }
+    }
+    return most;
+}
+
+TEST(TissueTissue, SheetsPressedOnEachOtherKeepTheirOrderInCorrected) {
+    const auto lowered = [](Mesh mesh, const Vector3& by) {
+        for (Vector3& point : mesh.points) point += by;
+        return mesh;
+    };
+    const auto worst = [&](const std::string& method) {
+        ClosedLoop loop(
+            {LoopBody{.name = "tool",
+                      .kind = BodyKind::instrument,
+                      .mesh = make_shaft(0.006, 0.06, 10, 0.002),
+                      .offset = [](double t) { return Vector3(0.0011, 0.0007, 0.002 - 0.04 * std::min(t, 0.25)); }},
+             LoopBody{.name = "upper", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(20, 0.005)},
+             LoopBody{.name = "middle",
+                      .kind = BodyKind::tissue,
+                      .closed = false,
+                      .mesh = lowered(make_sheet(17, 0.0055), Vector3(0.0017, 0.0009, -0.002))},
+             LoopBody{.name = "lower",
+                      .kind = BodyKind::tissue,
+                      .closed = false,
+                      .mesh = lowered(make_sheet(15, 0.006), Vector3(0.001, 0.0004, -0.004))}},
+            method);
+        double most = 0.0;
+        for (int tick = 0; tick < 300; ++tick) {
+            EXPECT_TRUE(loop.step()) << loop.outcome.message;
+            if (tick % 20 != 19) continue;
+            most = std::max({most, highest_above(loop, 2, 1), highest_above(loop, 3, 2)});
+        }
+        return most;
+    };
+    EXPECT_LT(worst("thesis:profile=corrected"), 1e-4);
 }
 
 TEST(RigidTissue, FaithfulProjectsTissueVerticesAndIgnoresTheRest) {
