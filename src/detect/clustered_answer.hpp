@@ -1,0 +1,48 @@
+// Last stage of ohc_clustered's cascade: candidates become the tick's pairs. Here are the exact test, the order of
+// testing under limits (`max_pairs`, `work_budget`), and the pairs that are taken over from the tick before because
+// nothing near them moved. Which candidates there are is the descent's business.
+#pragma once
+
+#include <vector>
+
+#include "contact/contact_set.hpp"
+#include "detect/clustered_bodies.hpp"
+#include "detect/clustered_work.hpp"
+#include "detect/ohc_work.hpp"
+#include "detect/triangle_filter.hpp"
+
+namespace trocar {
+
+class ClusteredAnswer {
+public:
+    ClusteredAnswer(const ClusteredSettings& settings, TriangleFilter filter, const ClusteredBodies& bodies,
+                    const ClusteredClock& clock, OhcWork& work)
+        : settings_(settings), filter_(filter), bodies_(bodies), clock_(clock), work_(work) {}
+
+    /// Forgets the last answer.
+    void prepare() { last_pairs_.clear(); }
+    /// Room for an ordinary contact.
+    void build();
+
+    /// Under limits the pairs of the tick before come first.
+    void test_last_pairs(const Frame& frame, ContactSet& contacts);
+    void test_candidates(const Frame& frame, const std::vector<TrianglePair>& candidates, ContactSet& contacts);
+    /// Adds the pairs of the last answer whose groups both stayed where they were.
+    void keep_unmoved_pairs(ContactSet& contacts) const;
+    /// Sorts the answer and remembers it.
+    void close(ContactSet& contacts);
+
+private:
+    bool test_one(const Frame& frame, const TrianglePair& pair, ContactSet& contacts);
+    bool full(std::size_t count);
+
+    const ClusteredSettings& settings_;
+    TriangleFilter filter_;
+    const ClusteredBodies& bodies_;
+    const ClusteredClock& clock_;
+    OhcWork& work_;
+    std::vector<TrianglePair> sorting_;     ///< scratch
+    std::vector<TrianglePair> last_pairs_;  ///< sorted: what the tick before reported
+};
+
+}  // namespace trocar

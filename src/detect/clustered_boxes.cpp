@@ -1,0 +1,190 @@
+#include "detect/clustered_boxes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace trocar {
+namespace {
+
+/// Boxes that overlap nothing, not even what reaches from one infinity to the other.
+void empty(SixteenBoxes& boxes) {
+    for (std::size_t k = 0; k < 3; ++k) {
+        boxes.low[k].fill(std::numeric_limits<float>::quiet_NaN());
+        boxes.high[k].fill(std::numeric_limits<float>::quiet_NaN());
+    }
+}
+
+/// Adds other boxes, each to that of the same number.
+void unite(const SixteenBoxes& other, SixteenBoxes& boxes) {
+    for (std::size_t k = 0; k < 3; ++k) {
+        for (std::size_t i = 0; i < boxes.low[k].size(); ++i) {
+            boxes.low[k][i] = std::min(boxes.low[k][i], other.low[k][i]);
+            boxes.high[k][i] = std::max(boxes.high[k][i], other.high[k][i]);
+        }
+    }
+}
+
+}  // namespace
+
+void ClusteredBoxes::build() {
+    place_of_region_.resize(bodies_.region_count());
+    place_of_group_.resize(bodies_.group_count());
+    forget();
+    std::size_t clusters = 0;
+    std::size_t points = 0;
+    for (const MovingBody& moving : bodies_.all()) {
+        clusters += static_cast<std::size_t>(moving.clusters.cluster_count);
+        points += moving.clusters.vertices_of_group.member.size();
+    }
+    regions_opened_.reserve(bodies_.region_count());
+    groups_opened_.reserve(std::min<std::size_t>(bodies_.group_count(), 512));
+    triangle_boxes_.reserve(std::min<std::size_t>(clusters, 2048));
+    points_.reserve(std::min<std::size_t>(points, 65536));
+}
+
+void ClusteredBoxes::start() {
+    choose_floats();
+    // Contact wanders; what it left behind must not pile up.
+    constexpr std::size_t some = 16;
+    if (groups_opened_.size() > 2 * std::exchange(groups_asked_, 0) + some) forget();
+}
+
+/// Floats tell most apart near their origin, which therefore lies in the median of the regions that meet, of each two
+/// the smaller one: what a vertex far away makes large does not matter. What is opened stays valid as long as the old
+/// choice will do.
+void ClusteredBoxes::choose_floats() {
+    const ClusteredRegions::Sized median = regions_.median_meeting();
+    const Extent& box = regions_.extent_of(regions_.region(median.region));
+    std::array<double, 3> centre{};
+    double away = 0.0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        centre[k] = 0.5 * box.low[k] + 0.5 * box.high[k];
+        away = std::max(away, std::abs(centre[k] - floats_.origin[k]));
+    }
+    const double length = median.size * floats_.scale;
+    constexpr double near = 64.0;
+    if (away * floats_.scale <= near && length <= near && length >= 1.0 / near) return;
+    // Powers of two that exist.
+    const double scale = median.size > 0.0 ? std::ldexp(1.0, std::clamp(-std::ilogb(median.size), -1020, 1020)) : 1.0;
+    if (floats_.origin == centre && floats_.scale == scale) return;
+    floats_ = {centre, scale};
+    forget();
+}
+
+void ClusteredBoxes::forget() {
+    std::fill(place_of_region_.begin(), place_of_region_.end(), -1);
+    std::fill(place_of_group_.begin(), place_of_group_.end(), -1);
+    regions_opened_.clear();
+    groups_opened_.clear();
+    points_.clear();
+    triangle_boxes_.clear();
+}
+
+bool ClusteredBoxes::open_region(Index number) {
+    const ClusteredRegions::Region& region = regions_.region(number);
+    const MovingBody& moving = regions_.owner_of(region);
+    std::int32_t& place = place_of_region_[static_cast<std::size_t>(number)];
+    if (place < 0) {
+        place = static_cast<std::int32_t>(regions_opened_.size());
+        regions_opened_.emplace_back();
+    }
+    Region& opened = regions_opened_[static_cast<std::size_t>(place)];
+    if (opened.opened_at >= moving.boxes->region_moved_at(region.number)) return true;
+    const ClusteredBody& clusters = moving.clusters;
+    const Index first = region.number * fan;
+    const Index end = std::min(first + fan, clusters.group_count);
+    if (!work_.spend(work_.counters.box_tests, clusters.blocks_of_group.first[static_cast<std::size_t>(end)] -
+                                                   clusters.blocks_of_group.first[static_cast<std::size_t>(first)])) {
+        return false;
+    }
+    empty(opened.groups);
+    for (Index g = first; g < end; ++g) {
+        Extent box;
+        for (const Index* b = clusters.blocks_of_group.begin(g); b != clusters.blocks_of_group.end(g); ++b) {
+            box.add(moving.boxes->block(*b));
+        }
+        const FloatBox in_float = to_float(box);
+        for (std::size_t k = 0; k < 3; ++k) {
+            opened.groups.low[k][static_cast<std::size_t>(g - first)] = in_float.low[k];
+            opened.groups.high[k][static_cast<std::size_t>(g - first)] = in_float.high[k];
+        }
+    }
+    opened.opened_at = clock_.now;
+    return true;
+}
+
+std::int32_t ClusteredBoxes::open_group(const Frame& frame, const MovingBody& moving, Index group) {
+    const ClusteredBody& clusters = moving.clusters;
+    std::int32_t& place = place_of_group_[moving.first_group + static_cast<std::size_t>(group)];
+    const Index count = clusters.vertices_of_group.count(group);
+    if (place < 0) {
+        place = static_cast<std::int32_t>(groups_opened_.size());
+        Group& fresh = groups_opened_.emplace_back();
+        fresh.points = points_.size();
+        fresh.triangles.fill(-1);
+        points_.resize(points_.size() + static_cast<std::size_t>(settings_.swept ? 2 * count : count));
+    }
+    Group& opened = groups_opened_[static_cast<std::size_t>(place)];
+    if (std::exchange(opened.asked_at, clock_.now) != clock_.now) ++groups_asked_;
+    if (opened.opened_at >= moving.boxes->group_moved_at(group)) return place;
+    if (!work_.spend(work_.counters.vertices_read, clock_.way ? 2 * count : count)) return -1;
+    const Index* const vertices = clusters.vertices_of_group.begin(group);
+    FloatPoint* const points = points_.data() + opened.points;
+    kernels_.to_floats(frame.position.data(), vertices, count, floats_, points, opened.box);
+    if (clock_.way) {
+        FloatBox before{};
+        kernels_.to_floats(frame.previous.data(), vertices, count, floats_, points + count, before);
+        for (std::size_t k = 0; k < 3; ++k) {
+            opened.box.low[k] = std::min(opened.box.low[k], before.low[k]);
+            opened.box.high[k] = std::max(opened.box.high[k], before.high[k]);
+        }
+    }
+    opened.with_clusters = false;
+    opened.with_triangles = 0;
+    opened.opened_at = clock_.now;
+    return place;
+}
+
+void ClusteredBoxes::box_clusters(const ClusteredBody& clusters, Index group, Group& opened) const {
+    const FloatPoint* const points = points_.data() + opened.points;
+    const Index first = group * fan;
+    const Index end = std::min(first + fan, clusters.cluster_count);
+    if (end - first < fan) empty(opened.clusters);
+    const auto box_all = [&](const FloatPoint* from, SixteenBoxes& boxes) {
+        for (Index c = first; c < end; ++c) {
+            kernels_.box_of_places(from, clusters.vertices_of_cluster.begin(c), clusters.vertices_of_cluster.count(c),
+                                   static_cast<std::size_t>(c - first), boxes);
+        }
+    };
+    box_all(points, opened.clusters);
+    if (clock_.way) {
+        SixteenBoxes before;
+        empty(before);
+        box_all(points + clusters.vertices_of_group.count(group), before);
+        unite(before, opened.clusters);
+    }
+    opened.with_clusters = true;
+}
+
+void ClusteredBoxes::box_triangles(const ClusteredBody& clusters, Index group, Group& opened, std::size_t i) {
+    std::int32_t& place = opened.triangles[i];
+    if (place < 0) {
+        place = static_cast<std::int32_t>(triangle_boxes_.size());
+        triangle_boxes_.emplace_back();
+    }
+    const auto cluster = static_cast<std::size_t>(group) * fan + i;
+    const FloatPoint* const points = points_.data() + opened.points;
+    SixteenBoxes& boxes = triangle_boxes_[static_cast<std::size_t>(place)];
+    kernels_.boxes_of_triangles(points, clusters.corners[cluster], boxes);
+    if (clock_.way) {
+        SixteenBoxes before;
+        kernels_.boxes_of_triangles(points + clusters.vertices_of_group.count(group), clusters.corners[cluster],
+                                    before);
+        unite(before, boxes);
+    }
+    opened.with_triangles |= 1U << i;
+}
+
+}  // namespace trocar

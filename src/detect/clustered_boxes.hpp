@@ -1,0 +1,113 @@
+// The float boxes that ohc_clustered's descent asks for (clustered_descent.hpp): of a region's groups, a group's
+// clusters, a cluster's triangles. A box is made when it is first asked for, "opened", and kept from tick to tick as
+// long as it stays where it was. What is held against what is not decided here.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "detect/cluster_kernels.hpp"
+#include "detect/clustered_bodies.hpp"
+#include "detect/clustered_regions.hpp"
+#include "detect/clustered_work.hpp"
+#include "detect/ohc_work.hpp"
+
+namespace trocar {
+
+class ClusteredBoxes {
+public:
+    /// A group whose clusters are looked at.
+    struct Group {
+        SixteenBoxes clusters;
+        std::array<std::int32_t, fan> triangles{};  ///< places of its clusters' triangle boxes, -1 if none
+        FloatBox box;
+        std::size_t points = 0;  ///< where its vertices start in points_; swept: after them those of the frame before
+        std::int64_t opened_at = -1;
+        std::int64_t asked_at = -1;
+        bool with_clusters = false;        ///< `clusters` is up to date
+        std::uint32_t with_triangles = 0;  ///< bit per cluster: its triangle boxes are up to date
+    };
+
+    ClusteredBoxes(const ClusteredSettings& settings, const ClusterKernels& kernels, const ClusteredBodies& bodies,
+                   ClusteredRegions& regions, const ClusteredClock& clock, OhcWork& work)
+        : settings_(settings), kernels_(kernels), bodies_(bodies), regions_(regions), clock_(clock), work_(work) {}
+
+    /// Forgets everything. Room for everything in small scenes and for an ordinary contact in large ones, so that ticks
+    /// need not ask for memory.
+    void build();
+    /// Before the meetings of a tick, of which there must be some: chooses the floats and forgets what contact left
+    /// behind.
+    void start();
+
+    [[nodiscard]] FloatBox to_float(const Extent& box) const {
+        FloatBox result{};
+        for (std::size_t k = 0; k < 3; ++k) {
+            result.low[k] = to_float(box.low[k], k);
+            result.high[k] = to_float(box.high[k], k);
+        }
+        return result;
+    }
+
+    /// Brings the boxes of a region's groups, as unions of blocks, up to date; false when the work would be too much.
+    bool open_region(Index number);
+    /// They stay where they are while groups are opened. Precondition: open_region said true.
+    [[nodiscard]] const SixteenBoxes& groups_of(Index region) const {
+        return regions_opened_[static_cast<std::size_t>(place_of_region_[static_cast<std::size_t>(region)])].groups;
+    }
+
+    [[nodiscard]] bool is_open(const MovingBody& moving, Index group) const {
+        const std::int32_t place = place_of_group_[moving.first_group + static_cast<std::size_t>(group)];
+        return place >= 0 &&
+               groups_opened_[static_cast<std::size_t>(place)].opened_at >= moving.boxes->group_moved_at(group);
+    }
+    /// Place of the group, with its vertices in float and their box up to date; -1 when the work would be too much.
+    std::int32_t open_group(const Frame& frame, const MovingBody& moving, Index group);
+    /// Valid until the next open_group.
+    [[nodiscard]] Group& group(std::int32_t place) { return groups_opened_[static_cast<std::size_t>(place)]; }
+    /// Boxes of the clusters of an open group.
+    const SixteenBoxes& clusters_of(const ClusteredBody& clusters, Index group, Group& opened) const {
+        if (!opened.with_clusters) box_clusters(clusters, group, opened);
+        return opened.clusters;
+    }
+
+    /// Place of the triangle boxes of an open group's cluster i.
+    std::size_t open_cluster(const ClusteredBody& clusters, Index group, Group& opened, std::size_t i) {
+        if (((opened.with_triangles >> i) & 1U) == 0) box_triangles(clusters, group, opened, i);
+        return static_cast<std::size_t>(opened.triangles[i]);
+    }
+    /// Valid until the next open_cluster.
+    [[nodiscard]] const SixteenBoxes& triangles(std::size_t place) const { return triangle_boxes_[place]; }
+
+private:
+    /// Boxes of a region's groups.
+    struct Region {
+        std::int64_t opened_at = -1;
+        SixteenBoxes groups;
+    };
+
+    void choose_floats();
+    void forget();
+    float to_float(double x, std::size_t axis) const {
+        return static_cast<float>((x - floats_.origin[axis]) * floats_.scale);
+    }
+    void box_clusters(const ClusteredBody& clusters, Index group, Group& opened) const;
+    void box_triangles(const ClusteredBody& clusters, Index group, Group& opened, std::size_t i);
+
+    const ClusteredSettings& settings_;
+    const ClusterKernels& kernels_;
+    const ClusteredBodies& bodies_;
+    ClusteredRegions& regions_;
+    const ClusteredClock& clock_;
+    OhcWork& work_;
+    FloatFrame floats_;
+    std::vector<std::int32_t> place_of_region_;  ///< in regions_opened_, -1 if none
+    std::vector<std::int32_t> place_of_group_;   ///< in groups_opened_, as MovingBody::first_group tells; -1 if none
+    std::vector<Region> regions_opened_;
+    std::vector<Group> groups_opened_;
+    std::size_t groups_asked_ = 0;  ///< of them, since the last tick began
+    std::vector<FloatPoint> points_;
+    std::vector<SixteenBoxes> triangle_boxes_;
+};
+
+}  // namespace trocar

@@ -1,0 +1,108 @@
+#include "detect/clustered_descent.hpp"
+
+#include <bit>
+#include <cstdint>
+
+namespace trocar {
+
+void ClusteredDescent::pair_regions(const Frame& frame, const ClusteredRegions::Pair& pair) {
+    if (!boxes_.open_region(pair.first) || !boxes_.open_region(pair.second)) return;
+    const ClusteredRegions::Region& first = regions_.region(pair.first);
+    const ClusteredRegions::Region& second = regions_.region(pair.second);
+    const MovingBody& first_body = regions_.owner_of(first);
+    const MovingBody& second_body = regions_.owner_of(second);
+    const SixteenBoxes& first_groups = boxes_.groups_of(pair.first);
+    const SixteenBoxes& second_groups = boxes_.groups_of(pair.second);
+    if (!spend_box_tests(fan)) return;
+    std::uint32_t near = kernels_.overlaps(first_groups, boxes_.to_float(regions_.extent_of(second)));
+    if (!spend_box_tests(fan * std::popcount(near))) return;
+    SixteenRows rows;
+    kernels_.rows(first_groups, near, second_groups, rows);
+    for (; near != 0; near &= near - 1) {
+        const auto i = static_cast<std::size_t>(std::countr_zero(near));
+        std::uint32_t row = rows[i];
+        if (row == 0) continue;
+        const Index group = first.number * fan + static_cast<Index>(i);
+        const bool first_moved = clock_.moved(first_body.boxes->group_moved_at(group));
+        for (; row != 0; row &= row - 1) {
+            const auto j = static_cast<std::size_t>(std::countr_zero(row));
+            const Index other = second.number * fan + static_cast<Index>(j);
+            if (!first_moved && !clock_.moved(second_body.boxes->group_moved_at(other))) continue;
+            const GroupRef p{first_body, group, FloatBox::of(first_groups, i)};
+            const GroupRef q{second_body, other, FloatBox::of(second_groups, j)};
+            if (!pair_groups(frame, p, q)) return;
+        }
+    }
+}
+
+/// Opens the smaller one first, if neither is open: most others need not be opened to see that they are clear of its
+/// clusters. False when the work would be too much.
+bool ClusteredDescent::pair_groups(const Frame& frame, const GroupRef& p, const GroupRef& q) {
+    const bool p_first =
+        boxes_.is_open(p.moving, p.number) || (!boxes_.is_open(q.moving, q.number) && p.box.size() <= q.box.size());
+    const GroupRef& first = p_first ? p : q;
+    const GroupRef& second = p_first ? q : p;
+    const std::int32_t place = boxes_.open_group(frame, first.moving, first.number);
+    if (place < 0) return false;
+    if (!spend_box_tests(fan)) return false;
+    const auto clear_of = [&](const FloatBox& box) {
+        return kernels_.overlaps(boxes_.clusters_of(first.moving.clusters, first.number, boxes_.group(place)), box) ==
+               0;
+    };
+    if (clear_of(second.box)) return true;
+    const std::int32_t other_place = boxes_.open_group(frame, second.moving, second.number);
+    if (other_place < 0) return false;
+    // Its vertices make a tighter box than its blocks.
+    if (!spend_box_tests(fan)) return false;
+    if (clear_of(boxes_.group(other_place).box)) return true;
+
+    ClusteredBoxes::Group& p_open = boxes_.group(p_first ? place : other_place);
+    ClusteredBoxes::Group& q_open = boxes_.group(p_first ? other_place : place);
+    if (!spend_box_tests(fan)) return false;
+    const SixteenBoxes& p_clusters = boxes_.clusters_of(p.moving.clusters, p.number, p_open);
+    const SixteenBoxes& q_clusters = boxes_.clusters_of(q.moving.clusters, q.number, q_open);
+    std::uint32_t near = kernels_.overlaps(p_clusters, q_open.box);
+    if (!spend_box_tests(fan * std::popcount(near))) return false;
+    SixteenRows rows;
+    kernels_.rows(p_clusters, near, q_clusters, rows);
+    for (; near != 0; near &= near - 1) {
+        const auto i = static_cast<std::size_t>(std::countr_zero(near));
+        for (std::uint32_t row = rows[i]; row != 0; row &= row - 1) {
+            const auto j = static_cast<std::size_t>(std::countr_zero(row));
+            if (!pair_clusters({p.moving.clusters, p.number, p_open, i}, {q.moving.clusters, q.number, q_open, j})) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+/// Candidates of two clusters whose boxes overlap; the first belongs to the body with the lower number. False when the
+/// work would be too much.
+bool ClusteredDescent::pair_clusters(const ClusterRef& p, const ClusterRef& q) {
+    const std::size_t first_place = boxes_.open_cluster(p.clusters, p.group, p.opened, p.number);
+    const std::size_t second_place = boxes_.open_cluster(q.clusters, q.group, q.opened, q.number);
+    const SixteenBoxes& first_boxes = boxes_.triangles(first_place);
+    const SixteenBoxes& second_boxes = boxes_.triangles(second_place);
+    if (!spend_box_tests(fan)) return false;
+    const std::size_t first_cluster = static_cast<std::size_t>(p.group) * fan + p.number;
+    const std::size_t second_cluster = static_cast<std::size_t>(q.group) * fan + q.number;
+    std::uint32_t near = kernels_.overlaps(first_boxes, FloatBox::of(q.opened.clusters, q.number));
+    if (!spend_box_tests(fan * std::popcount(near))) return false;
+    const Index* const first_triangle = p.clusters.triangle.data() + first_cluster * fan;
+    const Index* const second_triangle = q.clusters.triangle.data() + second_cluster * fan;
+    SixteenRows rows;
+    kernels_.rows(first_boxes, near, second_boxes, rows);
+    for (; near != 0; near &= near - 1) {
+        const auto s = static_cast<std::size_t>(std::countr_zero(near));
+        for (std::uint32_t row = rows[s]; row != 0; row &= row - 1) {
+            const auto t = static_cast<std::size_t>(std::countr_zero(row));
+            if (first_triangle[s] >= 0 && second_triangle[t] >= 0) {
+                candidates_.push_back({first_triangle[s], second_triangle[t]});
+            }
+        }
+    }
+    return true;
+}
+
+}  // namespace trocar

@@ -1,0 +1,40 @@
+// What the stages of ohc_clustered share: the detector's settings and the clock by which each knows what moved since
+// the last answer. The book of a tick's work is that of ohc (ohc_work.hpp). Nothing is computed here.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+#include "detect/clusters.hpp"
+#include "detect/narrow_phase.hpp"
+
+namespace trocar {
+
+/// Regions, cells, candidates and pairs of an ordinary contact: room for as many is made before the first tick.
+inline constexpr std::size_t ordinary_contact = 4096;
+
+struct ClusteredSettings {
+    ClusterOrder order = ClusterOrder::automatic;
+    TriangleTest test = TriangleTest::exact;
+    bool scalar = false;
+    bool swept = false;
+    std::int64_t max_pairs = std::numeric_limits<std::int64_t>::max();
+    std::int64_t work_budget = std::numeric_limits<std::int64_t>::max();
+    [[nodiscard]] bool limited() const {
+        return max_pairs != std::numeric_limits<std::int64_t>::max() ||
+               work_budget != std::numeric_limits<std::int64_t>::max();
+    }
+};
+
+/// Times are counted in reads of a frame.
+struct ClusteredClock {
+    static constexpr std::int64_t never = -1;
+    std::int64_t now = 0;              ///< the last read
+    std::int64_t answered_at = never;  ///< the read that the last pairs answer completely
+    bool way = false;                  ///< swept, and the last update's frame knows the frame before
+    /// Whether what moved last at this time did so after the last answer.
+    [[nodiscard]] bool moved(std::int64_t moved_at) const { return moved_at > answered_at; }
+};
+
+}  // namespace trocar
