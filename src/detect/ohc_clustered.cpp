@@ -58,6 +58,7 @@ public:
         bodies_.prepare(topology);
         regions_.prepare(topology);
         answer_.prepare();
+        clock_.way = false;  // the frame before belongs to another world
         ready_ = false;
         if (is_answerable(topology, frame)) build(frame);
     }

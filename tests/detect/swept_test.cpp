@@ -141,6 +141,23 @@ TEST_P(Swept, WithoutAFiniteFrameBeforeOnlyPairsAreTold) {
     EXPECT_TRUE(answer(world, GetParam()).swept.empty());
 }
 
+TEST_P(Swept, PreparedAgainForgetsTheFrameBefore) {
+    World world = fast_scenes().front();
+    const auto detector = make_detector(GetParam(), {{"swept", "on"}});
+    detector->prepare(world.topology, world.frame);
+    ContactSet contacts;
+    detector->update(world.frame);
+    detector->detect(world.frame, contacts);
+    ASSERT_FALSE(contacts.swept.empty());
+    const std::vector<TrianglePair> pairs = contacts.pairs;
+    world.frame.previous = Matrix3X();
+    detector->prepare(world.topology, world.frame);
+    detector->update(world.frame);
+    detector->detect(world.frame, contacts);
+    EXPECT_EQ(contacts.pairs, pairs);
+    EXPECT_TRUE(contacts.swept.empty());
+}
+
 TEST_P(Swept, TipThroughASheetMeetsItAtTheKnownTime) {
     // The tip falls 8 mm within the tick from 6 mm above the sheet: contact after three quarters.
     World world = make_world(
