@@ -1,12 +1,13 @@
 // ohc: the detector that the thesis describes (§3.3, §4.2), as METHODS §2 reconstructs it. Space is split into equal
-// cells, no mesh connectivity is used, and no body is ever held against another body: the work grows with the
-// triangles, not with the pairs of bodies. A tick is a cascade, each level passing on only what it could not rule out;
-// here is only in which order the levels follow each other, and what the detector can be asked for:
+// cells, no mesh connectivity is used, and no body is held against another body but for one box of each: the work grows
+// with the triangles, not with the pairs of bodies. A tick is a cascade, each level passing on only what it could not
+// rule out; here is only in which order the levels follow each other, and what the detector can be asked for:
 //
-//   boxes of bodies  where can two groups of bodies meet at all; the cells there are the window of this tick
-//                    (ohc_bodies.hpp)
+//   boxes of bodies  where can bodies meet at all: the parts that their boxes have in common; the cells there are the
+//                    window of this tick (ohc_bodies.hpp, ohc_meeting.hpp)
 //   occupancy        per group one bit per cell of the window, from the vertices; a triangle is ruled out by a look at
-//                    three numbers, one per corner. Nearly all triangles end here
+//                    three numbers, one per corner. Nearly all triangles end here; of the others those that reach into
+//                    no such part
 //   shared cells     the same bits again for the triangles left, with the cells that they really cover
 //                    (both: ohc_occupancy.hpp)                                                               [update]
 //   three maps       what lies in cells of two groups is hashed: live cells, the bodies in each, their triangles in

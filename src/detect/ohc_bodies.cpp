@@ -17,10 +17,6 @@ CellRange hull(const CellRange& a, const CellRange& b) {
     if (is_empty(b)) return a;
     return {cell_min(a.low, b.low), cell_max(a.high, b.high)};
 }
-CellRange common(const CellRange& a, const CellRange& b) {
-    if (is_empty(a) || is_empty(b) || !a.overlaps(b)) return no_cells;
-    return {cell_max(a.low, b.low), cell_min(a.high, b.high)};
-}
 
 }  // namespace
 
@@ -49,6 +45,9 @@ void OhcBodies::prepare(const Topology& topology, const Frame& frame) {
     std::stable_sort(order_.begin(), order_.end(), [&rank](Index a, Index b) { return rank(a) < rank(b); });
     make_groups();
     boxes_.resize(bodies);
+    wide_boxes_.resize(bodies);
+    meeting_bodies_.reserve(bodies);
+    meeting_.prepare(bodies);
     cells_.prepare(topology, settings_.margin);
     cell_edge_ = 0.0;
     choose_cell(frame);
@@ -155,13 +154,31 @@ CellRange OhcBodies::place_groups() {
         cells_.lattice().set(cells_.lattice().edge(), Vector3(all.low[0], all.low[1], all.low[2]));
         place_all();
     }
-    CellRange merged = no_cells;
+    meeting_bodies_.clear();
+    for (const Index number : order_) {
+        if (is_kept(number)) continue;
+        meeting_bodies_.push_back(number);
+        wide_boxes_[at(number)] = wide_box(number);
+    }
+    meeting_.find(meeting_bodies_, wide_boxes_, [this](Index a, Index b) { return may_hit(a, b); });
     CellRange meeting = no_cells;
-    for (const Group& group : active_) {
-        meeting = hull(meeting, common(merged, group.range));
-        merged = hull(merged, group.range);
+    for (const Index number : meeting_bodies_) {
+        for (const Extent& part : meeting_.of(number)) meeting = hull(meeting, cells_of(part));
     }
     return meeting;
+}
+
+/// The body's box with the margin around it, as the boxes of triangles have it.
+Extent OhcBodies::wide_box(Index number) const {
+    Extent box = boxes_[at(number)];
+    for (double& low : box.low) low -= settings_.margin;
+    for (double& high : box.high) high += settings_.margin;
+    return box;
+}
+
+CellRange OhcBodies::cells_of(const Extent& box) const {
+    return {cells_.lattice().cell(Vector3(box.low[0], box.low[1], box.low[2])),
+            cells_.lattice().cell(Vector3(box.high[0], box.high[1], box.high[2]))};
 }
 
 CellRange OhcBodies::place_all() {
@@ -170,12 +187,7 @@ CellRange OhcBodies::place_all() {
         group.range = no_cells;
         for (std::size_t k = group.first_body; k < group.end_body; ++k) {
             if (is_kept(order_[k])) continue;
-            const Extent& box = boxes_[at(order_[k])];
-            Vector3 low(box.low[0], box.low[1], box.low[2]);
-            Vector3 high(box.high[0], box.high[1], box.high[2]);
-            low.array() -= settings_.margin;
-            high.array() += settings_.margin;
-            group.range = hull(group.range, {cells_.lattice().cell(low), cells_.lattice().cell(high)});
+            group.range = hull(group.range, cells_of(wide_box(order_[k])));
         }
         all = hull(all, group.range);
     }

@@ -1,5 +1,5 @@
-// First level of ohc's cascade: which bodies may meet which, how large a cell is, and where two groups of bodies can
-// meet at all, judged by the boxes of whole bodies. No triangle is looked at here, except once for the size of a cell.
+// First level of ohc's cascade: which bodies may meet which, how large a cell is, and where bodies can meet at all,
+// judged by the boxes of whole bodies. No triangle is looked at here, except once for the size of a cell.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,7 @@
 
 #include "detect/cluster_kernels.hpp"
 #include "detect/lattice.hpp"
+#include "detect/ohc_meeting.hpp"
 #include "detect/ohc_work.hpp"
 #include "detect/triangle_cells.hpp"
 #include "scene/world.hpp"
@@ -74,8 +75,10 @@ public:
     bool read_boxes(const Frame& frame);
     /// The same for one body, of this frame only.
     bool read_box(const Frame& frame, Index body);
-    /// Cell ranges of the active groups; returns the cells in which two of them can meet, judged by their boxes.
+    /// Cell ranges of the active groups and meeting(); returns the cells of all that is in it.
     CellRange place_groups();
+    /// Where bodies can meet, judged by their boxes.
+    [[nodiscard]] const MeetingBoxes& meeting() const { return meeting_; }
     /// As above without moving the lattice: false when something lies beyond it.
     bool place_on_lattice() { return !Lattice::at_limit(place_all()); }
 
@@ -84,6 +87,8 @@ private:
     void make_groups();
     [[nodiscard]] double edge_length(const Frame& frame, Range triangles) const;
     CellRange place_all();
+    [[nodiscard]] Extent wide_box(Index body) const;
+    [[nodiscard]] CellRange cells_of(const Extent& box) const;
 
     const OhcSettings& settings_;
     const Topology* topology_ = nullptr;
@@ -96,7 +101,10 @@ private:
     std::vector<std::uint8_t> takes_part_;  ///< per body
     std::vector<std::uint8_t> kept_;        ///< per body
     std::vector<Extent> boxes_;             ///< per body, m
-    double cell_edge_ = 0.0;                ///< m; 0: not chosen yet
+    std::vector<Extent> wide_boxes_;        ///< with the margin around them, as triangles' boxes have it
+    std::vector<Index> meeting_bodies_;     ///< those that are not kept
+    MeetingBoxes meeting_;
+    double cell_edge_ = 0.0;  ///< m; 0: not chosen yet
     TriangleCells cells_;
 };
 

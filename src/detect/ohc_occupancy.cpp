@@ -45,11 +45,13 @@ void OhcOccupancy::find_near(const Frame& frame, const CellRange& meeting) {
     }
 }
 
-/// All vertices of the group, and triangles that reach further than one cell from them.
+/// All vertices of the group, and those of its triangles that reach further than one cell from them and may meet
+/// others.
 void OhcOccupancy::put_in_field(const Frame& frame, const Group& group) {
     const TriangleCells& cells = bodies_.cells();
     found_.clear();
     bodies_.for_each_body(group, [&](const BodyRange& body) {
+        if (!bodies_.meeting().any(bodies_.body_of(body.triangles.first))) return;  // meets nobody
         if (!work_.spend(work_.counters.cells_visited, body.triangles.count)) return;
         if (!cells.plain()) {
             add_all(body.triangles);
@@ -59,8 +61,11 @@ void OhcOccupancy::put_in_field(const Frame& frame, const Group& group) {
         near_.add_vertices(body.vertices);
         near_.collect_wide(bodies_.topology().triangles.data(), body.triangles, found_);
     });
+    if (!work_.spend(work_.counters.box_tests, static_cast<std::int64_t>(found_.size()))) found_.clear();
     for (const Index t : found_) {
-        const bool placed = cells.for_each_range(frame, cells.primitive(frame, t), [this](const CellRange& range) {
+        const Primitive primitive = cells.primitive(frame, t);
+        if (!bodies_.meeting().may_meet(primitive)) continue;
+        const bool placed = cells.for_each_range(frame, primitive, [this](const CellRange& range) {
             if (work_.afford(range)) work_.counters.cells_visited += near_.add(range);
         });
         if (!placed) huge_.push_back(t);
@@ -68,14 +73,15 @@ void OhcOccupancy::put_in_field(const Frame& frame, const Group& group) {
     near_.merge(group.range, cells.plain());
 }
 
-/// The group's triangles that cannot be ruled out by a look at their vertices and of which `is_shared` tells that one
-/// of their cells is shared.
+/// The group's triangles that cannot be ruled out by a look at their vertices, that reach where others are, and of
+/// which `is_shared` tells that one of their cells is shared.
 template <typename IsShared>
 void OhcOccupancy::collect(const Frame& frame, std::size_t group, const IsShared& is_shared) {
     const TriangleCells& cells = bodies_.cells();
     found_.clear();
     const bool last = group + 1 == bodies_.active().size();
     bodies_.for_each_body(bodies_.active()[group], [&](const BodyRange& body) {
+        if (!bodies_.meeting().any(bodies_.body_of(body.triangles.first))) return;  // meets nobody
         if (!work_.spend(work_.counters.cells_visited, body.triangles.count)) return;
         if (!cells.plain()) {
             add_all(body.triangles);
@@ -85,10 +91,17 @@ void OhcOccupancy::collect(const Frame& frame, std::size_t group, const IsShared
         near_.mark(body.vertices);
         near_.collect(bodies_.topology().triangles.data(), body.triangles, found_);
     });
-    // First all boxes, then the question that nobody can predict the answer of: so the reads do not wait for it.
+    // First all boxes, then the questions that nobody can predict the answer of: so the reads do not wait for them.
     const std::size_t first = primitives_.size();
     std::size_t kept = first;
-    for (const Index t : found_) primitives_.push_back(cells.primitive(frame, t));
+    if (!work_.spend(work_.counters.box_tests, static_cast<std::int64_t>(found_.size()))) found_.clear();
+    primitives_.resize(first + found_.size());
+    std::size_t meeting = first;
+    for (const Index t : found_) {
+        primitives_[meeting] = cells.primitive(frame, t);
+        meeting += bodies_.meeting().may_meet(primitives_[meeting]) ? 1 : 0;
+    }
+    primitives_.resize(meeting);
     for (std::size_t k = kept; k < primitives_.size(); ++k) {
         const Primitive& primitive = primitives_[k];
         bool shared = false;

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "detect/lattice.hpp"
+#include "detect/ohc_meeting.hpp"
 #include "geometry/exact.hpp"
 #include "measure/allocations.hpp"
 #include "method/registry.hpp"
@@ -122,6 +123,98 @@ TEST(Ohc, EveryOverlappingBoxPairIsTestedOnce) {
     }
     for (const char* cell : {"0.0234", "0.05", "3"}) {
         EXPECT_EQ(answer(world, {{"cell", cell}}).work.triangle_tests, overlapping) << cell;
+    }
+}
+
+/// Random boxes of bodies in a row of 1 m, each with random boxes of triangles inside it.
+struct BoxedBodies {
+    std::vector<Extent> bodies;
+    std::vector<Primitive> triangles;
+
+    BoxedBodies(std::size_t count, double reach, unsigned seed) {
+        std::mt19937 random(seed);
+        std::uniform_real_distribution<double> part(0.0, 1.0);
+        const auto inside = [&](double low, double high, double size, std::size_t k, Primitive& p) {
+            p.low[k] = low + (high - low) * part(random);
+            p.high[k] = std::min(high, p.low[k] + size * part(random));
+        };
+        for (std::size_t body = 0; body < count; ++body) {
+            Extent box;
+            for (std::size_t k = 0; k < 3; ++k) {
+                box.low[k] = (k == 0 ? 1.0 : 0.3) * part(random);
+                box.high[k] = box.low[k] + reach * part(random);
+            }
+            bodies.push_back(box);
+            for (int t = 0; t < 40; ++t) {
+                Primitive p{};
+                p.body = static_cast<Index>(body);
+                for (std::size_t k = 0; k < 3; ++k) inside(box.low[k], box.high[k], 0.05, k, p);
+                triangles.push_back(p);
+            }
+        }
+    }
+};
+
+TEST(MeetingBoxes, KeepEveryTriangleThatReachesIntoAnotherBodysBoxAndWithFewNeighboursNoOther) {
+    // Second source: each triangle's box against the box of every body that its own may hit.
+    const auto may_hit = [](Index a, Index b) { return (a + b) % 3 != 0; };
+    std::size_t crowded = 0;
+    std::size_t ruled_out = 0;
+    for (const double reach : {0.05, 0.15, 0.6}) {
+        const BoxedBodies scene(24, reach, 71);
+        std::vector<Index> taking_part;
+        for (Index body = 0; body < 24; ++body) {
+            if (body != 5) taking_part.push_back(body);
+        }
+        MeetingBoxes meeting;
+        meeting.prepare(24);
+        for (int again = 0; again < 2; ++again) meeting.find(taking_part, scene.bodies, may_hit);
+        EXPECT_FALSE(meeting.any(5));
+        for (const Primitive& p : scene.triangles) {
+            if (p.body == 5) continue;
+            std::size_t neighbours = 0;
+            bool reaches = false;
+            for (const Index other : taking_part) {
+                const Extent& box = scene.bodies[static_cast<std::size_t>(other)];
+                if (other == p.body || !may_hit(p.body, other) ||
+                    !box.overlaps(scene.bodies[static_cast<std::size_t>(p.body)])) {
+                    continue;
+                }
+                ++neighbours;
+                Extent own;
+                std::copy_n(p.low.begin(), 3, own.low.begin());
+                std::copy_n(p.high.begin(), 3, own.high.begin());
+                reaches = reaches || box.overlaps(own);
+            }
+            EXPECT_EQ(meeting.any(p.body), neighbours > 0);
+            if (neighbours <= 4) {
+                EXPECT_EQ(meeting.may_meet(p), reaches);
+            } else {
+                EXPECT_TRUE(meeting.may_meet(p) || !reaches);
+                ++crowded;
+            }
+            ruled_out += meeting.may_meet(p) ? 0 : 1;
+        }
+    }
+    EXPECT_GT(crowded, 100U);
+    EXPECT_GT(ruled_out, 100U);
+}
+
+/// Bodies that hit five others and more, each in another place.
+TEST(Ohc, ABodyAmongManyNeighboursIsAnswered) {
+    std::vector<Part> parts{{BodyKind::tissue, sheet(0.3, 30)}};
+    for (int i = 0; i < 9; ++i) {
+        const double x = 0.1 * (i % 3 - 1);
+        const double y = 0.1 * (i / 3 - 1);
+        parts.push_back({i % 2 == 0 ? BodyKind::instrument : BodyKind::tissue,
+                         soup(60, 0.02, 0.06, 80U + static_cast<unsigned>(i)).move({x, y, 0.0})});
+    }
+    World world = make_world("neighbours", parts);
+    const Pairs expected = expected_pairs(world);
+    ASSERT_GT(expected.size(), 50U);
+    for (const Settings& settings : {Settings{}, Settings{{"incremental", "on"}}, Settings{{"margin", "0.003"}},
+                                     Settings{{"swept", "on"}}, Settings{{"max_pairs", "1000000"}}}) {
+        EXPECT_EQ(answer(world, settings).pairs, expected);
     }
 }
 
