@@ -15,13 +15,16 @@ void HeldContacts::prepare() {
 }
 
 /// The pierced face need not be the nearest one: a vertex that came in over a rim is deep below the side and just
-/// inside the end. Walks over the surface to where the vertex is nearest to it.
+/// inside the end. Walks over the surface to where the vertex is nearest to it. Nor need a vertex below the pierced
+/// face be inside: where the point of a needle just enters a tissue face, that face's corners lie below planes of the
+/// cone and far beside it.
 void HeldContacts::hold_nearest(const ThesisState& state, const Frame& frame, VertexInFace v, Effect& effect) {
     const Topology& topology = *state.topology;
     const Vector3 x = frame.position.col(v.vertex);
     const Index pierced = v.triangle;
     Vector3 weights = v.weights;
     follow_surface(topology, state.surface, frame, x, v.triangle, weights);
+    if (!state.surface.is_behind(topology, frame.position, v.triangle, weights, x)) return;
     if (v.triangle != pierced) {
         const equations::Corners corners = corners_of(topology, frame.position, v.triangle);
         const Vector3 foot = weights[0] * corners[0] + weights[1] * corners[1] + weights[2] * corners[2];

@@ -1,5 +1,8 @@
 #include "respond/surface.hpp"
 
+#include <array>
+#include <cmath>
+
 namespace trocar {
 namespace {
 
@@ -70,6 +73,35 @@ Vector3 SurfaceNeighbours::blended_normal(const Topology& topology, const Matrix
     constexpr double least_agreement = 0.26;  // cosine of 75 degrees
     if (length == 0.0 || sum.dot(face) < least_agreement * length) return face;
     return sum / length;
+}
+
+bool SurfaceNeighbours::is_behind(const Topology& topology, const Matrix3X& position, Index triangle,
+                                  const Vector3& weights, const Vector3& point) const {
+    Vector3 foot = Vector3::Zero();
+    std::array<Index, 3> on{-1, -1, -1};
+    std::size_t count = 0;
+    for (int i = 0; i < 3; ++i) {
+        if (weights[i] == 0.0) continue;
+        on[count++] = topology.triangles(i, triangle);
+        foot += weights[i] * position.col(topology.triangles(i, triangle));
+    }
+    if (count == 3) return area_normal(topology, position, triangle).dot(point - foot) < 0.0;
+    Vector3 sum = Vector3::Zero();
+    for (const Index t : triangles_at(on[0])) {
+        const auto corner = topology.triangles.col(t);
+        if (count == 2 && (corner.array() != on[1]).all()) continue;
+        double weight = 1.0;
+        if (count == 1) {
+            const int here = corner[0] == on[0] ? 0 : (corner[1] == on[0] ? 1 : 2);
+            const Vector3 u = position.col(corner[(here + 1) % 3]) - foot;
+            const Vector3 w = position.col(corner[(here + 2) % 3]) - foot;
+            weight = std::atan2(u.cross(w).norm(), u.dot(w));
+        }
+        const Vector3 normal = area_normal(topology, position, t);
+        const double size = normal.norm();
+        if (size > 0.0) sum += weight / size * normal;
+    }
+    return sum.dot(point - foot) < 0.0;
 }
 
 }  // namespace trocar

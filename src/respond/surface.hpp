@@ -22,6 +22,11 @@ public:
     [[nodiscard]] double area(Index vertex) const { return area_[static_cast<std::size_t>(vertex)]; }
     /// Unit, area-weighted mean of the adjacent outer normals; zero where they cancel.
     [[nodiscard]] Vector3 vertex_normal(const Topology& topology, const Matrix3X& position, Index vertex) const;
+    /// True when a point lies behind the surface, judged at its nearest point, which the weights name in a triangle (0
+    /// on an edge or corner): by the face's normal, on edges and corners by the mean normal weighted with the angles,
+    /// which alone never tells the wrong side there (Baerentzen and Aanaes 2005).
+    [[nodiscard]] bool is_behind(const Topology& topology, const Matrix3X& position, Index triangle,
+                                 const Vector3& weights, const Vector3& point) const;
     /// Normalised barycentric blend of the corner normals of a triangle: continuous along the surface (METHODS §5). Not
     /// across creases of more than 60 degrees of a tool or bone, whose faces stay flat up to the crease; and the face
     /// normal where the blend leaves it by more than 75 degrees (a sharp rim).

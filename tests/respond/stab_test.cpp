@@ -120,6 +120,37 @@ TEST(FaithfulStab, BackProjectionFindsTheSurfaceGoingInAndNotComingOut) {
     EXPECT_LT(attractions(0.5), attractions(-0.5) + 1);
 }
 
+TEST(CorrectedStab, OnlyTissueThatIsInsideTheToolIsPushedOut) {
+    // A point that is just through a face lies in the planes of faces on its far side, and so do that face's corners,
+    // which are millimetres beside the cone.
+    int pushed = 0;
+    for (const double depth : {1e-5, 1e-4, 2e-3}) {
+        for (int place = 0; place < 24; ++place) {
+            const Vector3 tip(2.1e-4 * place, 1.3e-4 * place, -depth);
+            Mesh cone = make_shaft(0.0025, 0.06, 8, 0.01);
+            for (Vector3& p : cone.points) p += tip;
+            ClosedLoop loop(
+                {LoopBody{.name = "tool", .kind = BodyKind::instrument, .mesh = cone},
+                 LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(8, 0.005)}},
+                "thesis:profile=corrected");
+            const Frame seen = loop.frame;
+            ASSERT_TRUE(loop.step()) << loop.outcome.message;
+            for (const LinearContact& contact : loop.effect.contacts) {
+                const Index v = contact.vertices[0];
+                if (contact.vertices[1] >= 0 || contact.gap >= 0.0 ||
+                    loop.topology.bodies[static_cast<std::size_t>(loop.topology.body_of_vertex(v))].kind !=
+                        BodyKind::tissue)
+                    continue;
+                const Vector3 from_tip = seen.position.col(v) - tip;
+                EXPECT_LE(from_tip.head<2>().norm(), 0.25 * from_tip.z() + 1e-9)
+                    << "depth " << depth << " at " << place;
+                ++pushed;
+            }
+        }
+    }
+    EXPECT_GT(pushed, 0) << "some vertices are inside";
+}
+
 TEST(CorrectedStab, NeedleThroughAThinBodyWithNoVertexInsideIsNotIgnored) {
     // A plate of 3 mm, a needle whose rings are 20 mm apart: its point is out on the far side, no vertex is inside.
     Mesh plate = make_sheet(6, 0.006);
@@ -239,6 +270,20 @@ TEST(StabScenes, ForceOnTheFacesThatAToolTouchesIsThatOfTheHardReference) {
         const SceneResult& faces = run_scene(name, "thesis:profile=corrected");
         const double hard = reference.hard.force_at(reference.hard.until).norm();
         EXPECT_LT(std::abs(faces.force - hard), 0.01 * hard) << name;
+    }
+}
+
+TEST(StabScenes, ForceChangesPerTickNoFasterThanTheHardReferenceDoes) {
+    for (const char* name : {"i2t_stab", "i2t_stab_closed"}) {
+        const Reference reference = read_reference(
+            reference_file(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / (std::string(name) + ".json")));
+        double largest_change = 0.0;
+        const double interval = reference.hard.sample_interval;
+        for (double t = interval; t < reference.hard.until; t += interval) {
+            largest_change =
+                std::max(largest_change, (reference.hard.force_at(t) - reference.hard.force_at(t - interval)).norm());
+        }
+        EXPECT_LT(run_scene(name, "thesis:profile=corrected").largest_jump, largest_change) << name;
     }
 }
 
