@@ -125,6 +125,48 @@ Index select(const std::uint32_t* codes, const Index* corners, Index first, Inde
     return n;
 }
 
+void beside(const double* points, Index count, std::span<const Extent> boxes, std::uint32_t* words) {
+    const Doubles d;
+    const hn::Rebind<std::int32_t, Doubles> di;
+    const hn::Rebind<std::uint32_t, Doubles> du;
+    const auto lanes = static_cast<Index>(hn::Lanes(d));
+    std::uint32_t absent = 0;
+    for (std::size_t k = boxes.size(); k < box_sides::most; ++k) absent |= box_sides::absent << (8 * k);
+    Index i = 0;
+    for (; i + lanes <= count; i += lanes) {
+        auto x = hn::Undefined(d);
+        auto y = hn::Undefined(d);
+        auto z = hn::Undefined(d);
+        hn::LoadInterleaved3(d, points + 3 * static_cast<std::size_t>(i), x, y, z);
+        // Bits are added up as doubles: all are different powers of two below 2^31.
+        auto sum = hn::Set(d, static_cast<double>(absent));
+        double bit = 1.0;
+        for (const Extent& box : boxes) {
+            const auto side = [&](auto along, std::size_t k) {
+                const double below = bit * static_cast<double>(1U << (2 * k));
+                sum = hn::Add(sum, hn::IfThenElseZero(hn::Lt(along, hn::Set(d, box.low[k])), hn::Set(d, below)));
+                sum = hn::Add(sum, hn::IfThenElseZero(hn::Gt(along, hn::Set(d, box.high[k])), hn::Set(d, 2.0 * below)));
+            };
+            side(x, 0);
+            side(y, 1);
+            side(z, 2);
+            bit *= 256.0;
+        }
+        hn::StoreU(hn::BitCast(du, hn::DemoteTo(di, sum)), du, words + i);
+    }
+    for (; i < count; ++i) {
+        const double* const point = points + 3 * static_cast<std::size_t>(i);
+        std::uint32_t word = absent;
+        for (std::size_t b = 0; b < boxes.size(); ++b) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                word |= (point[k] < boxes[b].low[k] ? 1U : 0U) << (8 * b + 2 * k);
+                word |= (point[k] > boxes[b].high[k] ? 2U : 0U) << (8 * b + 2 * k);
+            }
+        }
+        words[i] = word;
+    }
+}
+
 }  // namespace trocar::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -134,12 +176,14 @@ namespace trocar {
 HWY_EXPORT(encode);
 HWY_EXPORT(mark);
 HWY_EXPORT(select);
+HWY_EXPORT(beside);
 
 const std::vector<OccupancyKernels>& occupancy_kernels() {
     static const std::vector<OccupancyKernels> kernels = versions_by_target([](const char* target) {
         return OccupancyKernels{.encode = &HWY_DYNAMIC_DISPATCH(encode),
                                 .mark = &HWY_DYNAMIC_DISPATCH(mark),
                                 .select = &HWY_DYNAMIC_DISPATCH(select),
+                                .beside = &HWY_DYNAMIC_DISPATCH(beside),
                                 .target = target};
     });
     return kernels;

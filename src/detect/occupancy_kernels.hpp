@@ -1,11 +1,13 @@
-// The two inner loops over vertices of ohc's first level in the widest vectors the CPU has: in which cell of a window a
-// vertex lies, and whether a bit field is set there.
+// The inner loops over vertices and triangles of ohc's first level in the widest vectors the CPU has: in which cell of
+// a window a vertex lies, whether a bit field is set there, and which sides of a box it lies beyond.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "detect/cluster_kernels.hpp"
 #include "geometry/types.hpp"
 
 namespace trocar {
@@ -45,6 +47,18 @@ inline std::uint32_t apart(std::uint32_t a, std::uint32_t b) {
 }
 }  // namespace cell_code
 
+/// Where a point lies beside up to four boxes: a byte for each, with a bit for every side that it lies beyond. A
+/// triangle's box overlaps a box exactly when no side has all three corners beyond it: a byte of its corners' words,
+/// put together by "and", is zero.
+namespace box_sides {
+inline constexpr std::size_t most = 4;
+inline constexpr std::uint32_t absent = 1U << 6U;  ///< in the byte of a box that is not there
+inline bool any_overlap(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    const std::uint32_t beyond = a & b & c;
+    return ((beyond - 0x01010101U) & ~beyond & 0x80808080U) != 0;
+}
+}  // namespace box_sides
+
 struct OccupancyKernels {
     /// Codes of `count` finite points (x y z …), without marks.
     void (*encode)(const double* points, Index count, const CellWindow& window, std::uint32_t* codes);
@@ -55,6 +69,8 @@ struct OccupancyKernels {
     /// them in order and returns how many; `found` has room for `count`.
     Index (*select)(const std::uint32_t* codes, const Index* corners, Index first, Index count, std::uint32_t mark,
                     Index* found);
+    /// Words as in box_sides of `count` finite points beside `boxes`, of which there are box_sides::most at most.
+    void (*beside)(const double* points, Index count, std::span<const Extent> boxes, std::uint32_t* words);
     const char* target;  ///< instruction set, as Highway names it
 };
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "detect/cluster_kernels.hpp"
+#include "detect/occupancy_kernels.hpp"
 #include "detect/triangle_cells.hpp"
 #include "geometry/types.hpp"
 
@@ -65,7 +66,7 @@ public:
     }
 
 private:
-    static constexpr std::size_t most = 4;  ///< a triangle is held against all of them
+    static constexpr std::size_t most = box_sides::most;  ///< a triangle is held against all of them
     struct Parts {
         std::array<Extent, most> box;
         std::size_t count = 0;

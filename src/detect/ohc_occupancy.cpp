@@ -6,6 +6,7 @@ namespace trocar {
 
 void OhcOccupancy::prepare(std::size_t room) {
     near_.prepare(bodies_.topology().vertex_count);
+    sides_.assign(static_cast<std::size_t>(bodies_.topology().vertex_count), 0);
     found_.reserve(room);
     huge_.reserve(room);
     primitives_.reserve(room);
@@ -89,7 +90,12 @@ void OhcOccupancy::collect(const Frame& frame, std::size_t group, const IsShared
         }
         if (last) near_.encode(frame, body.vertices);
         near_.mark(body.vertices);
+        const std::size_t before = found_.size();
         near_.collect(bodies_.topology().triangles.data(), body.triangles, found_);
+        // Where marks rule out little, a look at the corners costs less than a box.
+        if (4 * (found_.size() - before) > static_cast<std::size_t>(body.triangles.count)) {
+            keep_meeting(frame, body, before);
+        }
     });
     // First all boxes, then the questions that nobody can predict the answer of: so the reads do not wait for them.
     const std::size_t first = primitives_.size();
@@ -115,6 +121,22 @@ void OhcOccupancy::collect(const Frame& frame, std::size_t group, const IsShared
     }
     primitives_.resize(kept);
     runs_[group] = {first, kept};
+}
+
+/// Of found_ from `first` on, triangles of `body`, those that may meet others.
+void OhcOccupancy::keep_meeting(const Frame& frame, const BodyRange& body, std::size_t first) {
+    if (!work_.spend(work_.counters.box_tests, static_cast<std::int64_t>(found_.size() - first))) return;
+    const auto vertex = static_cast<std::size_t>(body.vertices.first);
+    kernels_.beside(frame.position.data() + 3 * vertex, body.vertices.count,
+                    bodies_.meeting().of(bodies_.body_of(body.triangles.first)), sides_.data() + vertex);
+    const auto sides = [this](Index v) { return sides_[static_cast<std::size_t>(v)]; };
+    std::size_t kept = first;
+    for (std::size_t k = first; k < found_.size(); ++k) {
+        const Index* const corner = bodies_.topology().triangles.data() + 3 * static_cast<std::size_t>(found_[k]);
+        found_[kept] = found_[k];
+        kept += box_sides::any_overlap(sides(corner[0]), sides(corner[1]), sides(corner[2])) ? 1 : 0;
+    }
+    found_.resize(kept);
 }
 
 /// The same question again for the triangles left, with the cells that they really cover.

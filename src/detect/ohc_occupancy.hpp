@@ -50,15 +50,18 @@ private:
     void put_in_field(const Frame& frame, const Group& group);
     template <typename IsShared>
     void collect(const Frame& frame, std::size_t group, const IsShared& is_shared);
+    void keep_meeting(const Frame& frame, const BodyRange& body, std::size_t first);
     void add_all(Range triangles) {
         for (Index t = triangles.first; t < triangles.end(); ++t) found_.push_back(t);
     }
 
     const OhcBodies& bodies_;
     OhcWork& work_;
-    Occupancy near_;            ///< where groups may meet, judged by vertices
-    Occupancy shared_;          ///< where they do, judged by triangles
-    std::vector<Index> found_;  ///< triangles that a look at their vertices did not rule out
+    OccupancyKernels kernels_ = occupancy_kernels().front();
+    Occupancy near_;                    ///< where groups may meet, judged by vertices
+    Occupancy shared_;                  ///< where they do, judged by triangles
+    std::vector<Index> found_;          ///< triangles that a look at their vertices did not rule out
+    std::vector<std::uint32_t> sides_;  ///< per vertex, as in box_sides; of the body at hand
     std::vector<Index> huge_;
     std::vector<Primitive> primitives_;
     std::vector<Run> runs_;  ///< per active group

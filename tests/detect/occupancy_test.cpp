@@ -126,6 +126,49 @@ TEST(OccupancyKernels, TrianglesAreChosenByTheirFirstCornersMarkAndTheirWidth) {
     }
 }
 
+TEST(OccupancyKernels, SidesTellWhetherATrianglesBoxOverlapsOneOfTheBoxes) {
+    // Second source: the smallest and largest coordinate of the three corners against each box.
+    std::mt19937 random(9);
+    std::uniform_real_distribution<double> anywhere(-0.5, 0.5);
+    constexpr std::size_t count = 301;
+    for (const OccupancyKernels& kernels : occupancy_kernels()) {
+        for (std::size_t box_count = 0; box_count <= box_sides::most; ++box_count) {
+            std::vector<double> points = points_around(0.5, count, random);
+            std::vector<Extent> boxes(box_count);
+            for (Extent& box : boxes) {
+                for (std::size_t k = 0; k < 3; ++k) {
+                    box.low[k] = std::round(anywhere(random) * 200.0) / 200.0;
+                    box.high[k] = box.low[k] + (k == 0 ? 0.0 : 0.15);  // flat: touching counts
+                    points[3 * (7 * k + 1) + k] = box.low[k];
+                }
+            }
+            std::vector<std::uint32_t> words(count + 1, 77U);
+            kernels.beside(points.data(), count, boxes, words.data());
+            EXPECT_EQ(words.back(), 77U) << "wrote behind the end, " << kernels.target;
+            std::size_t overlapping = 0;
+            for (std::size_t t = 0; t < 3000; ++t) {
+                const std::array<std::size_t, 3> corner{random() % count, random() % count,
+                                                        (t % 2 == 0 ? random() : t) % count};
+                bool expected = false;
+                for (const Extent& box : boxes) {
+                    bool overlaps = true;
+                    for (std::size_t k = 0; k < 3; ++k) {
+                        const auto [least, most] = std::minmax(
+                            {points[3 * corner[0] + k], points[3 * corner[1] + k], points[3 * corner[2] + k]});
+                        overlaps = overlaps && least <= box.high[k] && box.low[k] <= most;
+                    }
+                    expected = expected || overlaps;
+                }
+                overlapping += expected ? 1 : 0;
+                ASSERT_EQ(box_sides::any_overlap(words[corner[0]], words[corner[1]], words[corner[2]]), expected)
+                    << kernels.target << ", " << box_count << " boxes";
+            }
+            EXPECT_LT(overlapping, 3000U);
+            EXPECT_EQ(overlapping > 100, box_count > 0) << box_count;
+        }
+    }
+}
+
 /// Two bodies of small triangles strewn around, some far outside, some large, and which cells both hold, found cell by
 /// cell: no triangle that holds one may be lost.
 TEST(Occupancy, LosesNoTriangleWithASharedCell) {
