@@ -1,6 +1,7 @@
 #include "respond/ledger_resolution.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace trocar {
@@ -78,27 +79,49 @@ void push_anchor(const ThesisState& state, const Frame& frame, const Penetration
     steady(state, frame, p, linear, effect);
 }
 
+/// How much the normal of a face beside the nearest one counts where the surface bends away from the sample: all of it
+/// where both are as near, nothing from `band` on, so that the force turns while the sample slides round an edge
+/// instead of jumping. `further` is how much further it is than the nearest (m); `across` leads from the face's nearest
+/// point to that of the nearest face.
+double share_round_edge(const equations::Corners& face, const Vector3& face_normal, const Vector3& nearest_normal,
+                        const Vector3& across, double further) {
+    constexpr double widest = 5e-4;       // m
+    constexpr double of_its_size = 0.25;  // or it would reach past the faces that share a corner
+    constexpr double full_turn = 0.05;    // sine of the turn from which on it counts in full
+    constexpr double crease = 0.5;        // cosine of 60 degrees: round a fold as sharp it is another side
+    const double size = std::sqrt((face[1] - face[0]).cross(face[2] - face[0]).norm());
+    const double band = std::min(widest, of_its_size * size);
+    if (further >= band || size == 0.0) return 0.0;
+    const auto smooth = [](double s) {
+        s = std::clamp(s, 0.0, 1.0);
+        return s * s * (3.0 - 2.0 * s);
+    };
+    const double length = across.norm();
+    const double turn = length > 0.0 ? -face_normal.dot(across) / length : 0.0;
+    const double level = (face_normal.dot(nearest_normal) - crease) / (1.0 - crease);
+    return smooth(1.0 - further / band) * smooth(turn / full_turn) * smooth(4.0 * level);
+}
+
 /// anchor=faces: what hard contact does between a point and a mesh. The face nearest to the sample is pushed along its
 /// own normal, and so is every face around it that rises towards the sample and comes within its reach in this tick: in
 /// the pocket that a point makes, the sample touches several at once, and the walls take it along when it goes
-/// sideways.
+/// sideways. Where the surface bends away from the sample, the normal turns over a narrow band along the edge.
 void push_faces(const ThesisState& state, const Frame& frame, const Penetration& p, Effect& effect) {
     const Topology& topology = *state.topology;
     const Vector3 x = frame.position.col(p.vertex);
     const Vector3 velocity = frame.velocity.col(p.vertex);
     const auto centre = [](const equations::Corners& c) { return Vector3((c[0] + c[1] + c[2]) / 3.0); };
-    const auto push = [&](Index triangle, const Vector3& weights, const Vector3& normal, double depth) {
-        LinearContact linear = against_sample(state, frame, p, triangle, weights, normal, depth);
-        state.end_on_time(
-            p.body, velocity, [&](const Vector3& u) { return u.dot(linear.normal); }, linear);
-        effect.contacts.push_back(linear);
+    const auto blend = [](const equations::Corners& c, const Vector3& w) {
+        return Vector3(w[0] * c[0] + w[1] * c[1] + w[2] * c[2]);
     };
     Index home = p.triangle;
     Vector3 weights = p.weights;
     follow_surface(topology, state.surface, frame, x, home, weights);
     const equations::Corners corners = corners_of(topology, frame.position, home);
-    const Vector3 normal = p.side * equations::unit_normal(corners);
-    push(home, weights, normal, normal.dot(corners[0] - x));
+    const Vector3 face = p.side * equations::unit_normal(corners);
+    const Vector3 foot = blend(corners, weights);
+    const double nearest = (foot - x).norm();
+    Vector3 normal = face;
     const auto has = [&](Index triangle, Index vertex) {
         return (topology.triangles.col(triangle).array() == vertex).any();
     };
@@ -110,21 +133,37 @@ void push_faces(const ThesisState& state, const Frame& frame, const Penetration&
                 continue;
             const equations::Corners other = corners_of(topology, frame.position, t);
             const Vector3 other_normal = p.side * equations::unit_normal(other);
-            const Vector3& shared = corners[at(i)];
-            if (other_normal.dot(centre(corners) - shared) <= 0.0 || normal.dot(centre(other) - shared) <= 0.0)
-                continue;
             const Vector3 w = equations::nearest_weights(other, x);
+            const Vector3 other_foot = blend(other, w);
+            const double distance = (other_foot - x).norm();
+            normal += share_round_edge(other, other_normal, face, foot - other_foot, distance - nearest) * other_normal;
+            const Vector3& shared = corners[at(i)];
+            // Faces in one plane, to rounding, are one wall.
+            const auto rises = [&shared](const Vector3& from, const Vector3& to) {
+                constexpr double flat = 1e-6;  // sine
+                return from.dot(to - shared) > flat * (to - shared).norm();
+            };
+            if (!rises(other_normal, centre(corners)) || !rises(face, centre(other))) continue;
             Vector3 approach = velocity;
             for (int k = 0; k < 3; ++k) approach -= w[k] * frame.velocity.col(topology.triangles(k, t));
             constexpr double near = 5e-4;      // m
             constexpr double near_gap = 1e-3;  // m, along the normal
             const double way = 2.0 * approach.norm() * state.dt;
-            const double distance = (w[0] * other[0] + w[1] * other[1] + w[2] * other[2] - x).norm();
             const double depth = other_normal.dot(other[0] - x);
             if (distance > near + way + std::max(0.0, p.depth) || depth < -near_gap - way) continue;
-            push(t, w, other_normal, depth);
+            LinearContact wall = against_sample(state, frame, p, t, w, other_normal, depth);
+            state.end_on_time(
+                p.body, velocity, [&](const Vector3& u) { return u.dot(wall.normal); }, wall);
+            effect.contacts.push_back(wall);
         }
     }
+    normal.normalize();
+    constexpr double least_slope = 0.3;
+    const double slope = std::max(face.dot(normal), least_slope);
+    LinearContact linear = against_sample(state, frame, p, home, weights, normal, face.dot(foot - x) / slope);
+    state.end_on_time(
+        p.body, velocity, [&](const Vector3& u) { return -face.dot(u) / slope; }, linear);
+    effect.contacts.push_back(linear);
 }
 
 bool follows_any(const ThesisState& state, const Penetration& p) {

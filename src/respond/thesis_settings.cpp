@@ -87,7 +87,9 @@ std::vector<Parameter> thesis_parameters() {
         choice(
             "anchor", {"blend", "faces"},
             "the ledger pushes the surface along the blended normal at a vertex' anchor (METHODS §9.2; faithful), or "
-            "every face that the vertex touches along its own normal, as hard contact does (corrected)"),
+            "every face that the vertex touches along its own normal, as hard contact does, rounded in 1 mm along "
+            "ridges "
+            "(corrected)"),
         number(
             "slip_damping", "1", "40", 0.0, 1e3,
             "damper of the ledger's contacts with anchor=blend along a surface whose normal turns, in units of force "

@@ -228,10 +228,13 @@ TEST(Rest, WithoutDepthAndSpeedThereIsNoForceInAnyProfile) {
 
 // ------------------------------------------------------------ I17
 /// Largest change of the force on the tool from one place to the next, relative to the force, while a point 0.4 mm
-/// below a wavy sheet slides 1.6 mm in steps of `step`.
-double roughness(const std::string& method, double step, double start_x) {
+/// below a sheet slides 1.6 mm in steps of `step`. The sheet is wavy, or two slopes that meet at x = 0 in a ridge (fold
+/// < 0) or a valley.
+double roughness(const std::string& method, double step, double start_x, double fold = 0.0) {
     Mesh sheet = make_sheet(8, 0.005);
-    for (Vector3& p : sheet.points) p.z() = 0.0008 * std::sin(300.0 * p.x()) * std::cos(260.0 * p.y() + 0.4);
+    for (Vector3& p : sheet.points) {
+        p.z() = fold == 0.0 ? 0.0008 * std::sin(300.0 * p.x()) * std::cos(260.0 * p.y() + 0.4) : fold * std::abs(p.x());
+    }
     Mesh pin = make_shaft(0.0002, 0.02, 4, 0.018);
     const auto height = [&sheet](double x, double y) {
         for (const auto& t : sheet.triangles) {
@@ -293,6 +296,17 @@ TEST(Continuity, CorrectedForceHasNoJumpAcrossEdgesAndFaithfulHas) {
         const double faithful_finer = roughness("thesis:resolution=none", 1e-6, start);
         EXPECT_GT(faithful_finer, 0.05);
         EXPECT_GT(faithful_finer, 0.5 * faithful);
+    }
+}
+
+TEST(Continuity, CorrectedForceTurnsOverARidgeAndGrowsInAValleyWithoutAJump) {
+    for (const double fold : {-0.1, -0.27, 0.1}) {  // turns of 11 and 30 degrees
+        const double coarse = roughness("thesis:profile=corrected", 1e-5, -0.0008, fold);
+        const double finer = roughness("thesis:profile=corrected", 1e-6, -0.0008, fold);
+        EXPECT_GT(coarse, 1e-4) << "the force does change, fold " << fold;
+        EXPECT_LT(finer, 0.2 * coarse) << "fold " << fold;
+        EXPECT_LT(finer, 0.02) << "fold " << fold;
+        EXPECT_GT(roughness("thesis:resolution=none", 1e-6, -0.0008, fold), 0.05) << "fold " << fold;
     }
 }
 
