@@ -67,27 +67,15 @@ public:
         primitives_.clear();
     }
 
-    /// Cell map: primitive `primitive` of `body` lies in `cell`.
+    /// Cell and object maps: primitive `primitive` of `body` lies in `cell`.
     void add(Cell cell, Index body, Index primitive) {
-        const std::uint32_t slot = find_or_insert(cell);
-        const auto word = static_cast<std::size_t>(body) / 64;
-        std::uint64_t* const present = &occupancy_[slot * words_];
-        if (!slots_[slot].live) {
-            const std::uint64_t* const may_hit = &collide_[static_cast<std::size_t>(body) * words_];
-            for (std::size_t w = 0; w < words_; ++w) {
-                if ((present[w] & may_hit[w]) != 0) slots_[slot].live = true;
-            }
-        }
-        present[word] |= std::uint64_t{1} << (static_cast<std::size_t>(body) % 64);
-        entries_.push_back({slot, body, primitive});
+        const std::size_t number = object(find_or_insert(cell), body);
+        ++objects_[number].count;
+        entries_.push_back({static_cast<std::int32_t>(number), primitive});
     }
 
-    /// Object and primitive maps of the live cells: a counting pass, then a filling pass, so that each (cell, body)
-    /// owns one run of primitive numbers.
+    /// Primitive map: each (cell, body) owns one run of primitive numbers.
     void cascade() {
-        for (const Entry& entry : entries_) {
-            if (slots_[entry.slot].live) ++objects_[object(entry.slot, entry.body)].count;
-        }
         Index total = 0;
         for (Object& object : objects_) {
             object.first = total;
@@ -96,8 +84,7 @@ public:
         }
         primitives_.resize(static_cast<std::size_t>(total));
         for (const Entry& entry : entries_) {
-            if (!slots_[entry.slot].live) continue;
-            Object& object = objects_[this->object(entry.slot, entry.body)];
+            Object& object = objects_[static_cast<std::size_t>(entry.object)];
             primitives_[static_cast<std::size_t>(object.first) + static_cast<std::size_t>(object.count++)] =
                 entry.primitive;
         }
@@ -143,15 +130,13 @@ private:
         Index count = 0;
     };
     struct Entry {
-        std::uint32_t slot = 0;
-        Index body = -1;
+        std::int32_t object = -1;
         Index primitive = -1;
     };
 
     void grow(int bits) {
         bits_ = bits;
         slots_.assign(std::size_t{1} << bits, Slot{});
-        occupancy_.assign(words_ << bits, 0);
         stamp_ = 0;
     }
 
@@ -172,19 +157,23 @@ private:
         Slot& slot = slots_[number];
         if (slot.stamp != stamp_) {
             slot = {.cell = key, .stamp = stamp_, .first_object = -1, .live = false};
-            std::fill_n(&occupancy_[number * words_], words_, 0);
             used_.push_back(number);
         }
         return number;
     }
 
-    /// Object map entry of this body in this cell, made at the first call.
+    /// Object map entry of this body in this cell, made at the first call; the cell is live as soon as two may hit.
     std::size_t object(std::uint32_t slot, Index body) {
-        for (std::int32_t o = slots_[slot].first_object; o >= 0; o = objects_[static_cast<std::size_t>(o)].next) {
-            if (objects_[static_cast<std::size_t>(o)].body == body) return static_cast<std::size_t>(o);
+        Slot& cell = slots_[slot];
+        bool meets = false;
+        for (std::int32_t o = cell.first_object; o >= 0; o = objects_[static_cast<std::size_t>(o)].next) {
+            const Object& object = objects_[static_cast<std::size_t>(o)];
+            if (object.body == body) return static_cast<std::size_t>(o);
+            meets = meets || may_hit(object.body, body);
         }
-        objects_.push_back({.body = body, .next = slots_[slot].first_object});
-        slots_[slot].first_object = static_cast<std::int32_t>(objects_.size()) - 1;
+        objects_.push_back({.body = body, .next = cell.first_object});
+        cell.first_object = static_cast<std::int32_t>(objects_.size()) - 1;
+        cell.live = cell.live || meets;
         return objects_.size() - 1;
     }
 
@@ -198,8 +187,7 @@ private:
     int bits_ = 0;
     std::uint32_t stamp_ = 0;
     std::vector<Slot> slots_;
-    std::vector<std::uint64_t> occupancy_;  ///< words_ per slot: one bit per body present
-    std::vector<std::uint32_t> used_;       ///< slots of this tick in order of insertion
+    std::vector<std::uint32_t> used_;  ///< slots of this tick in order of insertion
     std::vector<Entry> entries_;
     std::vector<Object> objects_;
     std::vector<Index> primitives_;
