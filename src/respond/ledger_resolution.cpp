@@ -96,10 +96,13 @@ double share_round_edge(const equations::Corners& face, const Vector3& face_norm
         s = std::clamp(s, 0.0, 1.0);
         return s * s * (3.0 - 2.0 * s);
     };
+    constexpr double rounding = 1e-9;  // m
     const double length = across.norm();
-    const double turn = length > 0.0 ? -face_normal.dot(across) / length : 0.0;
+    // Feet on a common edge or corner lie as far apart as rounding has it: that tells no direction.
+    const double turn = length > rounding ? -face_normal.dot(across) / length : 0.0;
     const double level = (face_normal.dot(nearest_normal) - crease) / (1.0 - crease);
-    return smooth(1.0 - further / band) * smooth(turn / full_turn) * smooth(4.0 * level);
+    return smooth(1.0 - further / band) * smooth(length / rounding - 1.0) * smooth(turn / full_turn) *
+           smooth(4.0 * level);
 }
 
 /// anchor=faces: what hard contact does between a point and a mesh. The face nearest to the sample is pushed along its
