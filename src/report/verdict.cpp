@@ -33,6 +33,7 @@ Estimate over_scenes(const std::vector<std::vector<double>>& by_scene) {
     std::vector<double> by_process;
     for (std::size_t process = 0; process < processes; ++process) {
         std::vector<double> values;
+        values.reserve(by_scene.size());
         for (const auto& scene : by_scene) values.push_back(scene[process]);
         const bool known = std::none_of(values.begin(), values.end(), [](double v) { return std::isnan(v); });
         by_process.push_back(known ? geometric_mean(values) : not_known);
@@ -42,6 +43,7 @@ Estimate over_scenes(const std::vector<std::vector<double>>& by_scene) {
 
 std::vector<double> by_process(const SceneResult& result, double RunFigures::*figure) {
     std::vector<double> values;
+    values.reserve(result.runs.size());
     for (const RunFigures& run : result.runs) values.push_back(run.*figure);
     return values;
 }
@@ -84,7 +86,10 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
         if (!result->ok()) continue;
         ++row.scenes_ok;
         take_larger(row.depth_error_max, result->first(&RunFigures::depth_error_max));
-        take_larger(row.left_max, result->first(&RunFigures::left_max));
+        if (const double value = result->first(&RunFigures::left_max); !std::isnan(value) && !(value <= row.left_max)) {
+            row.left_max = value;
+            row.torn_in = result->first(&RunFigures::ruptures) > 0.0 ? scene : std::string();
+        }
         take_larger(row.force_error_equal_k, result->first(&RunFigures::force_error_equal_k));
         take_larger(row.force_error_hard, result->first(&RunFigures::force_error_hard));
         if (const double value = result->first(&RunFigures::depth_error_p50); !std::isnan(value)) {
@@ -307,7 +312,7 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
     int number = 0;
     for (const VerdictRow& row : rows) {
         ++number;
-        std::string left = two_numbers(row.left_p50, row.left_max, mm);
+        std::string left = two_numbers(row.left_p50, row.left_max, mm) + (row.torn_in.empty() ? "" : " torn");
         if (row.identical_to >= 0) left = fmt::format("identical to {}", row.identical_to + 1);
         std::vector<std::string> cells{std::to_string(number) + (row.dominated ? "†" : "")};
         if (name_scenes) cells.push_back(fmt::format("{}", fmt::join(row.scene_names, ", ")));
@@ -435,8 +440,10 @@ std::string verdict_sentence(const Verdict& verdict, const std::string& where, c
                                            ? std::string()
                                            : fmt::format(" with {:.0f} of {:.0f} true pairs missed{}", row.missing,
                                                          row.true_pairs, cut_text(row));
-            return fmt::format("leaves {} mm in the median and {} mm at worst{}, at {}",
-                               format_number(row.left_p50 * mm), format_number(row.left_max * mm), missed, time);
+            const std::string torn =
+                row.torn_in.empty() ? std::string() : fmt::format(" (torn in {}, and told as rupture)", row.torn_in);
+            return fmt::format("leaves {} mm in the median and {} mm at worst{}{}, at {}",
+                               format_number(row.left_p50 * mm), format_number(row.left_max * mm), torn, missed, time);
         }
         return fmt::format("misses {:.0f} and adds {:.0f} of {:.0f} true pairs{}, at {}", row.missing, row.extra,
                            row.true_pairs, cut_text(row), time);

@@ -29,6 +29,7 @@ struct VerdictRow {
     double depth_error_max = not_known;      ///< m, worst over scenes
     double left_p50 = not_known;             ///< m, median over scenes of the median
     double left_max = not_known;             ///< m, worst over scenes
+    std::string torn_in;                     ///< scene of left_max where the response told a rupture there; else empty
     double force_error_equal_k = not_known;  ///< N RMS to the reference of equal stiffness, worst over scenes
     double force_error_hard = not_known;     ///< N RMS to hard contact, worst over scenes
     Estimate p50;                            ///< ns

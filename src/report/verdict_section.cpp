@@ -73,7 +73,7 @@ std::string verdict_note(const Draft& draft) {
     return "Rows are sorted by the depth left at worst, the fastest of equals first; † = another row is at least as "
            "fast and as good, and better in one of the two. Times are geometric means over the scenes of the "
            "medians (p50) and 99 % values (p99) of a tick; a row that failed on a scene has none. Depths: median "
-           "over scenes / worst of all. " +
+           "over scenes / worst of all; torn = the worst is of a run whose response told a rupture. " +
            draft.interval_note(draft.mode) +
            fmt::format(
                " Ratio: median tick over that of {} with the same response and canonical contacts, process "

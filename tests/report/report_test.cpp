@@ -144,6 +144,24 @@ TEST(Verdict, SentenceQuotesTheRecords) {
               "bit, at 600 µs p99 per tick; median tick 4.00 times that of ours.");
 }
 
+TEST(Verdict, WorstOfATornRunIsToldAsTorn) {
+    std::vector<Record> records{synthetic({.scene = "stab", .left_mm = 0.5}),
+                                synthetic({.scene = "drag", .left_mm = 2.0})};
+    const auto left_and_sentence = [&records] {
+        const Results results(records);
+        const Verdict verdict = verdict_of(results);
+        return std::pair(verdict_table(verdict, "", 1.0).rows.front().cells.at(5),
+                         verdict_sentence(verdict, "the scenes", ""));
+    };
+    const char* const torn = "2.00 mm at worst (torn in drag, and told as rupture)";
+    records[0].summary["ruptures"] = 1;  // not where the worst is
+    EXPECT_EQ(left_and_sentence().first, "1.25 / 2.00");
+    EXPECT_EQ(left_and_sentence().second.find(torn), std::string::npos);
+    records[1].summary["ruptures"] = 2;
+    EXPECT_EQ(left_and_sentence().first, "1.25 / 2.00 torn");
+    EXPECT_NE(left_and_sentence().second.find(torn), std::string::npos);
+}
+
 TEST(Verdict, TimesOverScenesAreGeometricMeans) {
     // 100 and 400 µs: geometric mean 200. Reference 200 and 3200: ratios 1/2 and 1/8, mean 1/4.
     const std::vector<Record> records{synthetic({.scene = "a", .first_tick_us = 100}),
