@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -25,15 +26,23 @@ public:
         covered_ = false;
     }
 
-    /// Hashes a triangle where its cells are other than before. Returns the number of cells that it left or entered.
+    /// Hashes a triangle where its cells are other than before; a step on mostly stays in the same cells, which are
+    /// left alone. Returns the number of cells that were looked at.
     std::int64_t put(const Frame& frame, const TriangleCells& cells, const Primitive& p) {
         const std::size_t t = at(p.triangle);
-        if (!p.cut && places_[t] == Place::cells && p.range == ranges_[t]) return 0;
-        std::int64_t visited = take(p.triangle);
+        const bool stays = !p.cut && places_[t] == Place::cells;
+        const CellRange before = ranges_[t];
+        if (stays && p.range == before) return 0;
+        std::int64_t visited = stays ? map_.remove_if(p.triangle,
+                                                      [&p](const std::array<std::int32_t, 3>& cell) {
+                                                          return !holds(p.range, cell[0], cell[1], cell[2]);
+                                                      })
+                                     : take(p.triangle);
         ranges_[t] = p.range;
         places_[t] = p.cut ? Place::pieces : Place::cells;
         const bool placed = cells.for_each_range(frame, p, [&](const CellRange& part) {
             for_each_cell(part, [&](Cell cell) {
+                if (stays && holds(before, cell[0], cell[1], cell[2])) return;
                 ++visited;
                 map_.insert(cell, p.body, p.triangle);
             });
@@ -60,6 +69,8 @@ public:
     [[nodiscard]] bool is_huge(Index triangle) const { return places_[at(triangle)] == Place::huge; }
     /// In pieces: its cells are not a full range.
     [[nodiscard]] bool is_cut(Index triangle) const { return places_[at(triangle)] == Place::pieces; }
+    /// In all cells of its box, so that these change only when a corner's cell does.
+    [[nodiscard]] bool is_whole(Index triangle) const { return places_[at(triangle)] == Place::cells; }
     [[nodiscard]] const CellRange& range(Index triangle) const { return ranges_[at(triangle)]; }
 
     /// Makes the bits fit for any_near after triangles were put in.
@@ -120,6 +131,10 @@ private:
     static std::size_t at(Index number) { return static_cast<std::size_t>(number); }
     [[nodiscard]] bool is_hashed(std::size_t t) const {
         return places_[t] == Place::cells || places_[t] == Place::pieces;
+    }
+    static bool holds(const CellRange& range, std::int32_t x, std::int32_t y, std::int32_t z) {
+        return range.low[0] <= x && x <= range.high[0] && range.low[1] <= y && y <= range.high[1] &&
+               range.low[2] <= z && z <= range.high[2];
     }
     template <typename Use>
     static void for_each_cell(const CellRange& range, const Use& use) {

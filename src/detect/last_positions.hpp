@@ -41,6 +41,8 @@ public:
         const double* const before = position_.data() + at(vertex);
         return !(x[0] == before[0] && x[1] == before[1] && x[2] == before[2]);
     }
+    /// x, y, z as remembered, m. Precondition: not empty.
+    [[nodiscard]] const double* before(Index vertex) const { return position_.data() + at(vertex); }
     /// A look at some vertices, spread evenly, which is all that a moving body pays for the question.
     [[nodiscard]] bool most_samples_moved(const Frame& frame, Range vertices) const {
         Index count = 0;

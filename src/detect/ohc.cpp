@@ -56,7 +56,7 @@ public:
         candidates_.reserve(room);
         sorted_.reserve(room);
         follows_ = settings_.incremental && !settings_.swept && !settings_.limited();
-        if (follows_) incremental_.prepare();
+        if (follows_) incremental_.prepare(frame);
     }
 
     void update(const Frame& frame) override {

@@ -9,17 +9,24 @@
 
 namespace trocar {
 
-void OhcIncremental::prepare() {
+void OhcIncremental::prepare(const Frame& frame) {
     list_triangles_of_vertices();
     following_.assign(bodies_.topology().bodies.size(), Following{});
     changed_at_.assign(at(bodies_.topology().triangle_count()), 0);
     change_ = 0;
     changed_.clear();
+    to_hash_.assign(at(bodies_.topology().triangle_count()), 0);
+    hash_again_.clear();
     last_.clear();
     last_pairs_.clear();
     known_ = false;
     answered_ = true;
     moving_ = false;
+    if (!is_answerable(bodies_.topology(), frame)) return;
+    // As a change that nobody has asked for yet.
+    ++change_;
+    answered_ = false;
+    keep_all(frame);
 }
 
 /// Which triangles move when a vertex moves.
@@ -55,7 +62,7 @@ bool OhcIncremental::follow(const Frame& frame) {
     known_ = look_at_bodies(frame, told) && look_at_vertices(frame, told);
     if (!known_) return false;
     bodies_.choose_active();
-    if (!rehash_changed(frame) || (!bodies_.active().empty() && !bodies_.place_on_lattice())) {
+    if (!rehash(frame) || (!bodies_.active().empty() && !bodies_.place_on_lattice())) {
         keep_all(frame);
         return true;
     }
@@ -109,7 +116,10 @@ bool OhcIncremental::look_at_bodies(const Frame& frame, bool told) {
         following_[at(body)] = {};
         const BodyRange& range = bodies_.body(body);
         last_.remember(frame, range.vertices);
-        for (Index t = range.triangles.first; t < range.triangles.end(); ++t) change(t);
+        for (Index t = range.triangles.first; t < range.triangles.end(); ++t) {
+            change(t);
+            hash_again(t);
+        }
     }
     return true;
 }
@@ -161,16 +171,34 @@ bool OhcIncremental::look_at_range(const Frame& frame, Range range) {
     for (Index v = range.first; v < range.end(); ++v) {
         if (!last_.moved(frame, v)) continue;
         if (!frame.position.col(v).allFinite()) return false;
+        const bool other_cell = changes_cell(frame, v);
         last_.remember(frame, v);
         for (Index k = first_triangle_[at(v)]; k < first_triangle_[at(v) + 1]; ++k) {
-            change(triangles_of_vertices_[at(k)]);
+            const Index t = triangles_of_vertices_[at(k)];
+            change(t);
+            if (other_cell || !kept_.is_whole(t)) hash_again(t);
         }
     }
     return true;
 }
 
+/// Whether a triangle may leave or enter a cell by this corner's step. A margin reaches into other cells by itself.
+bool OhcIncremental::changes_cell(const Frame& frame, Index vertex) const {
+    if (bodies_.cells().margin() != 0.0) return true;
+    const Lattice& lattice = bodies_.cells().lattice();
+    const double* const before = last_.before(vertex);
+    for (int axis = 0; axis < 3; ++axis) {
+        if (lattice.number(before[axis], axis) != lattice.number(frame.position(axis, vertex), axis)) return true;
+    }
+    return false;
+}
+
 void OhcIncremental::change(Index triangle) {
     if (std::exchange(changed_at_[at(triangle)], change_) != change_) changed_.push_back(triangle);
+}
+
+void OhcIncremental::hash_again(Index triangle) {
+    if (std::exchange(to_hash_[at(triangle)], std::uint8_t{1}) == 0) hash_again_.push_back(triangle);
 }
 
 /// All triangles into empty maps: at the first frame, and when a kept one left the lattice.
@@ -190,20 +218,25 @@ void OhcIncremental::keep_all(const Frame& frame) {
     occupancy_.clear();
     for (const Index body : bodies_.order()) {
         const Range triangles = bodies_.body(body).triangles;
-        for (Index t = triangles.first; t < triangles.end(); ++t) change(t);
+        for (Index t = triangles.first; t < triangles.end(); ++t) {
+            change(t);
+            hash_again(t);
+        }
     }
-    (void)rehash_changed(frame);
+    (void)rehash(frame);
 }
 
 /// False when a triangle is beyond the lattice, whose corner may have been chosen elsewhere.
-bool OhcIncremental::rehash_changed(const Frame& frame) {
+bool OhcIncremental::rehash(const Frame& frame) {
     bool inside = true;
-    for (const Index t : changed_) {
+    for (const Index t : hash_again_) {
+        to_hash_[at(t)] = 0;
         if (!is_kept(bodies_.body_of(t))) continue;  // changed first and moved on with its whole body
         const Primitive p = bodies_.cells().primitive(frame, t);
         inside = inside && !Lattice::at_limit(p.range);
         work_.counters.cells_visited += kept_.put(frame, bodies_.cells(), p);
     }
+    hash_again_.clear();
     return inside;
 }
 

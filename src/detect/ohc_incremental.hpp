@@ -24,8 +24,8 @@ public:
                    OhcWork& work)
         : settings_(settings), bodies_(bodies), occupancy_(occupancy), maps_(maps), work_(work) {}
 
-    /// Forgets everything.
-    void prepare();
+    /// Forgets everything and hashes all triangles as the frame has them, if it can be answered.
+    void prepare(const Frame& frame);
     /// Finds out what moved, among the ranges that the frame tells or among all, puts kept triangles into other cells
     /// where need be and sends the others through the occupancy. False when the frame cannot be answered.
     bool follow(const Frame& frame);
@@ -49,9 +49,11 @@ private:
     void forget_leaving(const Frame& frame);
     bool look_at_vertices(const Frame& frame, bool told);
     bool look_at_range(const Frame& frame, Range range);
+    [[nodiscard]] bool changes_cell(const Frame& frame, Index vertex) const;
     void change(Index triangle);
+    void hash_again(Index triangle);
     void keep_all(const Frame& frame);
-    bool rehash_changed(const Frame& frame);
+    bool rehash(const Frame& frame);
     [[nodiscard]] bool changed_near_moving() const;
     void ask_kept(const Frame& frame, OhcCandidates& candidates);
     void ask_kept(const Frame& frame, Index triangle, OhcCandidates& candidates);
@@ -80,6 +82,8 @@ private:
     std::vector<std::uint32_t> changed_at_;     ///< per triangle: the change in which it last moved
     std::vector<Index> changed_;
     std::uint32_t change_ = 0;
+    std::vector<std::uint8_t> to_hash_;  ///< per triangle: is in hash_again_
+    std::vector<Index> hash_again_;      ///< those of which the cells may have changed since they were hashed
 };
 
 }  // namespace trocar

@@ -44,18 +44,28 @@ public:
 
     /// The triangle leaves all of its cells; cells and bodies without triangles leave the maps. Returns their number.
     std::int64_t remove(Index triangle) {
+        return remove_if(triangle, [](const std::array<std::int32_t, 3>& /*cell*/) { return true; });
+    }
+    /// The triangle leaves those of its cells that `leaves` tells of. Returns the number of cells it was in.
+    template <typename Leaves>
+    std::int64_t remove_if(Index triangle, const Leaves& leaves) {
         std::int64_t count = 0;
-        for (std::int32_t number = first_of_triangle_[at(triangle)]; number != none; ++count) {
-            const Entry entry = entries_[at(number)];
+        std::int32_t* link = &first_of_triangle_[at(triangle)];
+        for (; *link != none; ++count) {
+            const std::int32_t number = *link;
+            Entry& entry = entries_[at(number)];
             Object& object = objects_[at(entry.object)];
+            if (!leaves(cells_[at(object.cell)].key)) {
+                link = &entry.next_of_triangle;
+                continue;
+            }
+            *link = entry.next_of_triangle;
             (entry.previous == none ? object.first : entries_[at(entry.previous)].next) = entry.next;
             if (entry.next != none) entries_[at(entry.next)].previous = entry.previous;
             if (object.first == none) drop_object(entry.object);
-            entries_[at(number)].next = free_entry_;
+            entry.next = free_entry_;
             free_entry_ = number;
-            number = entry.next_of_triangle;
         }
-        first_of_triangle_[at(triangle)] = none;
         return count;
     }
 
@@ -143,9 +153,13 @@ private:
         table_[slot] = cell;
     }
 
+    /// Written out: comparing the arrays is a call of memcmp.
+    static bool same(const std::array<std::int32_t, 3>& a, const std::array<std::int32_t, 3>& b) {
+        return ((a[0] ^ b[0]) | (a[1] ^ b[1]) | (a[2] ^ b[2])) == 0;
+    }
     [[nodiscard]] std::int32_t find(const std::array<std::int32_t, 3>& key) const {
         for (std::size_t slot = home(key); table_[slot] != none; slot = (slot + 1) & wrap()) {
-            if (cells_[at(table_[slot])].key == key) return table_[slot];
+            if (same(cells_[at(table_[slot])].key, key)) return table_[slot];
         }
         return none;
     }

@@ -35,6 +35,36 @@ TEST(Bounded, WorstTickIsWithinThreeTimesTheMedianInWork) {
     }
 }
 
+/// Other shapes of contact than a drag, again and again in other directions: one tool on a coarse sheet, an edge on an
+/// edge, two sheets that share most of their cells.
+class BoundedOn : public testing::TestWithParam<const char*> {};
+
+TEST_P(BoundedOn, WorstTickIsWithinThreeTimesTheMedianInWork) {
+    constexpr std::int64_t ticks = 1001;
+    constexpr double way_back = 0.1;  // s
+    const std::filesystem::path file = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / GetParam();
+    std::vector<Contestant> list = own();
+    list.push_back(contestant_of("ohc:incremental=on"));
+    const BoundedMeasurement measured =
+        measure_bounded(repeated(read_scene(file, std::nullopt), 12, way_back), list, ticks);
+    ASSERT_EQ(measured.ticks, ticks);
+    ASSERT_EQ(measured.methods.size(), list.size());
+    for (const BoundedResult& method : measured.methods) {
+        SCOPED_TRACE(method.label);
+        EXPECT_TRUE(method.outcome.ok()) << method.outcome.message;
+        EXPECT_GT(method.work.median, 100.0);
+        EXPECT_LE(method.work.max, 3.0 * method.work.median) << "tick " << method.worst_tick;
+        EXPECT_EQ(method.wrong_ticks, 0);
+        EXPECT_GE(method.truth_ticks, 2);
+        EXPECT_EQ(method.truncated, 0);
+    }
+}
+INSTANTIATE_TEST_SUITE_P(Scenes, BoundedOn, testing::Values("i2t_press_slide.json", "i2t_lay.json", "t2t_press.json"),
+                         [](const auto& scene) {
+                             const std::string name = scene.param;
+                             return name.substr(0, name.find('.'));
+                         });
+
 TEST(Bounded, AWorkBudgetBoundsEveryTickAndIsToldAsTruncated) {
     const Scene scene = repeated_drag(scene_file(), 8);
     for (const char* method : {"ohc", "ohc_clustered"}) {
