@@ -3,8 +3,8 @@
 #   ./run.sh                              the default study
 #   ./run.sh run scenes/i2t_poke.json     any command of the program (./run.sh --help lists them)
 #   ./run.sh --rivals [command …]         the same with the optional rival libraries installed and built
-#   ./run.sh bench detection [--quick]    all detectors and rivals side by side; report in build/reports/detection
-#                                         (--publish: also in reports/detection; --quick: under 10 minutes)
+#   ./run.sh bench detection [--quick]    all detectors and rivals side by side; rebuilds reports/detection
+#                                         (--quick: under 10 minutes; with other options only build/reports/detection)
 set -euo pipefail
 caller=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")"
@@ -24,6 +24,7 @@ if [ "${1:-}" = bench ]; then
         configure bench
         build bench trocar_bench
     } >&2
+    case "$*" in detection | "detection --quick") set -- "$@" --publish ;; esac
     exec "$PWD/build/bench/bin/trocar_bench" "$@"
 fi
 {

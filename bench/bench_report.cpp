@@ -173,7 +173,7 @@ void Writer::rebuild() {
     add_heading("How to rebuild this");
     const bool quick = records_.front().spec.quick;
     document_.blocks.emplace_back(CodeBlock{
-        fmt::format("./run.sh bench detection{}            # measure, write build/reports/detection\n"
+        fmt::format("./run.sh bench detection{}            # measure, rebuild reports/detection\n"
                     "./run.sh bench report reports/detection    # the same report from records.jsonl, byte for byte",
                     quick ? " --quick" : "")});
 }
