@@ -149,7 +149,7 @@ Index CrossingLedger::nearest_triangle(const Topology& topology, const Frame& fr
         tissue.grid.visit(box, [&](Index t) {
             const equations::Corners corners = corners_of(topology, frame.position, t);
             const Vector3 w = equations::nearest_weights(corners, point);
-            const double distance = (w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2] - point).norm();
+            const double distance = (equations::point_at(corners, w) - point).norm();
             if (distance < best_distance || (distance == best_distance && t < best)) {
                 best_distance = distance;
                 best = t;
@@ -325,7 +325,7 @@ void follow_surface(const Topology& topology, const SurfaceNeighbours& surface, 
     const auto distance_to = [&](Index t, Vector3& w) {
         const equations::Corners corners = corners_of(topology, frame.position, t);
         w = equations::nearest_weights(corners, point);
-        return (w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2] - point).norm();
+        return (equations::point_at(corners, w) - point).norm();
     };
     double distance = distance_to(triangle, weights);
     constexpr int most_steps = 4;
@@ -401,8 +401,7 @@ void CrossingLedger::update(const Topology& topology, const SurfaceNeighbours& s
                 corners = corners_of(topology, frame.position, penetration.triangle);
             }
             penetration.face = penetration.side * equations::unit_normal(corners);
-            const Vector3 anchor = penetration.weights[0] * corners[0] + penetration.weights[1] * corners[1] +
-                                   penetration.weights[2] * corners[2];
+            const Vector3 anchor = equations::point_at(corners, penetration.weights);
             penetration.depth = penetration.normal.dot(anchor - x);
             if (!wrong && (penetration.ruptured || (anchor - x).norm() > resting_margin)) continue;
             entry = static_cast<Index>(penetrations_.size());

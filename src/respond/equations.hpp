@@ -117,6 +117,11 @@ Exchange tissue_tissue(double mass1, double mass2, const Vector3& velocity1, con
 /// triangle these are its own weights.
 Vector3 nearest_weights(const Corners& triangle, const Vector3& point);
 
+/// The point of a triangle with these barycentric weights.
+inline Vector3 point_at(const Corners& triangle, const Vector3& weights) {
+    return weights[0] * triangle[0] + weights[1] * triangle[1] + weights[2] * triangle[2];
+}
+
 /// Thesis §4.3.1 (Volino 2000): a force at P = Σ w_i x_i shared out as f_i = w_i F, N: same resultant and moment.
 std::array<Vector3, 3> distribute_force(const Vector3& weights, const Vector3& force);
 

@@ -27,7 +27,7 @@ void HeldContacts::hold_nearest(const ThesisState& state, const Frame& frame, Ve
     if (!state.surface.is_behind(topology, frame.position, v.triangle, weights, x)) return;
     if (v.triangle != pierced) {
         const equations::Corners corners = corners_of(topology, frame.position, v.triangle);
-        const Vector3 foot = weights[0] * corners[0] + weights[1] * corners[1] + weights[2] * corners[2];
+        const Vector3 foot = equations::point_at(corners, weights);
         v.weights = weights;
         v.normal = state.surface.blended_normal(topology, frame.position, v.triangle, weights);
         v.depth = std::min(v.depth, (foot - x).norm());
@@ -94,7 +94,7 @@ void HeldContacts::keep_vertices(const ThesisState& state, const Frame& frame, E
         v.face_body = r.face_body;
         follow_surface(topology, state.surface, frame, x, v.triangle, v.weights);
         const equations::Corners corners = corners_of(topology, frame.position, v.triangle);
-        const Vector3 foot = v.weights[0] * corners[0] + v.weights[1] * corners[1] + v.weights[2] * corners[2];
+        const Vector3 foot = equations::point_at(corners, v.weights);
         v.normal = state.surface.blended_normal(topology, frame.position, v.triangle, v.weights);
         v.depth = v.normal.dot(foot - x);
         v.nearest = topology.triangles(equations::nearest_corner(corners, x), v.triangle);

@@ -9,6 +9,9 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+/// Cosine between a face and the normal it is pushed along below which the face's slope tells nothing.
+constexpr double least_slope = 0.3;
+
 /// Where the normal turns along the surface, the pressing force F acts sideways like a spring of stiffness F·turn; as
 /// the normal stays for the tick, that spring lags by half of it and would feed energy in (a sampled spring needs a
 /// damper above K T / 2, METHODS §11). This is that damper with a margin; on flat surface it is nothing.
@@ -70,7 +73,6 @@ void push_anchor(const ThesisState& state, const Frame& frame, const Penetration
     // n·v_surface = f·v/(f·n). The surface's own sideways speed stays out: it is the last tick's, and fed back through
     // the stiff damper it makes the contact swing from tick to tick.
     const double slope = p.face.dot(p.normal);
-    constexpr double least_slope = 0.3;
     const auto rate = [&](const Vector3& u) {
         return slope > least_slope ? -p.face.dot(u) / slope : u.dot(linear.normal);
     };
@@ -114,15 +116,12 @@ void push_faces(const ThesisState& state, const Frame& frame, const Penetration&
     const Vector3 x = frame.position.col(p.vertex);
     const Vector3 velocity = frame.velocity.col(p.vertex);
     const auto centre = [](const equations::Corners& c) { return Vector3((c[0] + c[1] + c[2]) / 3.0); };
-    const auto blend = [](const equations::Corners& c, const Vector3& w) {
-        return Vector3(w[0] * c[0] + w[1] * c[1] + w[2] * c[2]);
-    };
     Index home = p.triangle;
     Vector3 weights = p.weights;
     follow_surface(topology, state.surface, frame, x, home, weights);
     const equations::Corners corners = corners_of(topology, frame.position, home);
     const Vector3 face = p.side * equations::unit_normal(corners);
-    const Vector3 foot = blend(corners, weights);
+    const Vector3 foot = equations::point_at(corners, weights);
     const double nearest = (foot - x).norm();
     Vector3 normal = face;
     const auto has = [&](Index triangle, Index vertex) {
@@ -137,7 +136,7 @@ void push_faces(const ThesisState& state, const Frame& frame, const Penetration&
             const equations::Corners other = corners_of(topology, frame.position, t);
             const Vector3 other_normal = p.side * equations::unit_normal(other);
             const Vector3 w = equations::nearest_weights(other, x);
-            const Vector3 other_foot = blend(other, w);
+            const Vector3 other_foot = equations::point_at(other, w);
             const double distance = (other_foot - x).norm();
             normal += share_round_edge(other, other_normal, face, foot - other_foot, distance - nearest) * other_normal;
             const Vector3& shared = corners[at(i)];
@@ -161,7 +160,6 @@ void push_faces(const ThesisState& state, const Frame& frame, const Penetration&
         }
     }
     normal.normalize();
-    constexpr double least_slope = 0.3;
     const double slope = std::max(face.dot(normal), least_slope);
     LinearContact linear = against_sample(state, frame, p, home, weights, normal, face.dot(foot - x) / slope);
     state.end_on_time(

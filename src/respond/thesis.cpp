@@ -3,10 +3,12 @@
 // keeps that sign too; `corrected` turns on our corrections, each of which is a parameter of its own.
 //
 // Where to look, by equation or section of METHODS, with the parameters that act there:
-//   3.4        press_non_deformable   closest_point, normal, distribute, clamp, tip_proxy; rigid=patch, hold ->
-//   rigid_contacts 3.5, 3.9   respond_to_edges       edges, distribute, clamp; projection=hold -> held_contacts 3.6
-//   press_tissue_face      profile=printed, stiffness, kappa, closest_point, normal, clamp 3.7-3.8, 3.10-3.11  project
-//   path, e, reaction; projection=hold -> held_contacts 3.12-3.17  exchange, bounce       tissue_tissue, e_tissue
+//   3.4        press_non_deformable   closest_point, normal, distribute, clamp, tip_proxy
+//   3.4, 3.5   rigid_contacts         rigid=patch, rigid=hold
+//   3.5, 3.9   respond_to_edges       edges, distribute, clamp; projection=hold -> held_contacts
+//   3.6        press_tissue_face      profile=printed, stiffness, kappa, closest_point, normal, clamp
+//   3.7-3.11   project                path, e, reaction; projection=hold -> held_contacts
+//   3.12-3.17  exchange, bounce       tissue_tissue, e_tissue
 //   §3.4.5     back_projection        resolution=back_projection, n_back, l_max
 //   §5         contact_reduction      reduction
 //   §9.2       ledger_resolution      resolution=ledger, anchor, settle_time, clear_speed, slip_damping
@@ -172,7 +174,7 @@ private:
             const Vector3 x = frame.position.col(v.vertex);
             v.depth = v.vertex == deepest ? contact.depth : -face_normal.dot(x - corners[0]);
             v.weights = equations::nearest_weights(corners, x);
-            const Vector3 foot = v.weights[0] * corners[0] + v.weights[1] * corners[1] + v.weights[2] * corners[2];
+            const Vector3 foot = equations::point_at(corners, v.weights);
             v.distance = (x - foot).norm();
             if (v.vertex != deepest && (v.depth <= 0.0 || v.distance > 1.0001 * v.depth)) continue;
             if (settings().closest_point) v.depth = std::min(v.depth, v.distance);
@@ -362,7 +364,7 @@ private:
         equations::PathHit hit = equations::path_hit(face, previous, vertex.position);
         if (!hit.found && settings().relative_path) {
             hit.found = true;
-            hit.point = v.weights[0] * face[0] + v.weights[1] * face[1] + v.weights[2] * face[2];
+            hit.point = equations::point_at(face, v.weights);
         }
         if (hit.found) {
             vertex.position = hit.point;

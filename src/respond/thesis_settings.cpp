@@ -35,9 +35,8 @@ std::vector<Parameter> thesis_parameters() {
          .meaning = "what auto means below: the equations with the damper sign of 3.6 put right, all corrections, or "
                     "3.6 as printed as well"},
         stiffness_parameter(
-            "1000 between instruments and rigid bodies, on tissue as `stiffness` says; on tissue it counts "
-            "for penalties only, not for what projection=hold, resolution=ledger or rigid=hold keep "
-            "apart"),
+            "1000 between instruments and rigid bodies, on tissue as `stiffness` says; on tissue it counts for "
+            "penalties only, not for what projection=hold, resolution=ledger or rigid=hold keep apart"),
         damping_parameter(),
         choice("distribute", {"force_alpha", "force_at_vertex"},
                "force on a face: shared out by barycentric weights (§4.3.1, auto), or on the nearest vertex (§3.4)"),
@@ -88,8 +87,7 @@ std::vector<Parameter> thesis_parameters() {
             "anchor", {"blend", "faces"},
             "the ledger pushes the surface along the blended normal at a vertex' anchor (METHODS §9.2; faithful), or "
             "every face that the vertex touches along its own normal, as hard contact does, rounded in 1 mm along "
-            "ridges "
-            "(corrected)"),
+            "ridges (corrected)"),
         number(
             "slip_damping", "1", "40", 0.0, 1e3,
             "damper of the ledger's contacts with anchor=blend along a surface whose normal turns, in units of force "

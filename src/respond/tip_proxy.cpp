@@ -31,9 +31,8 @@ void GodObject::prepare(std::vector<Index> triangles, double radius) {
 GodObject::Nearest GodObject::nearest(const Topology& topology, const Matrix3X& position, Index triangle,
                                       const Vector3& point) {
     const equations::Corners corners = corners_of(topology, position, triangle);
-    const Vector3 weights = equations::nearest_weights(corners, point);
     Nearest result;
-    result.point = weights[0] * corners[0] + weights[1] * corners[1] + weights[2] * corners[2];
+    result.point = equations::point_at(corners, equations::nearest_weights(corners, point));
     result.distance = (point - result.point).norm();
     return result;
 }
