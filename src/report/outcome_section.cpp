@@ -20,31 +20,59 @@ std::string two(double first, double second, double scale = 1.0) {
 
 using Cells = std::function<std::vector<std::string>(const RunFigures&)>;
 
-/// One row per closed-loop run that ended well (first process); runs with the same motion are told once.
-Table rows_per_run(const Draft& draft, const std::string& caption, const std::vector<Column>& columns,
-                   const Cells& cells_of) {
+/// Contestants of one response on one scene that moved alike, bit by bit.
+struct Motion {
+    const RunFigures* run = nullptr;  ///< of the first contestant, first process
+    std::vector<const Contestant*> contestants;
+};
+
+/// The different motions of the closed-loop runs that ended well, in the order of `contestants`, which they point into.
+std::vector<Motion> motions_of(const Draft& draft, const std::string& scene,
+                               const std::vector<Contestant>& contestants) {
+    std::vector<Motion> motions;
+    std::map<std::string, std::size_t> seen;  // response and state hash -> motion
+    for (const Contestant& contestant : contestants) {
+        const SceneResult* result = draft.results.find(contestant, scene);
+        if (result == nullptr || !result->ok()) continue;
+        const RunFigures& run = result->runs.front();
+        const std::string& hash = run.record->state_hash;
+        const auto [found, is_new] = seen.try_emplace(contestant.response + hash, motions.size());
+        if (is_new || hash.empty()) {
+            motions.push_back({&run, {&contestant}});
+        } else {
+            motions[found->second].contestants.push_back(&contestant);
+        }
+    }
+    return motions;
+}
+
+/// "`fcl_bvh + penalty (canonical)`, moving alike: `ohc`"
+std::string who_text(const Motion& motion) {
+    const Contestant& first = *motion.contestants.front();
+    std::string text = code(first.label());
+    for (std::size_t i = 1; i < motion.contestants.size(); ++i) {
+        const Contestant& other = *motion.contestants[i];
+        text += (i == 1 ? ", moving alike: " : ", ") +
+                code(other.contacts == first.contacts ? other.detector : other.label());
+    }
+    return text;
+}
+
+/// One row per different motion.
+Table rows_per_motion(const Draft& draft, const std::string& caption, const std::vector<Column>& columns,
+                      const Cells& cells_of) {
     Table table;
     table.caption = caption;
     table.folded = true;
     table.columns = {{"class", false}, {"scene", false}, {"detector + response (contact source)", false}};
     table.columns.insert(table.columns.end(), columns.begin(), columns.end());
+    const std::vector<Contestant> contestants = draft.results.contestants("closed_loop");
     for (const auto& [name, scenes] : draft.scenes_by_class()) {
         for (const std::string& scene : scenes) {
-            std::map<std::string, std::string> seen;  // response and state hash -> label
-            for (const Contestant& contestant : draft.results.contestants("closed_loop")) {
-                const SceneResult* result = draft.results.find(contestant, scene);
-                if (result == nullptr || !result->ok()) continue;
-                const RunFigures& run = result->runs.front();
-                std::vector<std::string> cells{name, scene, code(contestant.label())};
-                const std::string& hash = run.record->state_hash;
-                const auto [twin, is_new] = seen.try_emplace(contestant.response + hash, contestant.label());
-                if (!hash.empty() && !is_new) {
-                    cells.push_back("identical to " + code(twin->second));
-                    cells.resize(table.columns.size());
-                } else {
-                    const std::vector<std::string> figures = cells_of(run);
-                    cells.insert(cells.end(), figures.begin(), figures.end());
-                }
+            for (const Motion& motion : motions_of(draft, scene, contestants)) {
+                std::vector<std::string> cells{name, scene, who_text(motion)};
+                const std::vector<std::string> figures = cells_of(*motion.run);
+                cells.insert(cells.end(), figures.begin(), figures.end());
                 table.rows.push_back({.cells = std::move(cells)});
             }
         }
@@ -52,35 +80,104 @@ Table rows_per_run(const Draft& draft, const std::string& caption, const std::ve
     return table;
 }
 
+/// How a run stands 200 ms after the tool has come to rest, the worst last.
+enum class Settled { ends_before, cleared, torn, not_cleared };
+
+Settled settled(const RunFigures& run) {
+    constexpr double cleared = 1.0e-4;  // m
+    if (std::isnan(run.left_settled)) return Settled::ends_before;
+    if (run.left_settled <= cleared) return Settled::cleared;
+    return run.ruptures > 0.0 ? Settled::torn : Settled::not_cleared;
+}
+
+std::string settled_text(const RunFigures& run) {
+    switch (settled(run)) {
+        case Settled::ends_before:
+            return "run ends before";
+        case Settled::cleared:
+            return "cleared";
+        case Settled::torn:
+            return "rupture told";
+        case Settled::not_cleared:
+            break;
+    }
+    if (!(run.wrong_vertices_last > 0.0)) return "not cleared";
+    return fmt::format("not cleared: {} vertices stay on the wrong side, no rupture told",
+                       count_text(run.wrong_vertices_last));
+}
+
+std::string hard_reference_text(const RunFigures& run) {
+    return std::isnan(run.reference_clears) ? "no reference" : yes_no(run.reference_clears > 0.0);
+}
+
+/// One response on one scene, over the detectors of the study.
+struct WorstOfDetectors {
+    const RunFigures* settled = nullptr;
+    double left_max = not_known;  ///< m, of the whole run
+};
+
+/// By response (and contact source), then scene; runs that end too early are left out.
+std::map<std::string, std::map<std::string, WorstOfDetectors>> worst_of_detectors(const Draft& draft) {
+    std::map<std::string, std::map<std::string, WorstOfDetectors>> all;
+    const auto rank = [](const RunFigures& run) { return std::pair(settled(run), run.left_settled); };
+    for (const Contestant& contestant : draft.results.contestants("closed_loop")) {
+        for (const std::string& scene : draft.results.scenes("closed_loop")) {
+            const SceneResult* result = draft.results.find(contestant, scene);
+            if (result == nullptr || !result->ok()) continue;
+            const RunFigures& run = result->runs.front();
+            if (settled(run) == Settled::ends_before) continue;
+            WorstOfDetectors& worst = all[contestant.response + " (" + contestant.contacts + ")"][scene];
+            worst.left_max = std::fmax(worst.left_max, run.left_max);
+            // The figures live in the results, as long as the draft.
+            if (worst.settled == nullptr || rank(*worst.settled) < rank(run)) worst.settled = &run;
+        }
+    }
+    return all;
+}
+
+/// Scene by response at a glance.
+Table settled_matrix(const Draft& draft) {
+    Table table;
+    table.caption = "Which scenes are clear 200 ms after the last key of the motion";
+    table.columns = {{"scene", false}, {"hard contact clears it within the strain limit", false}};
+    const auto worst = worst_of_detectors(draft);
+    for (const auto& [response, scenes] : worst) table.columns.push_back({code(response), false});
+    for (const std::string& scene : draft.results.scenes("closed_loop")) {
+        std::vector<std::string> cells{scene, ""};
+        for (const auto& [response, scenes] : worst) {
+            const auto found = scenes.find(scene);
+            if (found == scenes.end()) {
+                cells.emplace_back("not run");
+                continue;
+            }
+            const RunFigures& run = *found->second.settled;
+            cells[1] = hard_reference_text(run);
+            const bool cleared = settled(run) == Settled::cleared;
+            cells.push_back(fmt::format("{} ({} mm {})", settled_text(run),
+                                        scaled(cleared ? found->second.left_max : run.left_settled, mm),
+                                        cleared ? "at worst before" : "left"));
+        }
+        if (!cells[1].empty()) table.rows.push_back({.cells = std::move(cells)});
+    }
+    table.note =
+        "The worst over the detectors of the study. Cleared: at most 0.1 mm on every judged tick from 200 ms after the "
+        "last key on; in brackets the most that was left on the way there. A scene that hard contact itself does not "
+        "clear within the strain limit ends well only with a rupture told. Runs that end before are left out.";
+    return table;
+}
+
 /// Depth 200 ms after the tool has come to rest, and why it is what it is.
 Table settled_table(const Draft& draft) {
-    constexpr double cleared = 1.0e-4;  // m
-    Table table =
-        rows_per_run(draft, "200 ms after the last key of the motion",
-                     {{"left (mm)", true},
-                      {"hard reference clears it within the strain limit", false},
-                      {"ruptures", true},
-                      {"verdict", false}},
-                     [](const RunFigures& run) -> std::vector<std::string> {
-                         const bool known = !std::isnan(run.reference_clears);
-                         const std::string can = known ? yes_no(run.reference_clears > 0.0) : "no reference";
-                         std::string verdict = "not cleared";
-                         if (std::isnan(run.left_settled)) {
-                             verdict = "run ends before";
-                         } else if (run.left_settled <= cleared) {
-                             verdict = "cleared";
-                         } else if (run.ruptures > 0.0) {
-                             verdict = "rupture told";
-                         } else if (run.wrong_vertices_last > 0.0) {
-                             verdict = fmt::format("not cleared: {} vertices stay on the wrong side, no rupture told",
-                                                   count_text(run.wrong_vertices_last));
-                         }
-                         return {scaled(run.left_settled, mm), can, count_text(run.ruptures), verdict};
-                     });
+    Table table = rows_per_motion(draft, "200 ms after the last key of the motion, motion by motion",
+                                  {{"left (mm)", true},
+                                   {"hard contact clears it within the strain limit", false},
+                                   {"ruptures", true},
+                                   {"verdict", false}},
+                                  [](const RunFigures& run) -> std::vector<std::string> {
+                                      return {scaled(run.left_settled, mm), hard_reference_text(run),
+                                              count_text(run.ruptures), settled_text(run)};
+                                  });
     std::erase_if(table.rows, [](const TableRow& row) { return row.cells.back() == "run ends before"; });
-    table.note =
-        "Cleared: at most 0.1 mm on every judged tick from 200 ms after the last key on. Runs that end before "
-        "that are left out.";
     return table;
 }
 
@@ -94,31 +191,31 @@ void add_outcome(Draft& draft) {
         "ticks with more than 0.1 mm of depth; its length is known to the judged ticks. Scripts that hold the tool in "
         "the tissue make long spells for every response: compare rows of one scene.");
     Table clearing =
-        rows_per_run(draft, "Clearing",
-                     {{"ticks to clear, median / max", true},
-                      {"left at the end", false},
-                      {"re-penetrations", true},
-                      {"overshoot, max (mm)", true},
-                      {"wrong-side vertices, max / last", true},
-                      {"overlap volume, max (mm³)", true},
-                      {"minimum translation, max (mm)", true},
-                      {"strain over the limit, max", true}},
-                     [](const RunFigures& run) -> std::vector<std::string> {
-                         return {two(run.ticks_to_clear_p50, run.ticks_to_clear_max),
-                                 std::isnan(run.uncleared) ? "n/a" : yes_no(run.uncleared > 0.0),
-                                 count_text(run.re_penetrations),
-                                 scaled(run.overshoot, mm),
-                                 count_text(run.wrong_vertices_max) + " / " + count_text(run.wrong_vertices_last),
-                                 scaled(run.overlap_volume, mm * mm * mm),
-                                 scaled(run.min_translation, mm),
-                                 scaled(run.strain_over)};
-                     });
+        rows_per_motion(draft, "Clearing",
+                        {{"ticks to clear, median / max", true},
+                         {"left at the end", false},
+                         {"re-penetrations", true},
+                         {"overshoot, max (mm)", true},
+                         {"wrong-side vertices, max / last", true},
+                         {"overlap volume, max (mm³)", true},
+                         {"minimum translation, max (mm)", true},
+                         {"strain over the limit, max", true}},
+                        [](const RunFigures& run) -> std::vector<std::string> {
+                            return {two(run.ticks_to_clear_p50, run.ticks_to_clear_max),
+                                    std::isnan(run.uncleared) ? "n/a" : yes_no(run.uncleared > 0.0),
+                                    count_text(run.re_penetrations),
+                                    scaled(run.overshoot, mm),
+                                    count_text(run.wrong_vertices_max) + " / " + count_text(run.wrong_vertices_last),
+                                    scaled(run.overlap_volume, mm * mm * mm),
+                                    scaled(run.min_translation, mm),
+                                    scaled(run.strain_over)};
+                        });
     clearing.note =
         "Ticks to clear: from the first tick of a spell to the first clear one; n/a: no spell ended. Overshoot: gap "
         "within 20 ticks after a depth, less what scripts moved. Overlap volume and minimum translation (over 26 "
         "directions) need two closed bodies.";
     draft.add(std::move(clearing));
-    Table signal = rows_per_run(
+    Table signal = rows_per_motion(
         draft, "The haptic signal and its books",
         {{"force error, worst, equal k / hard (N)", true},
          {"force above 30 Hz, RMS (N) / share", true},
@@ -144,6 +241,7 @@ void add_outcome(Draft& draft) {
         "summed "
         "work; n/a where an instrument turns. Net work above 0: the contact feeds the hand.";
     draft.add(std::move(signal));
+    draft.add(settled_matrix(draft));
     draft.add(settled_table(draft));
 }
 
