@@ -150,8 +150,8 @@ void print_text(const Scene& scene, const Record& record) {
     if (record.summary.at("grasped_max") > 0.0) {
         fmt::print("grasp      at most {} vertices held, {} slipped\n", plain("grasped_max"), plain("detached"));
     }
-    fmt::print("time       tick: median {}, p99 {}, longest {}\n", us("total_median_ns"), tail("total_p99_ns"),
-               us("total_max_ns"));
+    fmt::print("time       tick of {} sub-steps: median {}, p99 {}, longest {}\n", plain("substeps"),
+               us("total_median_ns"), tail("total_p99_ns"), us("total_max_ns"));
     for (const char* stage : stage_names) {
         const std::string name = stage;
         if (us((name + "_median_ns").c_str()) == "n/a") continue;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -23,9 +24,12 @@ void add_environment(Draft& draft) {
     for (const std::string& key : keys) table.rows.push_back({.cells = {key, common_fact(draft.records, key)}});
     table.rows.push_back({.cells = {"processes per contestant", fmt::format("up to {}", draft.most_processes())}});
     table.rows.push_back(
-        {.cells = {"noise floor (factor)", format_number(draft.results.noise_floor()) +
-                                               ": 95 % of the ratios between medians of processes of the same "
-                                               "contestant on the same scene (A/A)"}});
+        {.cells = {"noise floor (factor)",
+                   std::isnan(draft.results.noise_floor())
+                       ? "not known: one process per contestant"
+                       : format_number(draft.results.noise_floor()) +
+                             ": 95 % of the ratios between medians of processes of the same contestant on the same "
+                             "scene (A/A)"}});
     draft.add(std::move(table));
 }
 

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "measure/statistics.hpp"
@@ -16,7 +18,8 @@ struct Source {
     double RunFigures::*figure;
     const char* key;
 };
-constexpr std::array sources{Source{&RunFigures::timed_ticks, "timed_ticks"},
+constexpr std::array sources{Source{&RunFigures::substeps, "substeps"},
+                             Source{&RunFigures::timed_ticks, "timed_ticks"},
                              Source{&RunFigures::tick_p50, "total_median_ns"},
                              Source{&RunFigures::tick_p90, "total_p90_ns"},
                              Source{&RunFigures::tick_p99, "total_p99_ns"},
@@ -75,6 +78,28 @@ constexpr std::array sources{Source{&RunFigures::timed_ticks, "timed_ticks"},
 double summary_of(const Record& record, const std::string& key) {
     const auto found = record.summary.find(key);
     return found == record.summary.end() ? not_known : found->second;
+}
+
+/// Results::noise_floor().
+double noise_between(const std::vector<RunFigures>& runs) {
+    using Same = std::array<std::string, 7>;
+    std::map<Same, std::vector<double>> processes;  // ns, median ticks of the processes that did the same
+    for (const RunFigures& run : runs) {
+        const RunSpec& spec = run.record->spec;
+        if (spec.scene.empty()) continue;
+        processes[{spec.mode, spec.scene, spec.detector, spec.response, spec.contacts, spec.knob, spec.point}]
+            .push_back(run.tick_p50);
+    }
+    std::vector<double> spreads;
+    for (const auto& [same, medians] : processes) {
+        for (std::size_t i = 0; i < medians.size(); ++i) {
+            for (std::size_t j = i + 1; j < medians.size(); ++j) {
+                const double spread = std::abs(std::log(medians[i] / medians[j]));
+                if (std::isfinite(spread)) spreads.push_back(spread);
+            }
+        }
+    }
+    return spreads.empty() ? not_known : std::exp(quantile(spreads, 0.95));
 }
 
 }  // namespace
@@ -166,21 +191,14 @@ Results::Results(const std::vector<Record>& records) {
             runs_.back());
         if (!spec.pair_class.empty()) class_of_scene_[spec.scene] = spec.pair_class;
     }
-    std::vector<double> spreads;
     for (auto& [contestant, scenes] : by_contestant_) {
         for (auto& [scene, result] : scenes) {
             std::sort(result.runs.begin(), result.runs.end(), [](const RunFigures& a, const RunFigures& b) {
                 return a.record->spec.repetition < b.record->spec.repetition;
             });
-            for (std::size_t i = 0; i < result.runs.size(); ++i) {
-                for (std::size_t j = i + 1; j < result.runs.size(); ++j) {
-                    const double spread = std::abs(std::log(result.runs[i].tick_p50 / result.runs[j].tick_p50));
-                    if (std::isfinite(spread)) spreads.push_back(spread);
-                }
-            }
         }
     }
-    if (!spreads.empty()) noise_floor_ = std::exp(quantile(spreads, 0.95));
+    noise_floor_ = noise_between(runs_);
 }
 
 std::vector<Contestant> Results::contestants(std::string_view mode) const {

@@ -22,6 +22,7 @@ inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 /// figures.cpp names beside it. NaN = n/a.
 struct RunFigures {
     const Record* record = nullptr;
+    double substeps = not_known;  ///< n_sub, of the integrator in a tick; NaN in a replay
     double timed_ticks = not_known;
     double tick_p50 = not_known;                  ///< ns
     double tick_p90 = not_known;                  ///< ns
@@ -135,14 +136,15 @@ public:
     /// A fact of the contestant's records, such as "detector.own"; empty when they have none.
     [[nodiscard]] std::string fact(const Contestant& contestant, const std::string& key) const;
     /// Factor below which two medians cannot be told apart: 95 % of the ratios between processes of the same contestant
-    /// on the same scene lie within it. 1 when every contestant has one process.
+    /// on the same scene (and, where a knob is turned, at the same point) lie within it. NaN, not known, when every
+    /// contestant has one process.
     [[nodiscard]] double noise_floor() const { return noise_floor_; }
 
 private:
     std::vector<RunFigures> runs_;
     std::map<Contestant, std::map<std::string, SceneResult>> by_contestant_;
     std::map<std::string, std::string> class_of_scene_;
-    double noise_floor_ = 1.0;
+    double noise_floor_ = not_known;
 };
 
 }  // namespace trocar

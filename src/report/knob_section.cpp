@@ -92,6 +92,7 @@ void add_paced(Draft& draft) {
     table.columns = {{"scene", false},
                      {"detector + response", false},
                      {"n per process (ticks)", true},
+                     {"sub-steps per tick", true},
                      {"p50 (µs)", true},
                      {"p99 (µs)", true},
                      {"p99.9 (µs)", true},
@@ -130,6 +131,7 @@ void add_paced(Draft& draft) {
         const double ticks = sum("timed_ticks");
         cells.insert(cells.end(),
                      {count_text(figure_of(processes, "timed_ticks").value),
+                      count_text(summary_of(*processes.front(), "substeps")),
                       estimate_text(figure_of(processes, "paced_median_ns"), us), tail("paced_p99_ns"),
                       tail("paced_p999_ns"), number_or_not(worst("paced_max_ns"), us),
                       count_text(sum("paced_misses")) + " of " + count_text(ticks), count_text(worst("paced_burst")),

@@ -30,6 +30,8 @@ Table latency_table(const Draft& draft, const std::string& mode) {
                      {"longest burst (ticks)", true},
                      {"work, max / median", true},
                      {"allocations per tick", true}};
+    const bool integrates = mode == "closed_loop";
+    if (integrates) table.columns.insert(table.columns.begin() + 3, {"sub-steps per tick", true});
     table.folded = true;
     for (const std::string& scene : draft.results.scenes(mode)) {
         for (const Contestant& contestant : draft.results.contestants(mode)) {
@@ -54,6 +56,9 @@ Table latency_table(const Draft& draft, const std::string& mode) {
                            time(&RunFigures::tick_cold), fmt::format("{:.0f} of {:.0f}", misses, ticks),
                            count_text(burst), std::isfinite(work) ? format_number(work) : "n/a",
                            format_number(result->first(&RunFigures::allocations))}});
+            if (!integrates) continue;
+            std::vector<std::string>& cells = table.rows.back().cells;
+            cells.insert(cells.begin() + 3, count_text(result->first(&RunFigures::substeps)));
         }
     }
     return table;

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
+#include <set>
 
 namespace trocar {
 namespace {
@@ -69,6 +71,22 @@ std::string compliance_note(const Draft& draft) {
         joined(scenes));
 }
 
+/// n_sub of every scene: no time of a tick means anything without it.
+std::string substeps_note(const Draft& draft) {
+    if (draft.mode != "closed_loop") return {};
+    std::map<double, std::set<std::string>> scenes;
+    for (const RunFigures& run : draft.results.runs()) {
+        const RunSpec& spec = run.record->spec;
+        if (spec.mode == draft.mode && !std::isnan(run.substeps)) scenes[run.substeps].insert(spec.scene);
+    }
+    std::vector<std::string> parts;
+    for (const auto& [substeps, names] : scenes) {
+        parts.push_back(count_text(substeps) + " on " + joined({names.begin(), names.end()}));
+    }
+    return parts.empty() ? std::string()
+                         : fmt::format(" Sub-steps of the integrator per tick (n_sub): {}.", fmt::join(parts, "; "));
+}
+
 std::string verdict_note(const Draft& draft) {
     return "Rows are sorted by the depth left at worst, the fastest of equals first; † = another row is at least as "
            "fast and as good, and better in one of the two. Times are geometric means over the scenes of the "
@@ -77,12 +95,17 @@ std::string verdict_note(const Draft& draft) {
            draft.interval_note(draft.mode) +
            fmt::format(
                " Ratio: median tick over that of {} with the same response and canonical contacts, process "
-               "by process; ≈ = within the noise floor of {} (factor between processes of the same "
-               "contestant, 95 %). \"identical to\": the same motion, bit by bit. n/a = does not apply; "
+               "by process; {}. \"identical to\": the same motion, bit by bit. n/a = does not apply; "
                "\"no reference\" = no reference solution in this study. The rule for the sentence: first own "
                "against first foreign row.",
-               code(draft.reference), format_number(draft.results.noise_floor())) +
-           compliance_note(draft);
+               code(draft.reference),
+               std::isnan(draft.results.noise_floor())
+                   ? "with one process per contestant the noise of the machine is not known, and ratios near 1 say "
+                     "nothing"
+                   : fmt::format("≈ = within the noise floor of {} (factor between processes of the same contestant, "
+                                 "95 %)",
+                                 format_number(draft.results.noise_floor()))) +
+           substeps_note(draft) + compliance_note(draft);
 }
 
 }  // namespace

@@ -292,6 +292,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     }
     record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
     record.summary = summarize(record.rows, {.motion_end = script.motion_end()});
+    record.summary["substeps"] = scene.materials.substeps;
     record.summary.merge(balance.figures());
     record.summary.merge(comparison.figures());
     return record;
@@ -315,6 +316,7 @@ Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& 
     }
     record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
     record.summary = summarize(record.rows);
+    record.summary["substeps"] = scene.materials.substeps;
     record.summary.merge(paced_figures("paced", times, period_ns));
     record.summary.merge(paced_figures("empty", empty, period_ns));
     return record;

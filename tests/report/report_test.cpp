@@ -376,6 +376,36 @@ std::vector<Record> sweep() {
     return records;
 }
 
+TEST(Report, SettledScenesAreTheWorstOverTheDetectorsAndMotionsAreToldOnce) {
+    const auto run = [](const std::string& detector, const std::string& response, const std::string& hash,
+                        double settled, double ruptures) {
+        Record record = synthetic({.detector = detector, .response = response, .left_mm = 4.0, .state_hash = hash});
+        record.summary["residual_settled_m"] = settled;
+        record.summary["ruptures"] = ruptures;
+        record.summary["reference_clears_hard"] = 0.0;
+        record.summary["substeps"] = 16.0;
+        return record;
+    };
+    const std::vector<Record> records{
+        run("mine", "tearing", "a1", 2.0e-3, 3.0),  run("twin", "tearing", "a1", 2.0e-3, 3.0),
+        run("mine", "clearing", "b1", 0.5e-4, 0.0), run("theirs", "clearing", "b2", 3.0e-3, 0.0),
+        run("mine", "gentle", "c1", 0.5e-4, 0.0),   run("mine", "brief", "d1", not_known, 0.0)};
+    const std::string markdown = make_report(records).files.at("report.md");
+    EXPECT_NE(
+        markdown.find("| scene | hard contact clears it within the strain limit | `clearing (canonical)` | `gentle "
+                      "(canonical)` | `tearing (canonical)` |"),
+        std::string::npos)
+        << markdown;
+    EXPECT_NE(
+        markdown.find("| poke | no | not cleared (3.00 mm left) | cleared (4.00 mm at worst before) | rupture told "
+                      "(2.00 mm left) |"),
+        std::string::npos);
+    EXPECT_NE(markdown.find("| I2T | poke | `mine + tearing (canonical)`, moving alike: `twin` | 2.00 | no | 3 |"),
+              std::string::npos);
+    EXPECT_EQ(markdown.find("| I2T | poke | `twin"), std::string::npos);
+    EXPECT_NE(markdown.find("Sub-steps of the integrator per tick (n_sub): 16 on poke."), std::string::npos);
+}
+
 TEST(Report, WorkAndPrecisionMarksDominatedPoints) {
     const Report report = make_report(sweep());
     const std::string& markdown = report.files.at("report.md");
@@ -400,7 +430,13 @@ TEST(Report, AHalvedTickCostsTwiceAsMuchPerSimulatedTime) {
 
 TEST(Report, KnobsThatAreTurnedAreNoNoise) {
     std::vector<Record> records = sweep();
-    EXPECT_EQ(Results(records).noise_floor(), 1.0);
+    EXPECT_TRUE(std::isnan(Results(records).noise_floor()));
+    // The same point in two processes is one: 100 and 150 µs.
+    Record again = records.front();
+    again.spec.repetition = 1;
+    again.summary.at("total_median_ns") *= 1.5;
+    records.push_back(again);
+    EXPECT_DOUBLE_EQ(Results(records).noise_floor(), 1.5);
     EXPECT_TRUE(Results(records).contestants("work_precision").empty());
 }
 
@@ -531,7 +567,8 @@ TEST(Report, AWinnerThatHangsOnOneSceneIsToldAsSuch) {
 
 TEST(Report, PacedLoopStandsBesideTheEmptyOne) {
     Record record = synthetic({.mode = "paced"});
-    record.summary.merge(std::map<std::string, double>{{"paced_median_ns", 110e3},
+    record.summary.merge(std::map<std::string, double>{{"substeps", 4},
+                                                       {"paced_median_ns", 110e3},
                                                        {"paced_p99_ns", 400e3},
                                                        {"paced_p999_ns", not_known},
                                                        {"paced_max_ns", 1.5e6},
@@ -542,9 +579,10 @@ TEST(Report, PacedLoopStandsBesideTheEmptyOne) {
                                                        {"empty_max_ns", 90e3},
                                                        {"empty_misses", 0}});
     const std::string markdown = make_report({record}).files.at("report.md");
-    EXPECT_NE(markdown.find("| poke | `mine + push` | 1100 | 110 | 400 | n too small | 1500 | 3 of 1100 | 2 | 1.00 / "
-                            "4.00 / 90.0 | 0 of 1100 |"),
-              std::string::npos)
+    EXPECT_NE(
+        markdown.find("| poke | `mine + push` | 1100 | 4 | 110 | 400 | n too small | 1500 | 3 of 1100 | 2 | 1.00 / "
+                      "4.00 / 90.0 | 0 of 1100 |"),
+        std::string::npos)
         << markdown;
 }
 
