@@ -163,6 +163,7 @@ std::vector<std::string> profile_order(const Draft& draft, const std::vector<Con
         for (const auto& [name, time] : times) within[name] += time <= 2.0 * fastest && std::isfinite(time) ? 1.0 : 0.0;
     }
     std::vector<std::string> order;
+    order.reserve(within.size());
     for (const auto& [name, share] : within) order.push_back(name);
     std::stable_sort(order.begin(), order.end(),
                      [&within](const std::string& a, const std::string& b) { return within[a] > within[b]; });
@@ -179,6 +180,7 @@ Table profile_robustness(const Draft& draft, const std::vector<Contestant>& dete
     if (all.size() < 3) return table;
     const auto row = [&table](const std::string& out, const std::vector<std::string>& order, const std::string& same) {
         std::vector<std::string> names;
+        names.reserve(order.size());
         for (const std::string& name : order) names.push_back(code(name));
         table.rows.push_back({.cells = {out, joined(names), same}});
     };
