@@ -29,7 +29,6 @@
 #include <fcl/narrowphase/detail/traversal/collision_node.h>
 #include <fmt/format.h>
 
-#include <exception>
 #include <limits>
 #include <memory>
 #include <string>
@@ -38,9 +37,8 @@
 #include <vector>
 
 #include "candidates.hpp"
-#include "fcl_failures.hpp"
+#include "fcl_detector.hpp"
 #include "method/entry.hpp"
-#include "method/frame_check.hpp"
 
 namespace trocar {
 namespace {
@@ -69,7 +67,7 @@ struct Settings {
 };
 
 template <typename Volume>
-class FclBvh final : public Detector {
+class FclBvh final : public baselines::FclDetector {
     using Model = fcl::BVHModel<Volume>;
     using Node = typename TraversalOf<Volume>::Node;
 
@@ -78,76 +76,28 @@ class FclBvh final : public Detector {
 public:
     explicit FclBvh(const Settings& settings) : settings_(settings) {}
 
-    void prepare(const Topology& topology, const Frame& frame) override {
-        topology_ = &topology;
-        models_.clear();
-        build(frame);
+private:
+    void forget() override { models_.clear(); }
+
+    void build(const Frame& frame) override {
+        ticks_ = 0;
+        for (const BodyRange& body : topology().bodies) {
+            models_.push_back(baselines::build_model<Volume>(topology(), frame, body));
+        }
     }
 
-    void update(const Frame& frame) override {
-        if (!is_answerable(*topology_, frame)) return;
-        if (models_.empty()) {
-            build(frame);  // the first frame could not be built from
-            return;
-        }
-        if (!failure_.empty()) return;
+    void follow(const Frame& frame) override {
         ++ticks_;
         const bool rebuild =
             !settings_.refit || (settings_.rebuild_period > 0 && ticks_ % settings_.rebuild_period == 0);
-        try {
-            for (std::size_t body = 0; body < models_.size(); ++body) {
-                if (!models_[body]) continue;
-                if (!rebuild && !baselines::may_have_moved(frame, topology_->bodies[body])) continue;
-                Model& model = *models_[body];
-                const Range vertices = topology_->bodies[body].vertices;
-                check(model.beginReplaceModel());
-                for (Index v = vertices.first; v < vertices.end(); ++v) model.replaceVertex(frame.position.col(v));
-                check(model.endReplaceModel(!rebuild, refits_bottom_up));
-            }
-        } catch (const std::exception& error) {
-            failure_ = fmt::format("FCL threw during the update: {}", error.what());
-        }
-    }
-
-    void detect(const Frame& frame, ContactSet& contacts) override {
-        contacts.clear();
-        if (!check_frame(*topology_, frame, contacts)) return;
-        baselines::query_or_tell(
-            failure_, contacts, [&] { query(contacts); }, [&] { models_.clear(); });
-    }
-
-private:
-    static void check(int code) {
-        if (code != fcl::BVH_OK) throw std::runtime_error(fmt::format("BVH error code {}", code));
-    }
-
-    void build(const Frame& frame) {
-        if (!is_answerable(*topology_, frame)) return;
-        failure_.clear();
-        ticks_ = 0;
-        try {
-            for (const BodyRange& body : topology_->bodies) {
-                models_.push_back(nullptr);
-                if (body.triangles.count == 0) continue;
-                std::vector<fcl::Vector3d> points;
-                std::vector<fcl::Triangle> triangles;
-                for (Index v = body.vertices.first; v < body.vertices.end(); ++v) {
-                    points.emplace_back(frame.position.col(v));
-                }
-                for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
-                    const auto corner = [&](int k) {
-                        return static_cast<std::size_t>(topology_->triangles(k, t) - body.vertices.first);
-                    };
-                    triangles.emplace_back(corner(0), corner(1), corner(2));
-                }
-                auto model = std::make_unique<Model>();
-                check(model->beginModel(static_cast<int>(triangles.size()), static_cast<int>(points.size())));
-                check(model->addSubModel(points, triangles));
-                check(model->endModel());
-                models_.back() = std::move(model);
-            }
-        } catch (const std::exception& error) {
-            failure_ = fmt::format("FCL threw while building: {}", error.what());
+        for (std::size_t body = 0; body < models_.size(); ++body) {
+            if (!models_[body]) continue;
+            if (!rebuild && !baselines::may_have_moved(frame, topology().bodies[body])) continue;
+            Model& model = *models_[body];
+            const Range vertices = topology().bodies[body].vertices;
+            baselines::check(model.beginReplaceModel());
+            for (Index v = vertices.first; v < vertices.end(); ++v) model.replaceVertex(frame.position.col(v));
+            baselines::check(model.endReplaceModel(!rebuild, refits_bottom_up));
         }
     }
 
@@ -163,10 +113,10 @@ private:
         }
     }
 
-    void query(ContactSet& contacts) {
+    void query(ContactSet& contacts) override {
         fcl::CollisionRequestd request(std::numeric_limits<std::size_t>::max(), contacts.native_wanted);
-        contacts.work.vertices_read = topology_->vertex_count;
-        for (const auto& [a, b] : topology_->body_pairs) {
+        contacts.work.vertices_read = topology().vertex_count;
+        for (const auto& [a, b] : topology().body_pairs) {
             Model* const first = models_[static_cast<std::size_t>(a)].get();
             Model* const second = models_[static_cast<std::size_t>(b)].get();
             if (first == nullptr || second == nullptr) continue;
@@ -174,8 +124,8 @@ private:
             Node node;
             if (!start(node, *first, *second, request)) throw std::runtime_error("the traversal was refused");
             fcl::detail::collide(&node);
-            const Index first_triangle = topology_->bodies[static_cast<std::size_t>(a)].triangles.first;
-            const Index second_triangle = topology_->bodies[static_cast<std::size_t>(b)].triangles.first;
+            const Index first_triangle = body(a).triangles.first;
+            const Index second_triangle = body(b).triangles.first;
             for (std::size_t k = 0; k < result_.numContacts(); ++k) {
                 const fcl::Contactd& found = result_.getContact(k);
                 const TrianglePair pair{first_triangle + static_cast<Index>(found.b1),
@@ -195,11 +145,9 @@ private:
     }
 
     Settings settings_;
-    const Topology* topology_ = nullptr;
     std::vector<std::unique_ptr<Model>> models_;  ///< one per body, null for a body without triangles
     fcl::CollisionResultd result_;
     std::int64_t ticks_ = 0;
-    std::string failure_;
 };
 
 std::unique_ptr<Detector> make(const ParameterValues& values) {

@@ -57,43 +57,17 @@
 #include <string>
 #include <vector>
 
-#include "fcl_failures.hpp"
+#include "fcl_detector.hpp"
 #include "method/entry.hpp"
-#include "method/frame_check.hpp"
 
 namespace trocar {
 namespace {
 
-void check(int code) {
-    if (code != fcl::BVH_OK) throw std::runtime_error(fmt::format("BVH error code {}", code));
-}
-
-/// One body's triangles and its vertices times `scale` as a tree; null for a body without triangles. Throws.
-template <typename Volume>
-std::unique_ptr<fcl::BVHModel<Volume>> build_model(const Topology& topology, const Frame& frame, const BodyRange& body,
-                                                   double scale) {
-    if (body.triangles.count == 0) return nullptr;
-    std::vector<fcl::Vector3d> points;
-    std::vector<fcl::Triangle> triangles;
-    for (Index v = body.vertices.first; v < body.vertices.end(); ++v) {
-        points.emplace_back(scale * frame.position.col(v));
-    }
-    for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
-        const auto corner = [&](int k) {
-            return static_cast<std::size_t>(topology.triangles(k, t) - body.vertices.first);
-        };
-        triangles.emplace_back(corner(0), corner(1), corner(2));
-    }
-    auto model = std::make_unique<fcl::BVHModel<Volume>>();
-    check(model->beginModel(static_cast<int>(triangles.size()), static_cast<int>(points.size())));
-    check(model->addSubModel(points, triangles));
-    check(model->endModel());
-    model->computeLocalAABB();
-    return model;
-}
+using baselines::build_model;
+using baselines::check;
 
 /// Continuous tests on the vertices themselves, any motion.
-class FclPolynomial final : public Detector {
+class FclPolynomial final : public baselines::FclDetector {
     using Model = fcl::BVHModel<fcl::AABBd>;
     using DiscreteNode = fcl::detail::MeshCollisionTraversalNode<fcl::AABBd>;
     using ContinuousNode = fcl::detail::MeshContinuousCollisionTraversalNode<fcl::AABBd>;
@@ -101,55 +75,31 @@ class FclPolynomial final : public Detector {
 public:
     explicit FclPolynomial(double scale) : scale_(scale) {}
 
-    void prepare(const Topology& topology, const Frame& frame) override {
-        topology_ = &topology;
-        models_.clear();
-        build(frame);
-    }
-
-    void update(const Frame& frame) override {
-        if (!is_answerable(*topology_, frame)) return;
-        if (models_.empty()) build(frame);  // the first frame could not be built from
-        if (!failure_.empty()) return;
-        has_way_ = frame.previous.cols() == frame.position.cols() && is_finite(frame.previous);
-        const Matrix3X& before = has_way_ ? frame.previous : frame.position;
-        try {
-            for (std::size_t body = 0; body < models_.size(); ++body) {
-                if (!models_[body]) continue;
-                const Range v = topology_->bodies[body].vertices;
-                // The model keeps its last frame as the one before; after a jump that is another one.
-                if (last_.middleCols(v.first, v.count) != before.middleCols(v.first, v.count)) {
-                    move(*models_[body], before, v);
-                }
-                move(*models_[body], frame.position, v);
-            }
-            last_ = frame.position;
-        } catch (const std::exception& error) {
-            failure_ = fmt::format("FCL threw during the update: {}", error.what());
-        }
-    }
-
-    void detect(const Frame& frame, ContactSet& contacts) override {
-        contacts.clear();
-        if (!check_frame(*topology_, frame, contacts)) return;
-        baselines::query_or_tell(
-            failure_, contacts, [&] { query(contacts); }, [&] { models_.clear(); });
-    }
-
 private:
     static bool is_finite(const Matrix3X& positions) { return (positions.array() * 0.0).sum() == 0.0; }
 
-    void build(const Frame& frame) {
-        if (!is_answerable(*topology_, frame)) return;
-        failure_.clear();
+    void forget() override { models_.clear(); }
+
+    void build(const Frame& frame) override {
         last_ = frame.position;
-        try {
-            for (const BodyRange& body : topology_->bodies) {
-                models_.push_back(build_model<fcl::AABBd>(*topology_, frame, body, scale_));
-            }
-        } catch (const std::exception& error) {
-            failure_ = fmt::format("FCL threw while building: {}", error.what());
+        for (const BodyRange& body : topology().bodies) {
+            models_.push_back(build_model<fcl::AABBd>(topology(), frame, body, scale_));
         }
+    }
+
+    void follow(const Frame& frame) override {
+        has_way_ = frame.previous.cols() == frame.position.cols() && is_finite(frame.previous);
+        const Matrix3X& before = has_way_ ? frame.previous : frame.position;
+        for (std::size_t body = 0; body < models_.size(); ++body) {
+            if (!models_[body]) continue;
+            const Range v = topology().bodies[body].vertices;
+            // The model keeps its last frame as the one before; after a jump that is another one.
+            if (last_.middleCols(v.first, v.count) != before.middleCols(v.first, v.count)) {
+                move(*models_[body], before, v);
+            }
+            move(*models_[body], frame.position, v);
+        }
+        last_ = frame.position;
     }
 
     void move(Model& model, const Matrix3X& position, Range vertices) const {
@@ -180,15 +130,15 @@ private:
         }
     }
 
-    void query(ContactSet& contacts) {
-        contacts.work.vertices_read = topology_->vertex_count;
+    void query(ContactSet& contacts) override {
+        contacts.work.vertices_read = topology().vertex_count;
         met_.clear();
-        for (const auto& [a, b] : topology_->body_pairs) {
+        for (const auto& [a, b] : topology().body_pairs) {
             Model* const first = models_[static_cast<std::size_t>(a)].get();
             Model* const second = models_[static_cast<std::size_t>(b)].get();
             if (first == nullptr || second == nullptr) continue;
-            const Index a0 = topology_->bodies[static_cast<std::size_t>(a)].triangles.first;
-            const Index b0 = topology_->bodies[static_cast<std::size_t>(b)].triangles.first;
+            const Index a0 = body(a).triangles.first;
+            const Index b0 = body(b).triangles.first;
             intersecting(*first, *second, false, a0, b0, contacts.pairs);
             if (!has_way_ || first->prev_vertices == nullptr || second->prev_vertices == nullptr) continue;
             ContinuousNode node;
@@ -222,40 +172,49 @@ private:
     }
 
     double scale_;
-    const Topology* topology_ = nullptr;
     Matrix3X last_;                               ///< 3×N, m: the frame that the models hold
     std::vector<std::unique_ptr<Model>> models_;  ///< one per body, null for a body without triangles
     fcl::CollisionResultd result_;
     std::vector<TrianglePair> met_;  ///< intersecting at the frame before
     bool has_way_ = false;           ///< the frame tells the one before
-    std::string failure_;
 };
 
 enum class Solver { advancement, conservative, naive };
 
 /// Continuous tests on rigid motions.
-class FclContinuous final : public Detector {
-public:
+class FclContinuous final : public baselines::FclDetector {
     using Model = fcl::BVHModel<fcl::OBBRSSd>;
     using AdvancementModel = fcl::BVHModel<fcl::RSSd>;
 
+public:
     FclContinuous(Solver solver, const fcl::ContinuousCollisionRequestd& request)
         : solver_(solver), request_(request) {}
 
-    void prepare(const Topology& topology, const Frame& frame) override {
-        topology_ = &topology;
-        forget();
-        build(frame);
+private:
+    void forget() override {
+        models_.clear();
+        advancement_models_.clear();
     }
 
-    void update(const Frame& frame) override {
+    void build(const Frame& frame) override {
+        reference_ = frame.position;
+        now_.assign(topology().bodies.size(), fcl::Transform3d::Identity());
+        before_ = now_;
+        for (const BodyRange& body : topology().bodies) {
+            models_.push_back(build_model<fcl::OBBRSSd>(topology(), frame, body));
+            if (models_.back()) models_.back()->computeLocalAABB();
+            if (solver_ == Solver::naive) continue;
+            advancement_models_.push_back(build_model<fcl::RSSd>(topology(), frame, body));
+            if (advancement_models_.back()) advancement_models_.back()->computeLocalAABB();
+        }
+    }
+
+    void follow(const Frame& frame) override {
         not_rigid_ = -1;
-        if (!is_answerable(*topology_, frame)) return;
-        if (models_.empty()) build(frame);  // the first frame could not be built from
         const bool has_way = frame.previous.cols() == frame.position.cols() && frame.previous.allFinite();
-        for (std::size_t body = 0; body < models_.size() && failure_.empty(); ++body) {
+        for (std::size_t body = 0; body < models_.size(); ++body) {
             if (!models_[body]) continue;
-            const Range v = topology_->bodies[body].vertices;
+            const Range v = topology().bodies[body].vertices;
             const auto here = frame.position.middleCols(v.first, v.count);
             bool rigid = fit(body, here, now_[body]);
             before_[body] = now_[body];
@@ -266,48 +225,10 @@ public:
         }
     }
 
-    void detect(const Frame& frame, ContactSet& contacts) override {
-        contacts.clear();
-        if (!check_frame(*topology_, frame, contacts)) return;
-        if (not_rigid_ >= 0) {
-            contacts.outcome = {
-                OutcomeKind::unsupported,
-                fmt::format("{} does not move as a rigid body, which is all that continuousCollide takes",
-                            topology_->bodies[static_cast<std::size_t>(not_rigid_)].name)};
-            return;
-        }
-        baselines::query_or_tell(
-            failure_, contacts, [&] { query(contacts); }, [&] { forget(); });
-    }
-
-private:
-    void forget() {
-        models_.clear();
-        advancement_models_.clear();
-    }
-
-    void build(const Frame& frame) {
-        if (!is_answerable(*topology_, frame)) return;
-        failure_.clear();
-        reference_ = frame.position;
-        const std::size_t bodies = topology_->bodies.size();
-        now_.assign(bodies, fcl::Transform3d::Identity());
-        before_ = now_;
-        try {
-            for (const BodyRange& body : topology_->bodies) {
-                models_.push_back(build_model<fcl::OBBRSSd>(*topology_, frame, body, 1.0));
-                if (solver_ == Solver::naive) continue;
-                advancement_models_.push_back(build_model<fcl::RSSd>(*topology_, frame, body, 1.0));
-            }
-        } catch (const std::exception& error) {
-            failure_ = fmt::format("FCL threw while building: {}", error.what());
-        }
-    }
-
     /// Pose that carries the reference to `points` (3×n, m); false when none does.
     template <typename Points>
     bool fit(std::size_t body, const Points& points, fcl::Transform3d& pose) const {
-        const Range v = topology_->bodies[body].vertices;
+        const Range v = topology().bodies[body].vertices;
         const auto reference = reference_.middleCols(v.first, v.count);
         pose.setIdentity();
         if (reference == points) return true;
@@ -326,18 +247,25 @@ private:
                1e-9 * extent + 64.0 * std::numeric_limits<double>::epsilon() * far;
     }
 
-    void query(ContactSet& contacts) {
+    void query(ContactSet& contacts) override {
+        if (not_rigid_ >= 0) {
+            contacts.outcome = {
+                OutcomeKind::unsupported,
+                fmt::format("{} does not move as a rigid body, which is all that continuousCollide takes",
+                            body(not_rigid_).name)};
+            return;
+        }
         const fcl::CollisionRequestd all(std::numeric_limits<std::size_t>::max(), false);
         const fcl::CollisionRequestd any(1, false);
-        contacts.work.vertices_read = topology_->vertex_count;
-        for (const auto& [a, b] : topology_->body_pairs) {
+        contacts.work.vertices_read = topology().vertex_count;
+        for (const auto& [a, b] : topology().body_pairs) {
             const auto first = static_cast<std::size_t>(a);
             const auto second = static_cast<std::size_t>(b);
             if (!models_[first] || !models_[second]) continue;
             fcl::CollisionResultd found;
             fcl::collide(models_[first].get(), now_[first], models_[second].get(), now_[second], all, found);
-            const Index first_triangle = topology_->bodies[first].triangles.first;
-            const Index second_triangle = topology_->bodies[second].triangles.first;
+            const Index first_triangle = topology().bodies[first].triangles.first;
+            const Index second_triangle = topology().bodies[second].triangles.first;
             for (std::size_t k = 0; k < found.numContacts(); ++k) {
                 contacts.pairs.push_back({first_triangle + static_cast<Index>(found.getContact(k).b1),
                                           second_triangle + static_cast<Index>(found.getContact(k).b2)});
@@ -405,14 +333,12 @@ private:
 
     Solver solver_;
     fcl::ContinuousCollisionRequestd request_;
-    const Topology* topology_ = nullptr;
     Matrix3X reference_;                          ///< 3×N, m: the frame that the models were built from
     std::vector<std::unique_ptr<Model>> models_;  ///< one per body, null for a body without triangles
     std::vector<std::unique_ptr<AdvancementModel>> advancement_models_;  ///< likewise, unless the solver is naive
     std::vector<fcl::Transform3d> now_;                                  ///< per body, from reference to the frame
     std::vector<fcl::Transform3d> before_;  ///< per body, from reference to the frame before
     Index not_rigid_ = -1;                  ///< first body whose motion is not rigid
-    std::string failure_;
 };
 
 }  // namespace

@@ -4,27 +4,18 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 
 #include "detect/clusters.hpp"
-#include "detect/narrow_phase.hpp"
+#include "detect/shared_parameters.hpp"
 
 namespace trocar {
 
 /// Regions, cells, candidates and pairs of an ordinary contact: room for as many is made before the first tick.
 inline constexpr std::size_t ordinary_contact = 4096;
 
-struct ClusteredSettings {
+struct ClusteredSettings : SharedSettings {
     ClusterOrder order = ClusterOrder::automatic;
-    TriangleTest test = TriangleTest::exact;
     bool scalar = false;
-    bool swept = false;
-    std::int64_t max_pairs = std::numeric_limits<std::int64_t>::max();
-    std::int64_t work_budget = std::numeric_limits<std::int64_t>::max();
-    [[nodiscard]] bool limited() const {
-        return max_pairs != std::numeric_limits<std::int64_t>::max() ||
-               work_budget != std::numeric_limits<std::int64_t>::max();
-    }
 };
 
 /// Times are counted in reads of a frame.

@@ -22,41 +22,59 @@ using Words = hn::CappedTag<std::uint32_t, 16>;
 /// Adding and taking away 1.5 × 2^52 rounds to the nearest whole number, as Lattice::number does.
 constexpr double rounder = 6755399441055744.0;
 
-HWY_INLINE std::uint32_t code_of(const double* point, const CellWindow& window) {
-    std::uint32_t code = 0;
-    for (unsigned k = 0; k < 3; ++k) {
-        double t = point[k] * window.inverse - window.base[k];
-        t = std::min(std::max(t, window.first[k]), window.last[k]);
-        t = (t + rounder) - rounder - window.origin[k];
-        code |= (static_cast<std::uint32_t>(t) >> window.shift) << (cell_code::bits * k);
-    }
-    return code;
-}
-
-void encode(const double* points, Index count, const CellWindow& window, std::uint32_t* codes) {
+/// One word for each of `count` points: several at a time by vectors(x, y, z), which returns a vector of words, the
+/// last ones singly by single(point).
+template <typename Vectors, typename Single>
+HWY_INLINE void for_each_point(const double* points, Index count, std::uint32_t* words, const Vectors& vectors,
+                               const Single& single) {
     const Doubles d;
-    const hn::Rebind<std::int32_t, Doubles> di;
     const hn::Rebind<std::uint32_t, Doubles> du;
     const auto lanes = static_cast<Index>(hn::Lanes(d));
-    const auto inverse = hn::Set(d, window.inverse);
-    const auto round = hn::Set(d, rounder);
-    const auto along = [&](auto x, std::size_t k) {
-        auto t = hn::Sub(hn::Mul(x, inverse), hn::Set(d, window.base[k]));
-        t = hn::Min(hn::Max(t, hn::Set(d, window.first[k])), hn::Set(d, window.last[k]));
-        t = hn::Sub(hn::Sub(hn::Add(t, round), round), hn::Set(d, window.origin[k]));
-        return hn::ShiftRightSame(hn::BitCast(du, hn::DemoteTo(di, t)), window.shift);
-    };
     Index i = 0;
     for (; i + lanes <= count; i += lanes) {
         auto x = hn::Undefined(d);
         auto y = hn::Undefined(d);
         auto z = hn::Undefined(d);
         hn::LoadInterleaved3(d, points + 3 * static_cast<std::size_t>(i), x, y, z);
-        const auto code = hn::Or(hn::Or(along(x, 0), hn::ShiftLeft<cell_code::bits>(along(y, 1))),
-                                 hn::ShiftLeft<2 * cell_code::bits>(along(z, 2)));
-        hn::StoreU(code, du, codes + i);
+        hn::StoreU(vectors(x, y, z), du, words + i);
     }
-    for (; i < count; ++i) codes[i] = code_of(points + 3 * static_cast<std::size_t>(i), window);
+    for (; i < count; ++i) words[i] = single(points + 3 * static_cast<std::size_t>(i));
+}
+
+/// Whole numbers from 0 to below 2^31 as words.
+template <typename Vector>
+HWY_INLINE auto to_words(Vector whole) {
+    const hn::Rebind<std::int32_t, Doubles> di;
+    const hn::Rebind<std::uint32_t, Doubles> du;
+    return hn::BitCast(du, hn::DemoteTo(di, whole));
+}
+
+void encode(const double* points, Index count, const CellWindow& window, std::uint32_t* codes) {
+    const Doubles d;
+    const auto inverse = hn::Set(d, window.inverse);
+    const auto round = hn::Set(d, rounder);
+    const auto along = [&](auto x, std::size_t k) {
+        auto t = hn::Sub(hn::Mul(x, inverse), hn::Set(d, window.base[k]));
+        t = hn::Min(hn::Max(t, hn::Set(d, window.first[k])), hn::Set(d, window.last[k]));
+        t = hn::Sub(hn::Sub(hn::Add(t, round), round), hn::Set(d, window.origin[k]));
+        return hn::ShiftRightSame(to_words(t), window.shift);
+    };
+    for_each_point(
+        points, count, codes,
+        [&](auto x, auto y, auto z) {
+            return hn::Or(hn::Or(along(x, 0), hn::ShiftLeft<cell_code::bits>(along(y, 1))),
+                          hn::ShiftLeft<2 * cell_code::bits>(along(z, 2)));
+        },
+        [&window](const double* point) {
+            std::uint32_t code = 0;
+            for (unsigned k = 0; k < 3; ++k) {
+                double t = point[k] * window.inverse - window.base[k];
+                t = std::min(std::max(t, window.first[k]), window.last[k]);
+                t = (t + rounder) - rounder - window.origin[k];
+                code |= (static_cast<std::uint32_t>(t) >> window.shift) << (cell_code::bits * k);
+            }
+            return code;
+        });
 }
 
 void mark(const std::uint32_t* field, Index count, const CellWindow& window, std::uint32_t* codes) {
@@ -127,44 +145,38 @@ Index select(const std::uint32_t* codes, const Index* corners, Index first, Inde
 
 void beside(const double* points, Index count, std::span<const Extent> boxes, std::uint32_t* words) {
     const Doubles d;
-    const hn::Rebind<std::int32_t, Doubles> di;
-    const hn::Rebind<std::uint32_t, Doubles> du;
-    const auto lanes = static_cast<Index>(hn::Lanes(d));
     std::uint32_t absent = 0;
     for (std::size_t k = boxes.size(); k < box_sides::most; ++k) absent |= box_sides::absent << (8 * k);
-    Index i = 0;
-    for (; i + lanes <= count; i += lanes) {
-        auto x = hn::Undefined(d);
-        auto y = hn::Undefined(d);
-        auto z = hn::Undefined(d);
-        hn::LoadInterleaved3(d, points + 3 * static_cast<std::size_t>(i), x, y, z);
-        // Bits are added up as doubles: all are different powers of two below 2^31.
-        auto sum = hn::Set(d, static_cast<double>(absent));
-        double bit = 1.0;
-        for (const Extent& box : boxes) {
-            const auto side = [&](auto along, std::size_t k) {
-                const double below = bit * static_cast<double>(1U << (2 * k));
-                sum = hn::Add(sum, hn::IfThenElseZero(hn::Lt(along, hn::Set(d, box.low[k])), hn::Set(d, below)));
-                sum = hn::Add(sum, hn::IfThenElseZero(hn::Gt(along, hn::Set(d, box.high[k])), hn::Set(d, 2.0 * below)));
-            };
-            side(x, 0);
-            side(y, 1);
-            side(z, 2);
-            bit *= 256.0;
-        }
-        hn::StoreU(hn::BitCast(du, hn::DemoteTo(di, sum)), du, words + i);
-    }
-    for (; i < count; ++i) {
-        const double* const point = points + 3 * static_cast<std::size_t>(i);
-        std::uint32_t word = absent;
-        for (std::size_t b = 0; b < boxes.size(); ++b) {
-            for (std::size_t k = 0; k < 3; ++k) {
-                word |= (point[k] < boxes[b].low[k] ? 1U : 0U) << (8 * b + 2 * k);
-                word |= (point[k] > boxes[b].high[k] ? 2U : 0U) << (8 * b + 2 * k);
+    for_each_point(
+        points, count, words,
+        [&](auto x, auto y, auto z) {
+            // Bits are added up as doubles: all are different powers of two below 2^31.
+            auto sum = hn::Set(d, static_cast<double>(absent));
+            double bit = 1.0;
+            for (const Extent& box : boxes) {
+                const auto side = [&](auto along, std::size_t k) {
+                    const double below = bit * static_cast<double>(1U << (2 * k));
+                    sum = hn::Add(sum, hn::IfThenElseZero(hn::Lt(along, hn::Set(d, box.low[k])), hn::Set(d, below)));
+                    sum = hn::Add(sum,
+                                  hn::IfThenElseZero(hn::Gt(along, hn::Set(d, box.high[k])), hn::Set(d, 2.0 * below)));
+                };
+                side(x, 0);
+                side(y, 1);
+                side(z, 2);
+                bit *= 256.0;
             }
-        }
-        words[i] = word;
-    }
+            return to_words(sum);
+        },
+        [&](const double* point) {
+            std::uint32_t word = absent;
+            for (std::size_t b = 0; b < boxes.size(); ++b) {
+                for (std::size_t k = 0; k < 3; ++k) {
+                    word |= (point[k] < boxes[b].low[k] ? 1U : 0U) << (8 * b + 2 * k);
+                    word |= (point[k] > boxes[b].high[k] ? 2U : 0U) << (8 * b + 2 * k);
+                }
+            }
+            return word;
+        });
 }
 
 }  // namespace trocar::HWY_NAMESPACE

@@ -190,10 +190,7 @@ DetectorEntry ohc_detector() {
             settings.hash_bits = static_cast<int>(values.integer("hash_bits"));
             settings.margin = values.number("margin");
             settings.incremental = values.is("incremental", "on");
-            settings.swept = values.is("swept", "on");
-            settings.test = triangle_test_from(values.text("test"));
-            if (!values.is("max_pairs", "none")) settings.max_pairs = values.integer("max_pairs");
-            if (!values.is("work_budget", "none")) settings.work_budget = values.integer("work_budget");
+            settings.take(values);
             return std::make_unique<Ohc>(settings);
         }};
 }

@@ -194,10 +194,7 @@ DetectorEntry ohc_clustered_detector() {
             if (values.is("order", "given")) settings.order = ClusterOrder::given;
             if (values.is("order", "local")) settings.order = ClusterOrder::local;
             settings.scalar = values.is("simd", "scalar");
-            settings.swept = values.is("swept", "on");
-            settings.test = triangle_test_from(values.text("test"));
-            if (!values.is("max_pairs", "none")) settings.max_pairs = values.integer("max_pairs");
-            if (!values.is("work_budget", "none")) settings.work_budget = values.integer("work_budget");
+            settings.take(values);
             return std::make_unique<OhcClustered>(settings);
         }};
 }

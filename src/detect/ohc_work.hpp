@@ -8,30 +8,22 @@
 #include "contact/contact_set.hpp"
 #include "detect/cell_map.hpp"
 #include "detect/lattice.hpp"
-#include "detect/narrow_phase.hpp"
+#include "detect/shared_parameters.hpp"
 
 namespace trocar {
 
-struct OhcSettings {
+struct OhcSettings : SharedSettings {
     double cell = std::numeric_limits<double>::quiet_NaN();  ///< m; NaN: chosen from the first frame
     CellHash hash = CellHash::fibonacci;
     int hash_bits = 12;
     double margin = 0.0;  ///< m
     bool incremental = false;
-    bool swept = false;  ///< boxes hold the triangle at both ends of the tick
-    TriangleTest test = TriangleTest::exact;
-    std::int64_t max_pairs = std::numeric_limits<std::int64_t>::max();
-    std::int64_t work_budget = std::numeric_limits<std::int64_t>::max();
-    [[nodiscard]] bool limited() const {
-        return max_pairs != std::numeric_limits<std::int64_t>::max() ||
-               work_budget != std::numeric_limits<std::int64_t>::max();
-    }
 };
 
 struct OhcWork {
     WorkCounters counters;
     bool truncated = false;  ///< something was left out for want of budget or pairs
-    std::int64_t budget = std::numeric_limits<std::int64_t>::max();
+    std::int64_t budget = SharedSettings::no_limit;
 
     /// Empties the book for a tick.
     void start() {
@@ -49,7 +41,7 @@ struct OhcWork {
     }
     /// Under a budget: whether one more range of cells can be looked at.
     bool afford(const CellRange& range) {
-        if (budget == std::numeric_limits<std::int64_t>::max()) return true;
+        if (budget == SharedSettings::no_limit) return true;
         if (range.cell_count() <= static_cast<double>(budget - counters.work())) return !truncated;
         truncated = true;
         return false;

@@ -1,6 +1,10 @@
-// Settings that all of our detectors declare alike, so that one name has one meaning and one range.
+// Settings that our detectors have alike: declared once, so that one name has one meaning and one range, and read once.
 #pragma once
 
+#include <cstdint>
+#include <limits>
+
+#include "detect/narrow_phase.hpp"
 #include "method/entry.hpp"
 
 namespace trocar {
@@ -46,5 +50,24 @@ inline Parameter swept_parameter() {
             .choices = {"off", "on"},
             .meaning = "also tell the pairs that begin to touch between two frames and when; never part of the pairs"};
 }
+
+/// What these parameters were set to.
+struct SharedSettings {
+    static constexpr std::int64_t no_limit = std::numeric_limits<std::int64_t>::max();
+
+    TriangleTest test = TriangleTest::exact;
+    bool swept = false;
+    std::int64_t max_pairs = no_limit;
+    std::int64_t work_budget = no_limit;
+
+    [[nodiscard]] bool limited() const { return max_pairs != no_limit || work_budget != no_limit; }
+    /// Takes over the values of all four parameters.
+    void take(const ParameterValues& values) {
+        test = triangle_test_from(values.text("test"));
+        swept = values.is("swept", "on");
+        max_pairs = values.is("max_pairs", "none") ? no_limit : values.integer("max_pairs");
+        work_budget = values.is("work_budget", "none") ? no_limit : values.integer("work_budget");
+    }
+};
 
 }  // namespace trocar

@@ -15,6 +15,8 @@ struct MovingPoint {
     Vector3 start;
     Vector3 end;
 };
+/// The way of one point as seen from another.
+inline MovingPoint operator-(const MovingPoint& a, const MovingPoint& b) { return {a.start - b.start, a.end - b.end}; }
 using MovingEdge = std::array<MovingPoint, 2>;
 using MovingTriangle = std::array<MovingPoint, 3>;
 

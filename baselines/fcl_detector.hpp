@@ -1,0 +1,118 @@
+// What the FCL adapters have in common: trees of a topology's bodies, and a detector's life around them. When the
+// library throws, the tick ends as `threw`, and what was built is built anew at the next one.
+#pragma once
+
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fmt/format.h>
+
+#include <exception>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "contact/contact_set.hpp"
+#include "method/detector.hpp"
+#include "method/frame_check.hpp"
+
+namespace trocar::baselines {
+
+/// Throws when the library refused.
+inline void check(int code) {
+    if (code != fcl::BVH_OK) throw std::runtime_error(fmt::format("BVH error code {}", code));
+}
+
+/// One body's triangles and its vertices times `scale` as a tree; null for a body without triangles. Throws.
+template <typename Volume>
+std::unique_ptr<fcl::BVHModel<Volume>> build_model(const Topology& topology, const Frame& frame, const BodyRange& body,
+                                                   double scale = 1.0) {
+    if (body.triangles.count == 0) return nullptr;
+    std::vector<fcl::Vector3d> points;
+    std::vector<fcl::Triangle> triangles;
+    for (Index v = body.vertices.first; v < body.vertices.end(); ++v) {
+        points.emplace_back(scale * frame.position.col(v));
+    }
+    for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
+        const auto corner = [&](int k) {
+            return static_cast<std::size_t>(topology.triangles(k, t) - body.vertices.first);
+        };
+        triangles.emplace_back(corner(0), corner(1), corner(2));
+    }
+    auto model = std::make_unique<fcl::BVHModel<Volume>>();
+    check(model->beginModel(static_cast<int>(triangles.size()), static_cast<int>(points.size())));
+    check(model->addSubModel(points, triangles));
+    check(model->endModel());
+    return model;
+}
+
+/// A detector that needs to say only what it does with the library; all four functions may throw.
+class FclDetector : public Detector {
+public:
+    void prepare(const Topology& topology, const Frame& frame) final {
+        topology_ = &topology;
+        start_anew();
+        if (is_answerable(topology, frame)) try_to(Step::build, frame);
+    }
+
+    void update(const Frame& frame) final {
+        if (!is_answerable(*topology_, frame)) return;
+        if (!built_) try_to(Step::build, frame);  // the first frame could not be built from
+        if (failure_.empty()) try_to(Step::follow, frame);
+    }
+
+    void detect(const Frame& frame, ContactSet& contacts) final {
+        contacts.clear();
+        if (!check_frame(*topology_, frame, contacts)) return;
+        try {
+            if (failure_.empty()) query(contacts);
+        } catch (const std::exception& error) {
+            failure_ = fmt::format("FCL threw during the query: {}", error.what());
+        }
+        if (failure_.empty()) return;
+        contacts.clear();
+        contacts.outcome = {OutcomeKind::threw, failure_};
+        start_anew();
+    }
+
+protected:
+    [[nodiscard]] const Topology& topology() const { return *topology_; }
+    [[nodiscard]] const BodyRange& body(Index number) const {
+        return topology_->bodies[static_cast<std::size_t>(number)];
+    }
+    /// Drops what was built.
+    virtual void forget() = 0;
+    /// Builds for a frame that can be answered.
+    virtual void build(const Frame& frame) = 0;
+    /// Brings what was built to a frame that can be answered.
+    virtual void follow(const Frame& frame) = 0;
+    /// Fills the empty contacts, sorted.
+    virtual void query(ContactSet& contacts) = 0;
+
+private:
+    enum class Step { build, follow };
+
+    void try_to(Step step, const Frame& frame) {
+        try {
+            if (step == Step::build) {
+                built_ = true;
+                build(frame);
+            } else {
+                follow(frame);
+            }
+        } catch (const std::exception& error) {
+            failure_ = fmt::format("FCL threw {}: {}", step == Step::build ? "while building" : "during the update",
+                                   error.what());
+        }
+    }
+    void start_anew() {
+        failure_.clear();
+        built_ = false;
+        forget();
+    }
+
+    const Topology* topology_ = nullptr;
+    std::string failure_;
+    bool built_ = false;
+};
+
+}  // namespace trocar::baselines
