@@ -10,7 +10,7 @@
 #include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
-#include "detect/simd_targets.hpp"
+#include "geometry/simd_targets.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace trocar::HWY_NAMESPACE {

@@ -9,7 +9,7 @@
 // foreach_target.h must come first
 #include <hwy/highway.h>
 
-#include "detect/simd_targets.hpp"
+#include "geometry/simd_targets.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace trocar::HWY_NAMESPACE {

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <vector>
 
-#include "tissue/mass_spring.hpp"
+#include "tissue/stability.hpp"
 
 namespace trocar {
 
@@ -12,7 +12,7 @@ LargestMode largest_mode(const Materials& materials, const Matrix3X& position) {
     Eigen::Index unknowns = 0;
     for (Eigen::Index v = 0; v < n; ++v) {
         const auto i = static_cast<std::size_t>(v);
-        if (materials.mass[i] <= 0.0 || (!materials.pinned.empty() && materials.pinned[i] != 0)) continue;
+        if (!is_free(materials, static_cast<Index>(v))) continue;
         scale.col(v).setConstant(1.0 / std::sqrt(materials.mass[i]));
         unknowns += 3;
     }

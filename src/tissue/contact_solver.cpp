@@ -1,0 +1,345 @@
+#include "tissue/contact_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+auto velocity_of(const TissueState& state, Index local) { return state.velocity.col(local).head<3>(); }
+auto velocity_of(TissueState& state, Index local) { return state.velocity.col(local).head<3>(); }
+
+}  // namespace
+
+ContactSolver::ContactSolver(Index vertex_count, std::size_t moving) {
+    slip_.setZero(3, vertex_count);
+    rubbed_.assign(at(vertex_count), 0);
+    rubbing_.reserve(at(vertex_count));
+    spot_.assign(at(vertex_count), -1);
+    touched_.reserve(moving);
+    mass_.reserve(moving);
+    block_inverse_.reserve(moving);
+    const auto columns = static_cast<Eigen::Index>(moving);
+    for (Matrix3X* buffer : {&right_side_, &solution_, &residual_, &direction_, &image_, &preconditioned_}) {
+        buffer->setZero(3, columns);
+    }
+}
+
+void ContactSolver::collect(const Effect& effect, const Frame& frame, const TissueState& state) {
+    effect_ = &effect;
+    for (const Index v : touched_) spot_[at(v)] = -1;
+    touched_.clear();
+    mass_.clear();
+    active_.clear();
+    mean_force_.assign(effect.contacts.size(), 0.0);
+    mean_friction_.assign(effect.contacts.size(), Vector3::Zero());
+    // A contact that was not in the last tick's effect starts with an unstretched tangential spring.
+    std::erase_if(rubbing_, [this](Index v) { return --rubbed_[at(v)] == 0; });
+    for (std::size_t c = 0; c < effect.contacts.size(); ++c) {
+        Active entry;
+        entry.source = c;
+        if (!enter(effect.contacts[c], frame, state, entry)) continue;
+        remember_slip(effect.contacts[c], entry);
+        for (int i = 0; i < entry.count; ++i) {
+            const Index v = entry.vertex[at(i)];
+            if (spot_[at(v)] >= 0) continue;
+            spot_[at(v)] = static_cast<Index>(touched_.size());
+            touched_.push_back(v);
+            mass_.push_back(1.0 / state.inverse_mass[at(v)]);
+        }
+        active_.push_back(entry);
+    }
+    block_inverse_.resize(touched_.size());
+}
+
+/// False when nothing of the contact moves here.
+bool ContactSolver::enter(const LinearContact& contact, const Frame& frame, const TissueState& state, Active& entry) {
+    entry.normal = contact.normal;
+    entry.depth = -contact.gap;
+    entry.stiffness = contact.k;
+    entry.damping = std::max(contact.mu, 0.0);
+    entry.explicit_damping = std::min(contact.mu, 0.0);
+    entry.adhesive = contact.adhesive;
+    entry.bilateral = contact.bilateral;
+    double speed = 0.0;  // of P at the frame
+    const auto add = [&](Index vertex, double weight) {
+        if (vertex < 0 || weight == 0.0) return;
+        const Index local = state.place[at(vertex)];
+        if (local >= 0 && state.moves(local)) {
+            entry.vertex[at(entry.count)] = local;
+            entry.weight[at(entry.count)] = weight;
+            entry.mobility += weight * weight * state.inverse_mass[at(local)];
+            ++entry.count;
+            speed += weight * frame.velocity.col(vertex).dot(contact.normal);
+        } else {
+            const Vector3 velocity = local >= 0 ? Vector3(velocity_of(state, local)) : frame.velocity.col(vertex);
+            entry.fixed_rate += weight * velocity.dot(contact.normal);
+            entry.surface -= weight * velocity;
+        }
+    };
+    for (std::size_t i = 0; i < 3; ++i) add(contact.vertices[i], contact.weights[i]);
+    if (contact.reaction_vertices[0] >= 0) {
+        for (std::size_t i = 0; i < 3; ++i) add(contact.reaction_vertices[i], -contact.reaction_weights[i]);
+    } else {
+        entry.fixed_rate -= contact.face_velocity;
+        entry.surface += contact.surface_velocity;
+    }
+    if (entry.count == 0) return false;
+    entry.held = entry.stiffness * entry.depth - contact.mu * (entry.fixed_rate + speed);
+    if (!entry.adhesive && !entry.bilateral) entry.held = std::max(entry.held, 0.0);
+    if (!entry.bilateral && entry.depth < 0.0) entry.held = 0.0;
+    return true;
+}
+
+void ContactSolver::remember_slip(const LinearContact& contact, Active& entry) {
+    const Index key = contact.slip_key;
+    if (contact.friction <= 0.0 || key < 0 || rubbed_[at(key)] == 2) return;
+    entry.rubs = true;  // one contact per key: the spring has one stretch
+    if (rubbed_[at(key)] == 0) {
+        slip_.col(key).setZero();
+        rubbing_.push_back(key);
+    }
+    rubbed_[at(key)] = 2;
+}
+
+double ContactSolver::rate(const Active& contact, const TissueState& state) const {
+    double sum = contact.fixed_rate;
+    for (int i = 0; i < contact.count; ++i) {
+        sum += contact.weight[at(i)] * velocity_of(state, contact.vertex[at(i)]).dot(contact.normal);
+    }
+    return sum;
+}
+
+void ContactSolver::push(const Active& contact, double impulse, TissueState& state) const {
+    for (int i = 0; i < contact.count; ++i) {
+        const Index v = contact.vertex[at(i)];
+        velocity_of(state, v) += contact.weight[at(i)] * impulse * state.inverse_mass[at(v)] * contact.normal;
+    }
+}
+
+void ContactSolver::hold_current_force(const TissueState& state) {
+    for (Active& contact : active_) {
+        const double speed = rate(contact, state);
+        double force = contact.stiffness * contact.depth - (contact.damping + contact.explicit_damping) * speed;
+        if (!contact.bilateral && (contact.depth < 0.0 || (!contact.adhesive && force < 0.0))) force = 0.0;
+        contact.held = force;
+    }
+}
+
+void ContactSolver::push_held(double h, TissueState& state) {
+    for (Active& contact : active_) {
+        contact.force = contact.held;
+        push(contact, h * contact.force, state);
+    }
+}
+
+/// Right-hand side and diagonal blocks of solve_linear; the blocks are inverted.
+void ContactSolver::assemble(double h, const TissueState& state) {
+    const auto count = static_cast<Eigen::Index>(touched_.size());
+    for (Eigen::Index l = 0; l < count; ++l) {
+        const auto spot = static_cast<std::size_t>(l);
+        block_inverse_[spot] = mass_[spot] * Matrix3::Identity();
+        right_side_.col(l) = mass_[spot] * velocity_of(state, touched_[spot]);
+    }
+    for (const Active& contact : active_) {
+        if (!contact.on) continue;
+        const double c = contact.damping + h * contact.stiffness;
+        const double pressure = contact.stiffness * contact.depth - c * contact.fixed_rate + contact.held;
+        for (int i = 0; i < contact.count; ++i) {
+            const Index l = spot_[at(contact.vertex[at(i)])];
+            const double w = contact.weight[at(i)];
+            right_side_.col(l) += h * pressure * w * contact.normal;
+            block_inverse_[at(l)] += h * c * w * w * contact.normal * contact.normal.transpose();
+        }
+    }
+    for (Matrix3& block : block_inverse_) block = block.inverse().eval();
+}
+
+/// The matrix of solve_linear times velocities of the touched vertices.
+void ContactSolver::apply(double h, const Matrix3X& velocity, Matrix3X& result) const {
+    for (std::size_t l = 0; l < touched_.size(); ++l) {
+        const auto column = static_cast<Eigen::Index>(l);
+        result.col(column) = mass_[l] * velocity.col(column);
+    }
+    for (const Active& contact : active_) {
+        if (!contact.on) continue;
+        double sum = 0.0;
+        for (int i = 0; i < contact.count; ++i) {
+            sum += contact.weight[at(i)] * velocity.col(spot_[at(contact.vertex[at(i)])]).dot(contact.normal);
+        }
+        sum *= h * (contact.damping + h * contact.stiffness);
+        for (int i = 0; i < contact.count; ++i) {
+            result.col(spot_[at(contact.vertex[at(i)])]) += contact.weight[at(i)] * sum * contact.normal;
+        }
+    }
+}
+
+void ContactSolver::precondition() {
+    for (std::size_t l = 0; l < touched_.size(); ++l) {
+        const auto column = static_cast<Eigen::Index>(l);
+        preconditioned_.col(column) = block_inverse_[l] * residual_.col(column);
+    }
+}
+
+/// Backward Euler of all contacts that are on: (M + h Σ c Jᵀ J) v' = M v + h Σ (k d − c r) Jᵀ with c = mu + h k and r
+/// the fixed part of the rate. Conjugate gradients with the exact 3×3 blocks of the vertices as preconditioner, so that
+/// contacts that move one vertex each are solved exactly before the first iteration.
+void ContactSolver::solve_linear(double h, const TissueState& state) {
+    assemble(h, state);
+    const auto count = static_cast<Eigen::Index>(touched_.size());
+    const auto dot = [count](const Matrix3X& a, const Matrix3X& b) {
+        double sum = 0.0;
+        for (Eigen::Index l = 0; l < count; ++l) sum += a.col(l).dot(b.col(l));
+        return sum;
+    };
+    for (Eigen::Index l = 0; l < count; ++l) {
+        solution_.col(l) = block_inverse_[static_cast<std::size_t>(l)] * right_side_.col(l);
+    }
+    apply(h, solution_, image_);
+    for (Eigen::Index l = 0; l < count; ++l) residual_.col(l) = right_side_.col(l) - image_.col(l);
+    precondition();
+    for (Eigen::Index l = 0; l < count; ++l) direction_.col(l) = preconditioned_.col(l);
+    constexpr int most_iterations = 60;
+    constexpr double tolerance = 1e-13;
+    const double small = tolerance * tolerance * dot(right_side_, right_side_);
+    double rho = dot(residual_, preconditioned_);
+    for (int iteration = 0; iteration < most_iterations; ++iteration) {
+        if (dot(residual_, residual_) <= small) break;
+        apply(h, direction_, image_);
+        const double curvature = dot(direction_, image_);
+        if (!(curvature > 0.0)) break;
+        const double step = rho / curvature;
+        for (Eigen::Index l = 0; l < count; ++l) {
+            solution_.col(l) += step * direction_.col(l);
+            residual_.col(l) -= step * image_.col(l);
+        }
+        precondition();
+        const double next = dot(residual_, preconditioned_);
+        const double ratio = next / rho;
+        rho = next;
+        for (Eigen::Index l = 0; l < count; ++l) {
+            direction_.col(l) = preconditioned_.col(l) + ratio * direction_.col(l);
+        }
+    }
+}
+
+void ContactSolver::solve(double h, TissueState& state) {
+    for (Active& contact : active_) {
+        contact.on = contact.bilateral || contact.depth >= 0.0;
+        // Negative damping from the velocity at the start of the sub-step.
+        contact.held = contact.on ? -contact.explicit_damping * rate(contact, state) : 0.0;
+    }
+    // All that have to change at once settle most sub-steps in a few rounds. Where many contacts share few vertices
+    // that may go round in circles; one at a time, always the first, cannot (Murty 1974, least index).
+    constexpr int rounds_at_once = 8;
+    constexpr int most_changes = 60;
+    bool settled = false;
+    for (int change = 0; change < most_changes && !settled; ++change) {
+        solve_linear(h, state);
+        settled = true;
+        for (Active& contact : active_) {
+            double new_rate = contact.fixed_rate;
+            for (int i = 0; i < contact.count; ++i) {
+                const Index l = spot_[at(contact.vertex[at(i)])];
+                new_rate += contact.weight[at(i)] * solution_.col(l).dot(contact.normal);
+            }
+            const double new_depth = contact.depth - h * new_rate;
+            const double force = contact.stiffness * new_depth - contact.damping * new_rate + contact.held;
+            contact.force = contact.on ? force : 0.0;
+            if (contact.bilateral || contact.adhesive) continue;
+            const bool leaves = contact.on && force < 0.0;
+            const bool joins = !contact.on && force > 0.0 && new_depth > 0.0;
+            if (leaves) contact.force = 0.0;
+            if (!leaves && !joins) continue;
+            if (change < rounds_at_once || settled) contact.on = joins;
+            settled = false;
+        }
+    }
+    if (!settled) {
+        sweep(h, state);
+        return;
+    }
+    for (std::size_t l = 0; l < touched_.size(); ++l) {
+        velocity_of(state, touched_[l]) = solution_.col(static_cast<Eigen::Index>(l));
+    }
+}
+
+/// Projected Gauss-Seidel from the forces that the search for the contacts that are on has come to: not exact, but
+/// what every contact is said to give is what the tissue gets.
+void ContactSolver::sweep(double h, TissueState& state) {
+    for (const Active& contact : active_) push(contact, h * contact.force, state);
+    constexpr int sweeps = 200;
+    for (int i = 0; i < sweeps; ++i) {
+        for (Active& contact : active_) {
+            const double speed = rate(contact, state);
+            const double c = contact.damping + h * contact.stiffness;
+            double force = (contact.stiffness * contact.depth + contact.held -
+                            c * (speed - h * contact.mobility * contact.force)) /
+                           (1.0 + c * h * contact.mobility);
+            const bool acts = contact.depth >= 0.0 || contact.depth - h * speed > 0.0;
+            if (!contact.bilateral && (!acts || (!contact.adhesive && force < 0.0))) force = 0.0;
+            push(contact, h * (force - contact.force), state);
+            contact.force = force;
+        }
+    }
+}
+
+void ContactSolver::rub(double h, int substeps, TissueState& state) {
+    if (rubbing_.empty()) return;
+    for (Active& contact : active_) {
+        if (!contact.rubs) continue;
+        contact.rubbed.setZero();
+        const LinearContact& source = effect_->contacts[contact.source];
+        auto slip = slip_.col(source.slip_key);
+        if (contact.force <= 0.0) {
+            slip.setZero();
+            continue;
+        }
+        Vector3 speed = -contact.surface;
+        for (int i = 0; i < contact.count; ++i) {
+            speed += contact.weight[at(i)] * velocity_of(state, contact.vertex[at(i)]);
+        }
+        speed -= speed.dot(contact.normal) * contact.normal;
+        Vector3 stretch = slip;
+        stretch -= stretch.dot(contact.normal) * contact.normal;
+        const double damping = 2.0 * std::sqrt(source.tangent_k / contact.mobility);
+        const Vector3 sticking = -(source.tangent_k * (stretch + h * speed) + damping * speed) /
+                                 (1.0 + h * contact.mobility * (damping + h * source.tangent_k));
+        const double most = source.friction * contact.force;
+        const double wanted = sticking.norm();
+        const bool slides = wanted > most;
+        contact.rubbed = slides ? Vector3(most / wanted * sticking) : sticking;
+        for (int i = 0; i < contact.count; ++i) {
+            const Index v = contact.vertex[at(i)];
+            velocity_of(state, v) += h * contact.weight[at(i)] * state.inverse_mass[at(v)] * contact.rubbed;
+        }
+        if (slides) {
+            slip = source.tangent_k > 0.0 ? Vector3(-contact.rubbed / source.tangent_k) : Vector3::Zero();
+        } else {
+            slip = stretch + h * (speed + h * contact.mobility * contact.rubbed);
+        }
+        mean_friction_[contact.source] += contact.rubbed / substeps;
+    }
+}
+
+void ContactSolver::finish_substep(double h, int substeps, const TissueState& state) {
+    for (Active& contact : active_) {
+        contact.depth -= h * rate(contact, state);
+        mean_force_[contact.source] += contact.force / substeps;
+    }
+}
+
+void ContactSolver::react(std::vector<Wrench>& reaction) const {
+    for (const Active& contact : active_) {
+        const LinearContact& source = effect_->contacts[contact.source];
+        if (source.reaction_body < 0) continue;
+        const Vector3 force = -mean_force_[contact.source] * source.normal - mean_friction_[contact.source];
+        Wrench& wrench = reaction[at(source.reaction_body)];
+        wrench.force += force;
+        wrench.moment += source.reaction_point.cross(force);
+    }
+}
+
+}  // namespace trocar

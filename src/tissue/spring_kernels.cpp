@@ -1,0 +1,215 @@
+// Compiled once per instruction set by Highway, which includes this file again for each of them.
+#include "tissue/spring_kernels.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "tissue/spring_kernels.cpp"
+#include <hwy/foreach_target.h>
+// foreach_target.h must come first
+#include <hwy/highway.h>
+
+#include "geometry/simd_targets.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace trocar::HWY_NAMESPACE {
+
+HWY_INLINE const double* column(const Matrix4X& matrix, Index local) {
+    return matrix.data() + 4 * static_cast<std::ptrdiff_t>(local);
+}
+
+HWY_INLINE double* column(Matrix4X& matrix, Index local) {
+    return matrix.data() + 4 * static_cast<std::ptrdiff_t>(local);
+}
+
+/// One spring at a time: what is left over after the vectors, and CPUs without vectors of four doubles.
+HWY_INLINE void add_one_spring_force(const SpringArrays& springs, std::size_t s, TissueState& state) {
+    const double* const xi = column(state.position, springs.i[s]);
+    const double* const xj = column(state.position, springs.j[s]);
+    const double* const vi = column(state.velocity, springs.i[s]);
+    const double* const vj = column(state.velocity, springs.j[s]);
+    const double d[3] = {xj[0] - xi[0], xj[1] - xi[1], xj[2] - xi[2]};
+    const double length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    if (length == 0.0) return;
+    const double inverse = 1.0 / length;
+    const double closing = ((vj[0] - vi[0]) * d[0] + (vj[1] - vi[1]) * d[1] + (vj[2] - vi[2]) * d[2]) * inverse;
+    const double tension =
+        springs.k[s] * (length - springs.rest[s]) + springs.preload[s] + springs.damping[s] * closing;
+    const double scale = tension * inverse;
+    double* const fi = column(state.force, springs.i[s]);
+    double* const fj = column(state.force, springs.j[s]);
+    for (int axis = 0; axis < 3; ++axis) {
+        fi[axis] += scale * d[axis];
+        fj[axis] -= scale * d[axis];
+    }
+}
+
+HWY_INLINE double stretch_of(const SpringArrays& springs, std::size_t s, const TissueState& state) {
+    const double* const xi = column(state.position, springs.i[s]);
+    const double* const xj = column(state.position, springs.j[s]);
+    const double d[3] = {xj[0] - xi[0], xj[1] - xi[1], xj[2] - xi[2]};
+    return std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * springs.inverse_rest[s];
+}
+
+#if HWY_MAX_BYTES >= 32
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Four = hn::FixedTag<double, 4>;
+using Vector = hn::Vec<Four>;
+
+/// Coordinates of four points apart: each input holds x y z _ of one of them.
+HWY_INLINE void transpose(Vector p0, Vector p1, Vector p2, Vector p3, Vector& x, Vector& y, Vector& z) {
+    const Four d;
+    const auto low_01 = hn::InterleaveLower(d, p0, p1);  // x0 x1 z0 z1
+    const auto low_23 = hn::InterleaveLower(d, p2, p3);
+    x = hn::ConcatLowerLower(d, low_23, low_01);
+    y = hn::ConcatLowerLower(d, hn::InterleaveUpper(d, p2, p3), hn::InterleaveUpper(d, p0, p1));
+    z = hn::ConcatUpperUpper(d, low_23, low_01);
+}
+
+HWY_INLINE Vector difference(const SpringArrays& springs, std::size_t s, const Matrix4X& of) {
+    const Four d;
+    return hn::Sub(hn::LoadU(d, column(of, springs.j[s])), hn::LoadU(d, column(of, springs.i[s])));
+}
+
+HWY_INLINE void add_force(const SpringArrays& springs, std::size_t s, Vector force, Matrix4X& to) {
+    const Four d;
+    double* const fi = column(to, springs.i[s]);
+    double* const fj = column(to, springs.j[s]);
+    hn::StoreU(hn::Add(hn::LoadU(d, fi), force), d, fi);
+    hn::StoreU(hn::Sub(hn::LoadU(d, fj), force), d, fj);
+}
+
+void add_spring_forces(const SpringArrays& springs, TissueState& state) {
+    const Four d;
+    std::size_t s = 0;
+    for (; s + 4 <= springs.size(); s += 4) {
+        const auto d0 = difference(springs, s, state.position);
+        const auto d1 = difference(springs, s + 1, state.position);
+        const auto d2 = difference(springs, s + 2, state.position);
+        const auto d3 = difference(springs, s + 3, state.position);
+        Vector x, y, z, vx, vy, vz;
+        transpose(d0, d1, d2, d3, x, y, z);
+        transpose(difference(springs, s, state.velocity), difference(springs, s + 1, state.velocity),
+                  difference(springs, s + 2, state.velocity), difference(springs, s + 3, state.velocity), vx, vy, vz);
+        const auto length = hn::Sqrt(hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z)));
+        const auto inverse = hn::Div(hn::Set(d, 1.0), length);
+        const auto closing = hn::Mul(hn::Add(hn::Add(hn::Mul(vx, x), hn::Mul(vy, y)), hn::Mul(vz, z)), inverse);
+        const auto elastic =
+            hn::Add(hn::Mul(hn::LoadU(d, &springs.k[s]), hn::Sub(length, hn::LoadU(d, &springs.rest[s]))),
+                    hn::LoadU(d, &springs.preload[s]));
+        const auto tension = hn::Add(elastic, hn::Mul(hn::LoadU(d, &springs.damping[s]), closing));
+        const auto scale = hn::IfThenZeroElse(hn::Eq(length, hn::Zero(d)), hn::Mul(tension, inverse));
+        const auto lower = hn::ConcatLowerLower(d, scale, scale);
+        const auto upper = hn::ConcatUpperUpper(d, scale, scale);
+        add_force(springs, s, hn::Mul(hn::DupEven(lower), d0), state.force);
+        add_force(springs, s + 1, hn::Mul(hn::DupOdd(lower), d1), state.force);
+        add_force(springs, s + 2, hn::Mul(hn::DupEven(upper), d2), state.force);
+        add_force(springs, s + 3, hn::Mul(hn::DupOdd(upper), d3), state.force);
+    }
+    for (; s < springs.size(); ++s) add_one_spring_force(springs, s, state);
+}
+
+double largest_stretch(const SpringArrays& springs, const TissueState& state) {
+    const Four d;
+    auto most = hn::Zero(d);
+    std::size_t s = 0;
+    for (; s + 4 <= springs.size(); s += 4) {
+        Vector x, y, z;
+        transpose(difference(springs, s, state.position), difference(springs, s + 1, state.position),
+                  difference(springs, s + 2, state.position), difference(springs, s + 3, state.position), x, y, z);
+        const auto length = hn::Sqrt(hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z)));
+        most = hn::Max(most, hn::Mul(length, hn::LoadU(d, &springs.inverse_rest[s])));
+    }
+    double result = hn::GetLane(hn::MaxOfLanes(d, most));
+    for (; s < springs.size(); ++s) result = std::max(result, stretch_of(springs, s, state));
+    return result;
+}
+
+SubStepCheck step(double h, TissueState& state) {
+    const Four d;
+    const auto step_length = hn::Set(d, h);
+    auto furthest = hn::Zero(d);
+    auto not_finite = hn::Zero(d);  // a finite number times zero is zero; infinities and NaN give NaN
+    const std::size_t count = state.size();
+    for (std::size_t v = 0; v < count; ++v) {
+        const double inverse_mass = state.inverse_mass[v];
+        const auto local = static_cast<Index>(v);
+        const auto old = hn::LoadU(d, column(state.velocity, local));
+        const auto force = hn::Sub(hn::LoadU(d, column(state.force, local)), hn::Mul(hn::Set(d, state.drag[v]), old));
+        hn::StoreU(hn::LoadU(d, column(state.constant, local)), d, column(state.force, local));
+        if (inverse_mass == 0.0) continue;
+        const auto velocity = hn::Add(old, hn::Mul(hn::Set(d, h * inverse_mass), force));
+        const auto position = hn::Add(hn::LoadU(d, column(state.position, local)), hn::Mul(step_length, velocity));
+        hn::StoreU(velocity, d, column(state.velocity, local));
+        hn::StoreU(position, d, column(state.position, local));
+        const auto moved = hn::Sub(position, hn::LoadU(d, column(state.start, local)));
+        furthest = hn::Max(furthest, hn::Abs(moved));
+        not_finite = hn::Add(not_finite, hn::Mul(hn::Add(moved, velocity), hn::Zero(d)));
+    }
+    return {.furthest = hn::GetLane(hn::MaxOfLanes(d, furthest)),
+            .finite = hn::GetLane(hn::SumOfLanes(d, not_finite)) == 0.0};
+}
+
+#else
+
+void add_spring_forces(const SpringArrays& springs, TissueState& state) {
+    for (std::size_t s = 0; s < springs.size(); ++s) add_one_spring_force(springs, s, state);
+}
+
+double largest_stretch(const SpringArrays& springs, const TissueState& state) {
+    double result = 0.0;
+    for (std::size_t s = 0; s < springs.size(); ++s) result = std::max(result, stretch_of(springs, s, state));
+    return result;
+}
+
+SubStepCheck step(double h, TissueState& state) {
+    SubStepCheck check;
+    double not_finite = 0.0;  // a finite number times zero is zero; infinities and NaN give NaN
+    for (std::size_t v = 0; v < state.size(); ++v) {
+        const double inverse_mass = state.inverse_mass[v];
+        const auto local = static_cast<Index>(v);
+        double* const force = column(state.force, local);
+        double* const velocity = column(state.velocity, local);
+        double* const position = column(state.position, local);
+        for (int axis = 0; axis < 3; ++axis) {
+            const double sum = force[axis] - state.drag[v] * velocity[axis];
+            force[axis] = column(state.constant, local)[axis];
+            if (inverse_mass == 0.0) continue;
+            velocity[axis] += h * inverse_mass * sum;
+            position[axis] += h * velocity[axis];
+            const double moved = position[axis] - column(state.start, local)[axis];
+            check.furthest = std::max(check.furthest, std::abs(moved));
+            not_finite += (moved + velocity[axis]) * 0.0;
+        }
+    }
+    check.finite = not_finite == 0.0;
+    return check;
+}
+
+#endif
+
+}  // namespace trocar::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace trocar {
+
+HWY_EXPORT(add_spring_forces);
+HWY_EXPORT(step);
+HWY_EXPORT(largest_stretch);
+
+const std::vector<SpringKernels>& spring_kernels() {
+    static const std::vector<SpringKernels> kernels = versions_by_target([](const char* target) {
+        return SpringKernels{.add_spring_forces = &HWY_DYNAMIC_DISPATCH(add_spring_forces),
+                             .step = &HWY_DYNAMIC_DISPATCH(step),
+                             .largest_stretch = &HWY_DYNAMIC_DISPATCH(largest_stretch),
+                             .target = target};
+    });
+    return kernels;
+}
+
+}  // namespace trocar
+#endif

@@ -1,0 +1,61 @@
+// The loops of the tissue's integrator that touch every spring or vertex in every sub-step, in the widest vectors the
+// CPU has. Every version does the same operations in the same order: the answer is the same on every machine.
+#pragma once
+
+#include <vector>
+
+#include "geometry/types.hpp"
+
+namespace trocar {
+
+/// Four doubles per vertex, the fourth unused (0): one vertex is one vector of four lanes.
+using Matrix4X = Eigen::Matrix<double, 4, Eigen::Dynamic>;
+
+/// Springs of a MassSpring as flat arrays; i and j are positions in its state.
+struct SpringArrays {
+    std::vector<Index> i, j;
+    std::vector<double> rest;          ///< m
+    std::vector<double> inverse_rest;  ///< 1/m; 0 where the rest length is 0
+    std::vector<double> k;             ///< N/m
+    std::vector<double> preload;       ///< N
+    std::vector<double> damping;       ///< N s/m
+    [[nodiscard]] std::size_t size() const { return i.size(); }
+};
+
+/// What the integrator moves: free vertices, and the held ones that a spring ties to them.
+struct TissueState {
+    std::vector<Index> vertex;         ///< number in the frame, ascending
+    std::vector<Index> place;          ///< per vertex of the frame: position in these arrays, -1 = not here
+    std::vector<double> inverse_mass;  ///< 1/kg; 0 = does not move
+    std::vector<double> drag;          ///< kg/s
+    Matrix4X position;                 ///< m
+    Matrix4X velocity;                 ///< m/s
+    Matrix4X start;                    ///< m, position at the start of the tick
+    Matrix4X constant;                 ///< N, forces that do not change in a tick
+    Matrix4X force;                    ///< N, `constant` and what add_spring_forces put on it
+    [[nodiscard]] std::size_t size() const { return vertex.size(); }
+    [[nodiscard]] bool moves(Index local) const { return inverse_mass[static_cast<std::size_t>(local)] != 0.0; }
+};
+
+/// Bounds over all vertices after a sub-step.
+struct SubStepCheck {
+    double furthest = 0.0;  ///< m, no coordinate is further than this from the start of the tick
+    bool finite = true;     ///< false: a position or velocity is not a finite number
+};
+
+struct SpringKernels {
+    /// Adds every spring's force (thesis eq. 3.1: spring, preload, damping) to both its ends, spring by spring. A
+    /// spring of zero length has no direction and gives none.
+    void (*add_spring_forces)(const SpringArrays& springs, TissueState& state);
+    /// Semi-implicit Euler over h (s) of all vertices that move: velocity by force and drag, position by the new
+    /// velocity. Leaves `constant` in `force`.
+    SubStepCheck (*step)(double h, TissueState& state);
+    /// Largest length over rest length, 0 without springs that have one.
+    double (*largest_stretch)(const SpringArrays& springs, const TissueState& state);
+    const char* target;  ///< name of the instruction set
+};
+
+/// One version per instruction set of this CPU, the best one first.
+const std::vector<SpringKernels>& spring_kernels();
+
+}  // namespace trocar

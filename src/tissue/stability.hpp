@@ -1,0 +1,47 @@
+// How large a step the explicit integrator of the tissue bears: stiffness and damping of the linearised springs against
+// the masses, by bounds, exactly, and by a proof that a step is too large.
+#pragma once
+
+#include <span>
+
+#include "scene/world.hpp"
+
+namespace trocar {
+
+/// Whether the integrator moves this vertex: it has mass and is not pinned.
+bool is_free(const Materials& materials, Index vertex);
+
+/// Largest angular frequency of the undamped system by Gershgorin rows of K/m over the free vertices (METHODS §4),
+/// rad/s. `contact_stiffness` (N entries or empty, N/m) is added to the diagonal of its vertex.
+/// The undamped step limit is 2/omega; with damping gamma: w² dt² + gamma dt · 2 < 4, see critical_time_step.
+double gershgorin_bound_omega(const Materials& materials, const Matrix3X& position,
+                              std::span<const double> contact_stiffness = {});
+
+/// Stiffness of the linearised tissue applied to a displacement of the free vertices: K·displacement, 3×N, N. Pinned
+/// and massless vertices count as fixed. K holds axial stiffness k and transverse stiffness tension/length per spring.
+void apply_stiffness(const Materials& materials, const Matrix3X& position, const Matrix3X& displacement,
+                     Matrix3X& force);
+
+/// Largest natural frequency of the linearised tissue and its mode.
+struct LargestMode {
+    double omega = 0.0;  ///< rad/s
+    Matrix3X shape;      ///< 3×N, displacement of each vertex, largest entry 1
+};
+/// The exact counterpart of gershgorin_bound_omega: Lanczos iteration on M^-1/2 K M^-1/2 with full
+/// re-orthogonalisation, to about 1e-12 relative.
+LargestMode largest_mode(const Materials& materials, const Matrix3X& position);
+
+/// Largest stable step of semi-implicit Euler with explicit damping, s: the root of omega² dt² + 2 rate dt = 4 with
+/// 2 rate = `damping_rate` doubled, that is dt = (-c/m + sqrt((c/m)² + 4 omega²)) / omega² with damping_rate = c/m in
+/// 1/s (the data's stab cases). Infinite for omega = 0 without damping.
+double critical_time_step(double omega, double damping_rate);
+
+/// Fewest sub-steps of a tick of dt that stay below the step limit by Gershgorin's bounds on stiffness and damping,
+/// with 5 % to spare. Contacts need none: they are implicit.
+int stable_substeps(const Materials& materials, const Matrix3X& position, double dt);
+
+/// Whether semi-implicit Euler with explicit damping and the step h (s) is unstable for certain at this place: power
+/// iteration finds a displacement x with h² xᵀKx + 2 h xᵀCx > 4 xᵀMx. False close to the limit or below it.
+bool surely_unstable(const Materials& materials, const Matrix3X& position, double h);
+
+}  // namespace trocar

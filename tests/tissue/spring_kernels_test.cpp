@@ -1,0 +1,121 @@
+#include "tissue/spring_kernels.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tissue/mass_spring.hpp"
+
+namespace trocar {
+namespace {
+
+/// Springs between random vertices, more than a vector holds and not a multiple of it, one of them of zero length.
+struct Tangle {
+    Materials materials;
+    SpringArrays springs;
+    TissueState state;
+    Matrix3X position, velocity;
+
+    Tangle() {
+        constexpr Index vertices = 41;
+        constexpr int count = 203;
+        std::mt19937 random(7);
+        std::uniform_real_distribution<double> unit(-1.0, 1.0);
+        position = Matrix3X::NullaryExpr(3, vertices, [&] { return unit(random); });
+        velocity = Matrix3X::NullaryExpr(3, vertices, [&] { return unit(random); });
+        position.col(1) = position.col(0);
+        for (int s = 0; s < count; ++s) {
+            const Index i = s == 100 ? 0 : static_cast<Index>(random() % vertices);
+            const Index j = s == 100 ? 1 : (i + 2 + static_cast<Index>(random() % (vertices - 4))) % vertices;
+            const Spring spring{.i = i,
+                                .j = j,
+                                .rest = 0.5 + 0.1 * unit(random),
+                                .k = 100.0 + unit(random),
+                                .preload = unit(random),
+                                .damping = 0.1 + 0.05 * unit(random)};
+            materials.springs.push_back(spring);
+            springs.i.push_back(i);
+            springs.j.push_back(j);
+            springs.rest.push_back(spring.rest);
+            springs.inverse_rest.push_back(1.0 / spring.rest);
+            springs.k.push_back(spring.k);
+            springs.preload.push_back(spring.preload);
+            springs.damping.push_back(spring.damping);
+        }
+        const auto padded = [](const Matrix3X& of) {
+            Matrix4X result = Matrix4X::Zero(4, of.cols());
+            result.topRows<3>() = of;
+            return result;
+        };
+        state.position = state.start = padded(position);
+        state.velocity = padded(velocity);
+        state.constant = padded(Matrix3X::NullaryExpr(3, vertices, [&] { return unit(random); }));
+        state.force = state.constant;
+        for (Index v = 0; v < vertices; ++v) {
+            state.vertex.push_back(v);
+            state.inverse_mass.push_back(v % 5 == 0 ? 0.0 : 2.0 + unit(random));
+            state.drag.push_back(1.0 + unit(random));
+        }
+    }
+};
+
+TEST(SpringKernels, EveryVersionAddsTheForceOfEachSpringToItsEnds) {
+    const Tangle tangle;
+    Matrix3X expected;
+    internal_force(tangle.materials, tangle.position, tangle.velocity, expected);
+    expected += tangle.state.constant.topRows<3>();
+    Matrix4X first;
+    for (const SpringKernels& kernels : spring_kernels()) {
+        TissueState state = tangle.state;
+        kernels.add_spring_forces(tangle.springs, state);
+        EXPECT_LT((state.force.topRows<3>() - expected).cwiseAbs().maxCoeff(), 1e-11) << kernels.target;
+        if (first.size() == 0) first = state.force;
+        EXPECT_EQ(first.topRows<3>(), state.force.topRows<3>()) << kernels.target << " differs in a bit";
+    }
+}
+
+TEST(SpringKernels, EveryVersionStepsWhatMovesAndLeavesTheRest) {
+    const Tangle tangle;
+    constexpr double h = 1e-2;
+    for (const SpringKernels& kernels : spring_kernels()) {
+        TissueState state = tangle.state;
+        kernels.add_spring_forces(tangle.springs, state);
+        const Matrix4X force = state.force;
+        const SubStepCheck check = kernels.step(h, state);
+        double furthest = 0.0;
+        for (Index v = 0; v < static_cast<Index>(state.size()); ++v) {
+            const auto i = static_cast<std::size_t>(v);
+            const Vector3 before = tangle.velocity.col(v);
+            const Vector3 all = force.col(v).head<3>() - state.drag[i] * before;
+            const Vector3 velocity = before + h * state.inverse_mass[i] * all;
+            const Vector3 way = state.inverse_mass[i] == 0.0 ? Vector3(Vector3::Zero()) : Vector3(h * velocity);
+            furthest = std::max(furthest, way.cwiseAbs().maxCoeff());
+            EXPECT_LT((state.velocity.col(v).head<3>() - velocity).norm(), 1e-12) << kernels.target << ", " << v;
+            EXPECT_LT((state.position.col(v).head<3>() - tangle.position.col(v) - way).norm(), 1e-14) << kernels.target;
+        }
+        EXPECT_EQ(state.force.topRows<3>(), tangle.state.constant.topRows<3>()) << kernels.target;
+        EXPECT_TRUE(check.finite);
+        EXPECT_NEAR(check.furthest, furthest, 1e-14);
+        state.velocity(1, 7) = std::numeric_limits<double>::quiet_NaN();
+        EXPECT_FALSE(kernels.step(h, state).finite) << kernels.target;
+    }
+}
+
+TEST(SpringKernels, EveryVersionFindsTheLargestStretchWhereverItIs) {
+    const Tangle tangle;
+    for (const SpringKernels& kernels : spring_kernels()) {
+        for (std::size_t longest = 0; longest < tangle.springs.size(); ++longest) {
+            SpringArrays springs = tangle.springs;
+            springs.inverse_rest[longest] *= 100.0;
+            double expected = 0.0;
+            for (std::size_t s = 0; s < springs.size(); ++s) {
+                const Vector3 along = tangle.position.col(springs.j[s]) - tangle.position.col(springs.i[s]);
+                expected = std::max(expected, along.norm() * springs.inverse_rest[s]);
+            }
+            EXPECT_NEAR(kernels.largest_stretch(springs, tangle.state), expected, 1e-12 * expected) << kernels.target;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace trocar
