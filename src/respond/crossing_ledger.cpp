@@ -127,12 +127,23 @@ void CrossingLedger::prepare(const Topology& topology) {
     }
 }
 
+const CrossingLedger::Tissue* CrossingLedger::tissue_of(Index body) const {
+    const auto found =
+        std::find_if(tissues_.begin(), tissues_.end(), [body](const Tissue& tissue) { return tissue.body == body; });
+    return found == tissues_.end() ? nullptr : &*found;
+}
+
 int CrossingLedger::count(Index vertex, Index tissue) const {
     const Index sample = sample_of_vertex_[at(vertex)];
-    for (const Tissue& one : tissues_) {
-        if (one.body == tissue && sample >= 0) return one.count[at(sample)];
-    }
-    return 0;
+    const Tissue* one = tissue_of(tissue);
+    return one == nullptr || sample < 0 ? 0 : one->count[at(sample)];
+}
+
+const Penetration* CrossingLedger::penetration(Index vertex, Index tissue) const {
+    const Index sample = sample_of_vertex_[at(vertex)];
+    const Tissue* one = tissue_of(tissue);
+    const Index entry = one == nullptr || sample < 0 ? -1 : one->entry[at(sample)];
+    return entry < 0 ? nullptr : &penetrations_[at(entry)];
 }
 
 Index CrossingLedger::nearest_triangle(const Topology& topology, const Frame& frame, Tissue& tissue,

@@ -52,6 +52,8 @@ public:
     /// fixed order. The latter keep a resting contact from being lost and found again every other tick.
     [[nodiscard]] std::vector<Penetration>& penetrations() { return penetrations_; }
     [[nodiscard]] const std::vector<Penetration>& penetrations() const { return penetrations_; }
+    /// That of a vertex with a tissue body; null where there is none.
+    [[nodiscard]] const Penetration* penetration(Index vertex, Index tissue) const;
     /// Signed crossings of a sample with a tissue body since the start (front to back +1), start state included.
     [[nodiscard]] int count(Index vertex, Index tissue) const;
     /// Counts that the periodic check against the winding number of closed tissue has put right since prepare. Every
@@ -77,6 +79,7 @@ private:
     void find_start_by_crossings(const Topology& topology, const Frame& frame, Tissue& tissue, Index body);
     void check_closed(const Topology& topology, const Frame& frame, Tissue& tissue);
     void count_crossings(const Topology& topology, const Frame& frame, Tissue& tissue);
+    [[nodiscard]] const Tissue* tissue_of(Index body) const;
     [[nodiscard]] Index nearest_triangle(const Topology& topology, const Frame& frame, Tissue& tissue,
                                          const Vector3& point);
 

@@ -1,11 +1,74 @@
 #include "respond/held_contacts.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "respond/crossing_ledger.hpp"
 #include "respond/equations.hpp"
 
 namespace trocar {
+namespace {
+
+/// Where the lines of two edges come closest.
+struct EdgeMeeting {
+    LoadPoint a;
+    LoadPoint b;
+    Vector3 across = Vector3::Zero();  ///< unit, perpendicular to both
+    double gap = 0.0;                  ///< m, from a to b along `across`
+};
+
+/// Nothing where the edges are parallel or the lines come closest beyond an end. Of the two directions across both
+/// edges the one towards `side`.
+std::optional<EdgeMeeting> meet(const Frame& frame, const EdgeKey& edges, const Vector3& side) {
+    const Vector3 a0 = frame.position.col(edges[0]);
+    const Vector3 b0 = frame.position.col(edges[2]);
+    const Vector3 edge_a = frame.position.col(edges[1]) - a0;
+    const Vector3 edge_b = frame.position.col(edges[3]) - b0;
+    const Vector3 normal = edge_a.cross(edge_b);
+    const double size = normal.norm();
+    constexpr double parallel_sine = 1e-3;
+    if (size <= parallel_sine * edge_a.norm() * edge_b.norm()) return std::nullopt;
+    // The plane of one edge and the common normal cuts the other.
+    const Vector3 between = b0 - a0;
+    const double s = between.cross(edge_b).dot(normal) / (size * size);
+    const double t = between.cross(edge_a).dot(normal) / (size * size);
+    if (s < 0.0 || s > 1.0 || t < 0.0 || t > 1.0) return std::nullopt;
+    EdgeMeeting meeting;
+    meeting.a = {{edges[0], edges[1], -1}, {1.0 - s, s, 0.0}};
+    meeting.b = {{edges[2], edges[3], -1}, {1.0 - t, t, 0.0}};
+    meeting.across = normal / (normal.dot(side) < 0.0 ? -size : size);
+    meeting.gap = between.dot(meeting.across);
+    return meeting;
+}
+
+/// Sum of the area normals of the faces that meet in the edge p-q.
+Vector3 faces_at(const ThesisState& state, const Frame& frame, Index p, Index q) {
+    Vector3 sum = Vector3::Zero();
+    for (const Index t : state.surface.triangles_at(p)) {
+        if ((state.topology->triangles.col(t).array() == q).any()) {
+            sum += area_normal(*state.topology, frame.position, t);
+        }
+    }
+    return sum;
+}
+
+/// True when no face at the edge p-q rises above the plane through the edge with this unit normal.
+bool faces_below(const ThesisState& state, const Frame& frame, Index p, Index q, const Vector3& normal) {
+    constexpr double slack = 0.02;  // sine: a flat edge counts
+    const Topology& topology = *state.topology;
+    const Vector3 foot = frame.position.col(p);
+    for (const Index t : state.surface.triangles_at(p)) {
+        if (!(topology.triangles.col(t).array() == q).any()) continue;
+        const Index apex = topology.triangles.col(t).sum() - p - q;
+        const Vector3 way = frame.position.col(apex) - foot;
+        const Vector3 edge = (frame.position.col(q) - foot).normalized();
+        const Vector3 into = way - way.dot(edge) * edge;
+        if (into.dot(normal) > slack * into.norm()) return false;
+    }
+    return true;
+}
+
+}  // namespace
 
 void HeldContacts::prepare() {
     resting_.clear();
@@ -75,6 +138,17 @@ void HeldContacts::hold_edges(const ThesisState& state, const Frame& frame, Inde
     effect.contacts.push_back(linear);
 }
 
+void HeldContacts::hold_edges_on_side(const ThesisState& state, const Frame& frame, Index body_a, double side,
+                                      const EdgeKey& key, Effect& effect) {
+    const Vector3 outwards = side * faces_at(state, frame, key[2], key[3]);
+    const std::optional<EdgeMeeting> meeting = meet(frame, key, -outwards);
+    if (!meeting || meeting->across.dot(faces_at(state, frame, key[0], key[1])) <= 0.0) return;
+    if (!faces_below(state, frame, key[0], key[1], meeting->across) ||
+        !faces_below(state, frame, key[2], key[3], -meeting->across))
+        return;
+    hold_edges(state, frame, body_a, meeting->a, meeting->b, meeting->across, meeting->gap, &key, effect);
+}
+
 void HeldContacts::keep_resting(const ThesisState& state, const Frame& frame, Effect& effect) {
     keep_vertices(state, frame, effect);
     keep_edges(state, frame, effect);
@@ -110,25 +184,10 @@ void HeldContacts::keep_edges(const ThesisState& state, const Frame& frame, Effe
         const auto known = std::any_of(edges_now_.begin(), edges_now_.end(),
                                        [&held](const HeldEdges& now) { return now.vertex == held.vertex; });
         if (known) continue;
-        const Vector3 a0 = frame.position.col(held.vertex[0]);
-        const Vector3 b0 = frame.position.col(held.vertex[2]);
-        const Vector3 edge_a = frame.position.col(held.vertex[1]) - a0;
-        const Vector3 edge_b = frame.position.col(held.vertex[3]) - b0;
-        Vector3 across = edge_a.cross(edge_b);
-        const double size = across.norm();
-        constexpr double parallel_sine = 1e-3;
-        if (size <= parallel_sine * edge_a.norm() * edge_b.norm()) continue;
-        across /= across.dot(held.normal) < 0.0 ? -size : size;
-        // Where the lines come closest: the plane of one edge and the common normal cuts the other.
-        const Vector3 between = b0 - a0;
-        const double s = between.cross(edge_b).dot(edge_a.cross(edge_b)) / (size * size);
-        const double t = between.cross(edge_a).dot(edge_a.cross(edge_b)) / (size * size);
-        const double gap = between.dot(across);
-        if (s < 0.0 || s > 1.0 || t < 0.0 || t > 1.0 || gap < 0.0 || gap > CrossingLedger::resting_margin) continue;
-        const LoadPoint a{{held.vertex[0], held.vertex[1], -1}, {1.0 - s, s, 0.0}};
-        const LoadPoint b{{held.vertex[2], held.vertex[3], -1}, {1.0 - t, t, 0.0}};
+        const std::optional<EdgeMeeting> meeting = meet(frame, held.vertex, held.normal);
+        if (!meeting || meeting->gap < 0.0 || meeting->gap > CrossingLedger::resting_margin) continue;
         const EdgeKey key = held.vertex;
-        hold_edges(state, frame, held.body_a, a, b, across, gap, &key, effect);
+        hold_edges(state, frame, held.body_a, meeting->a, meeting->b, meeting->across, meeting->gap, &key, effect);
     }
     edges_.swap(edges_now_);
     edges_now_.clear();

@@ -198,15 +198,12 @@ void LedgerResolution::prepare(const Topology& topology) {
             continue;
         faces_[at(a)] = faces_[at(b)] = 0;
     }
-    inside_.assign(at(topology.vertex_count), 0);
 }
 
 void LedgerResolution::respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts,
                                const SqueezedTissue& squeezed, Effect& effect) {
-    for (const Penetration& p : ledger_.penetrations()) inside_[at(p.vertex)] = 0;
     ledger_.update(*state.topology, state.surface, frame, contacts);
     for (Penetration& p : ledger_.penetrations()) {
-        inside_[at(p.vertex)] = 1;
         if (p.ruptured || follows_any(state, p)) continue;
         if (gives_up(state, frame, squeezed, p)) {
             p.ruptured = true;
@@ -221,9 +218,15 @@ void LedgerResolution::respond(const ThesisState& state, const Frame& frame, con
     }
 }
 
-bool LedgerResolution::knows_corner(const Topology& topology, Index triangle) const {
-    const auto corner = topology.triangles.col(triangle);
-    return inside_[at(corner[0])] != 0 || inside_[at(corner[1])] != 0 || inside_[at(corner[2])] != 0;
+std::optional<double> LedgerResolution::side_of(const Topology& topology, Index triangle, Index tissue) const {
+    std::optional<double> side;
+    for (const Index corner : topology.triangles.col(triangle)) {
+        const Penetration* p = ledger_.penetration(corner, tissue);
+        if (p == nullptr) continue;
+        if (p->ruptured) return 0.0;
+        side = p->side;
+    }
+    return side;
 }
 
 /// Rupture: too deep, too old, pressed for tear_time by tissue around the anchor that is stretched as far as it can be

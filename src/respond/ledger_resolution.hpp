@@ -8,6 +8,7 @@
 // tissue by its edges and the tissue's vertices (held_contacts).
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "respond/crossing_ledger.hpp"
@@ -22,15 +23,15 @@ public:
     void respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts,
                  const SqueezedTissue& squeezed, Effect& effect);
     [[nodiscard]] const std::vector<Penetration>& penetrations() const { return ledger_.penetrations(); }
-    /// True when the ledger knows of a corner of this triangle which way is out.
-    [[nodiscard]] bool knows_corner(const Topology& topology, Index triangle) const;
+    /// On which side of a tissue body (+1: front) this triangle belongs, where the ledger knows it of a corner; 0 where
+    /// a corner has been given up.
+    [[nodiscard]] std::optional<double> side_of(const Topology& topology, Index triangle, Index tissue) const;
 
 private:
     [[nodiscard]] static bool gives_up(const ThesisState& state, const Frame& frame, const SqueezedTissue& squeezed,
                                        Penetration& p);
 
     CrossingLedger ledger_;
-    std::vector<std::uint8_t> inside_;  ///< N; 1 = in the ledger
     /// Per body: 1 = anchor=faces counts for what presses on it. Not where tissue presses on tissue: both give way, and
     /// walls between which a sheet is caught make it swing.
     std::vector<std::uint8_t> faces_;

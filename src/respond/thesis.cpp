@@ -303,8 +303,13 @@ private:
         const bool tissue_b = kind(body_b) == BodyKind::tissue;
         if (tissue_b && state_.follows(contact.vertex_b, body_a)) return;
         const bool by_history = !tissue_a && tissue_b && settings().resolution == Resolution::ledger;
-        if (by_history && ledger_.knows_corner(*topology_, contact.a))
-            return;  // the ledger knows better which way is out
+        // Where the ledger knows which way is out, it knows better.
+        if (const auto side = by_history ? ledger_.side_of(*topology_, contact.a, body_b) : std::nullopt; side) {
+            if (*side != 0.0 && key != nullptr && settings().constrain) {
+                held_.hold_edges_on_side(state_, frame, body_a, *side, *key, effect);
+            }
+            return;
+        }
         const Vector3 direction = settings().edge_normal ? contact.normal : contact.interval_direction;
         const double depth = settings().edge_normal ? contact.depth : contact.interval_length;
         const LoadPoint a = edge_load(frame, contact.a, contact.vertex_a, contact.point);
@@ -314,7 +319,7 @@ private:
         if (tissue_a && tissue_b) {
             // Of two tissues, either may have a corner that has crossed the other.
             if (by_ledger() &&
-                (ledger_.knows_corner(*topology_, contact.a) || ledger_.knows_corner(*topology_, contact.b)))
+                (ledger_.side_of(*topology_, contact.a, body_b) || ledger_.side_of(*topology_, contact.b, body_a)))
                 return;
             bounce(frame, direction, b, a, depth, k, effect);
             return;
