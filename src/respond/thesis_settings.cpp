@@ -1,5 +1,6 @@
 #include "respond/thesis_settings.hpp"
 
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -88,10 +89,14 @@ std::vector<Parameter> thesis_parameters() {
             "the ledger pushes the surface along the blended normal at a vertex' anchor (METHODS §9.2; faithful), or "
             "every face that the vertex touches along its own normal, as hard contact does, rounded in 1 mm along "
             "ridges (corrected)"),
-        number(
-            "slip_damping", "1", "40", 0.0, 1e3,
-            "damper of the ledger's contacts with anchor=blend along a surface whose normal turns, in units of force "
-            "times turn times tick; 0 = off"),
+        {.name = "slip_damping",
+         .unit = "1",
+         .default_value = "auto",
+         .minimum = 0.0,
+         .maximum = 1e3,
+         .meaning = "damper of the ledger's contacts along a surface whose normal turns, in units of force times turn "
+                    "times tick; 0 = off; auto: 4 with anchor=faces, 40 with anchor=blend",
+         .words = {"auto"}},
         number("tear_time", "s", "0.005", 0.0, 1e3,
                "time for which a vertex presses on tissue at its strain limit until the ledger reports rupture"),
         number("d_max", "m", "0.015", 0.0, 1e3, "depth at which the ledger reports rupture"),
@@ -168,8 +173,9 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.settle_time = values.number("settle_time");
     s.rigid_settle = values.number("rigid_settle");
     s.clear_speed = values.number("clear_speed");
-    s.slip_damping = values.number("slip_damping");
     s.anchor_faces = on("anchor", "faces");
+    s.slip_damping = values.number("slip_damping");
+    if (std::isnan(s.slip_damping)) s.slip_damping = s.anchor_faces ? 4.0 : 40.0;
     s.tear_time = values.number("tear_time");
     s.d_max = values.number("d_max");
     s.contacts_held = values.is("contacts", "hold");
