@@ -449,7 +449,8 @@ void add_ablation(Draft& draft) {
     const std::optional<Ablation> ablation = gather(draft.records);
     if (!ablation) return;
     draft.heading(2, "What each switch changes");
-    if (!ablation->turned.empty()) draft.paragraph(sentence_of(*ablation));
+    const std::string sentence = ablation->turned.empty() ? std::string() : sentence_of(*ablation);
+    if (!sentence.empty() && sentence != draft.sentence) draft.paragraph(sentence);  // page 1 may have it
     draft.add(main_table(*ablation));
     draft.add(where_table(*ablation));
     draft.figure("switches", effects_chart(*ablation),

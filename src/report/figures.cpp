@@ -36,6 +36,8 @@ constexpr std::array sources{Source{&RunFigures::substeps, "substeps"},
                              Source{&RunFigures::missing_touch, "missing_touch"},
                              Source{&RunFigures::true_touch, "true_touches"},
                              Source{&RunFigures::extra, "extra"},
+                             Source{&RunFigures::contacts_between, "contact_events"},
+                             Source{&RunFigures::contacts_untold, "contact_events_missed"},
                              Source{&RunFigures::depth_error_p50, "depth_error_median_m"},
                              Source{&RunFigures::depth_error_max, "depth_error_max_m"},
                              Source{&RunFigures::left_p50, "residual_median_m"},
@@ -120,6 +122,12 @@ RunFigures figures_of(const Record& record) {
         }
     }
     return figures;
+}
+
+double as_printed(double value) {
+    if (!std::isfinite(value) || value == 0.0) return value;
+    const double step = std::pow(10.0, std::floor(std::log10(std::abs(value))) - 2.0);
+    return std::round(value / step) * step;
 }
 
 Estimate across_processes(const std::vector<double>& by_process) {

@@ -42,14 +42,16 @@ struct RunFigures {
     double missing_touch = not_known;
     double true_touch = not_known;  ///< touching pairs among the true ones
     double extra = not_known;
-    double depth_error_p50 = not_known;  ///< m, over ticks with a contact
-    double depth_error_max = not_known;  ///< m
-    double left_p50 = not_known;         ///< m, over ticks with a pair or a depth
-    double left_max = not_known;         ///< m
-    double left_last = not_known;        ///< m, after the last tick
-    double left_settled = not_known;     ///< m, from 200 ms after the last key on
-    double overlap_volume = not_known;   ///< m³
-    double min_translation = not_known;  ///< m
+    double contacts_between = not_known;  ///< contacts of two bodies that the space-time oracle sees
+    double contacts_untold = not_known;   ///< of these
+    double depth_error_p50 = not_known;   ///< m, over ticks with a contact
+    double depth_error_max = not_known;   ///< m
+    double left_p50 = not_known;          ///< m, over ticks with a pair or a depth
+    double left_max = not_known;          ///< m
+    double left_last = not_known;         ///< m, after the last tick
+    double left_settled = not_known;      ///< m, from 200 ms after the last key on
+    double overlap_volume = not_known;    ///< m³
+    double min_translation = not_known;   ///< m
     double ticks_to_clear_p50 = not_known;
     double ticks_to_clear_max = not_known;
     double uncleared = not_known;
@@ -84,6 +86,10 @@ struct RunFigures {
 };
 
 RunFigures figures_of(const Record& record);
+
+/// Rounded to the three digits that tables print: what reads alike is equal, so that no row wins by a digit nobody
+/// sees.
+double as_printed(double value);
 
 /// The same figure from several processes: the median, and 95 % (from 10 processes up) or minimum to maximum.
 struct Estimate {

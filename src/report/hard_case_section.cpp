@@ -110,22 +110,42 @@ using Row = std::map<std::string, const Record*>;  ///< by method
 
 struct Matrix {
     std::map<std::pair<std::string, std::string>, Row> rows;  ///< by what it is a case of, and name
-    std::set<std::string> methods;
+    /// Those that this build has, or those that it lacks; ours first.
+    [[nodiscard]] std::vector<std::string> methods(bool absent) const {
+        std::set<std::pair<bool, std::string>> sorted;  // foreign, name
+        std::set<std::string> present;
+        for (const auto& [key, row] : rows) {
+            for (const auto& [method, record] : row) {
+                const bool response = !record->spec.response.empty();
+                sorted.insert({fact(*record, response ? "response.own" : "detector.own") != "yes", method});
+                if (record->outcome.kind != OutcomeKind::absent) present.insert(method);
+            }
+        }
+        std::vector<std::string> list;
+        for (const auto& [foreign, method] : sorted) {
+            if (present.contains(method) != absent) list.push_back(method);
+        }
+        return list;
+    }
 };
 
 Table table_of(const Matrix& matrix, const std::string& caption, const std::string& kind) {
     Table table;
     table.caption = caption;
-    table.columns = {{"case of", false}, {kind, false}, {"right answer", false}};
-    for (const std::string& method : matrix.methods) table.columns.push_back({code(method), false});
+    table.columns = {{kind, false}, {"right answer", false}};
+    const std::vector<std::string> methods = matrix.methods(false);
+    for (const std::string& method : methods) table.columns.push_back({code(method), false});
+    std::vector<std::string> absent;
+    for (const std::string& method : matrix.methods(true)) absent.push_back(code(method));
+    if (!absent.empty()) table.note = "Absent from this build: " + joined(absent) + ".";
     std::map<std::string, std::pair<int, int>> tally;  // right, asked
     for (const auto& [key, row] : matrix.rows) {
         const Record* told = nullptr;  // an absent method's record has no summary to tell the counts
         for (const auto& [method, record] : row) {
             if (told == nullptr || told->summary.size() < record->summary.size()) told = record;
         }
-        TableRow line{.cells = {key.first, code(key.second), expected_text(*told)}};
-        for (const std::string& method : matrix.methods) {
+        TableRow line{.cells = {(key.first.empty() ? "" : key.first + ": ") + code(key.second), expected_text(*told)}};
+        for (const std::string& method : methods) {
             const auto found = row.find(method);
             if (found == row.end()) {
                 line.cells.emplace_back("");
@@ -139,8 +159,8 @@ Table table_of(const Matrix& matrix, const std::string& caption, const std::stri
         table.rows.push_back(std::move(line));
     }
     if (table.rows.empty()) return table;
-    TableRow sum{.cells = {"all", "right", ""}, .style = TableRow::Style::own};
-    for (const std::string& method : matrix.methods) {
+    TableRow sum{.cells = {"all: right", ""}, .style = TableRow::Style::own};
+    for (const std::string& method : methods) {
         const auto [right, asked] = tally[method];
         sum.cells.push_back(asked == 0 ? "n/a" : fmt::format("{} of {}", right, asked));
     }
@@ -198,12 +218,10 @@ void add_hard_cases(Draft& draft) {
             elsewhere.rows.push_back({.cells = {of, code(spec.scene), "the reader: " + fact(record, "case.expected"),
                                                 record.outcome.ok() ? "ok" : outcome_text(record.outcome)}});
         } else if (!spec.response.empty()) {
-            scenes.methods.insert(spec.response);
             scenes.rows[{of, spec.scene}][spec.response] = &record;
         } else {
             Matrix& matrix = of.empty() ? families : meshes;
-            matrix.methods.insert(spec.detector);
-            matrix.rows[{of.empty() ? "family of triangle pairs" : of, spec.scene}][spec.detector] = &record;
+            matrix.rows[{of, spec.scene}][spec.detector] = &record;
         }
     }
     if (meshes.rows.empty() && families.rows.empty() && scenes.rows.empty()) return;

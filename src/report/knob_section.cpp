@@ -1,32 +1,16 @@
+// Work against precision: one curve per method over the knob that a study turns, with the points that no other beats.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <map>
-#include <set>
 
-#include "measure/statistics.hpp"
 #include "report/chart.hpp"
 #include "report/sections.hpp"
 
 namespace trocar {
 namespace {
-
-std::string number_or_not(double value, double scale) {
-    return std::isnan(value) ? std::string("n/a") : format_number(value * scale);
-}
-
-/// One figure of several processes of the same run.
-Estimate figure_of(const std::vector<const Record*>& runs, const char* key) {
-    std::vector<double> values;
-    for (const Record* run : runs) values.push_back(summary_of(*run, key));
-    return across_processes(values);
-}
-
-bool all_ok(const std::vector<const Record*>& runs) {
-    return std::all_of(runs.begin(), runs.end(), [](const Record* run) { return run->outcome.ok(); });
-}
 
 /// The method without the parameter that the knob turns, so that all points of a curve have the same name.
 std::string without_parameter(const std::string& method, const std::string& key) {
@@ -53,108 +37,66 @@ struct Point {
 
 using Curve = std::map<Point, std::vector<const Record*>>;
 
+/// One point of a curve.
 struct Mark {
     std::string curve = {};
     std::string point = {};
-    double time = not_known;   ///< µs of computing per simulated ms
-    double error = not_known;  ///< mm, or pairs
-    std::string force = {};    ///< N, equal k / hard
-    std::string outcome = {};
+    double time = not_known;           ///< µs of computing per simulated ms, median over processes
+    double error = not_known;          ///< mm, or pairs
+    double force_equal_k = not_known;  ///< N RMS
+    double force_hard = not_known;     ///< N RMS
+    double substeps = not_known;
+    std::string outcome = {};  ///< empty: ok
     bool dominated = false;
 };
 
+/// All curves over one knob on one scene.
 struct Chart {
+    std::string scene;
+    std::string knob;
     bool replay = false;
-    std::map<std::string, Curve> curves;
+    std::vector<Mark> marks = {};  ///< curve by curve, each in the order of its points
+    [[nodiscard]] const char* unit() const { return knob == "dt" ? " s" : knob == "k" ? " N/m" : ""; }
+    [[nodiscard]] const char* error_title() const {
+        return replay ? "pairs missed + extra" : "left after the tick, worst (mm)";
+    }
 };
 
-std::string unit_of(const std::string& knob) {
-    if (knob == "dt") return " s";
-    if (knob == "k") return " N/m";
-    return "";
+Mark make_mark(const std::string& curve, const std::string& point, const std::vector<const Record*>& runs,
+               bool replay) {
+    Mark mark{.curve = curve, .point = point};
+    for (const Record* run : runs) {
+        if (!run->outcome.ok() && mark.outcome.empty()) mark.outcome = outcome_text(run->outcome);
+    }
+    const Record& first = *runs.front();
+    const auto dt_text = first.environment.find("run.dt_s");
+    if (!mark.outcome.empty() || dt_text == first.environment.end()) return mark;
+    std::vector<double> medians;
+    for (const Record* run : runs) medians.push_back(summary_of(*run, "total_median_ns"));
+    mark.time = across_processes(medians).value * us * (1e-3 / Point{dt_text->second}.number());
+    mark.error =
+        replay ? summary_of(first, "missing") + summary_of(first, "extra") : summary_of(first, "residual_max_m") * mm;
+    mark.force_equal_k = summary_of(first, "force_error_rms_equal_k");
+    mark.force_hard = summary_of(first, "force_error_rms_hard");
+    mark.substeps = summary_of(first, "substeps");
+    return mark;
 }
 
-}  // namespace
-
-void add_paced(Draft& draft) {
-    std::map<std::pair<std::string, std::string>, std::vector<const Record*>> runs;
-    for (const Record& record : draft.records) {
-        const RunSpec& spec = record.spec;
-        if (spec.mode != "paced" || record.outcome.kind == OutcomeKind::absent ||
-            record.outcome.kind == OutcomeKind::unsupported) {
-            continue;
-        }
-        runs[{spec.scene, spec.detector + " + " + spec.response}].push_back(&record);
+/// Another point is at least as fast and as good, and better in one: in time only beyond the noise.
+void mark_dominated(std::vector<Mark>& marks, double noise_floor) {
+    const double noise = std::isnan(noise_floor) ? 1.0 : noise_floor;
+    for (Mark& mark : marks) {
+        const double error = as_printed(mark.error);
+        mark.dominated = std::any_of(marks.begin(), marks.end(), [&](const Mark& other) {
+            const double other_error = as_printed(other.error);
+            return other.time <= mark.time && other_error <= error &&
+                   (other.time * noise < mark.time || other_error < error);
+        });
     }
-    if (runs.empty()) return;
-    Table table;
-    table.caption = "Paced loop: one tick released per millisecond, timed from its scheduled release";
-    table.columns = {{"scene", false},
-                     {"detector + response", false},
-                     {"n per process (ticks)", true},
-                     {"sub-steps per tick", true},
-                     {"p50 (µs)", true},
-                     {"p99 (µs)", true},
-                     {"p99.9 (µs)", true},
-                     {"max (µs)", true},
-                     {"deadline misses", true},
-                     {"longest burst (ticks)", true},
-                     {"empty loop: p50 / p99 / max (µs)", true},
-                     {"empty loop: misses", true}};
-    for (const char* stage : stage_names) table.columns.push_back({std::string(stage) + ", p50 / p99 (µs)", true});
-    for (const auto& [key, processes] : runs) {
-        std::vector<std::string> cells{key.first, code(key.second)};
-        if (!all_ok(processes)) {
-            for (const Record* run : processes) {
-                if (run->outcome.ok()) continue;
-                cells.push_back(outcome_text(run->outcome));
-                break;
-            }
-            cells.resize(table.columns.size());
-            table.rows.push_back({.cells = std::move(cells), .style = TableRow::Style::failed});
-            continue;
-        }
-        const auto tail = [&processes](const char* name) {
-            const Estimate estimate = figure_of(processes, name);
-            return std::isnan(estimate.value) ? std::string("n too small") : estimate_text(estimate, us);
-        };
-        const auto worst = [&processes](const char* name) {
-            double most = not_known;
-            for (const Record* run : processes) most = std::fmax(most, summary_of(*run, name));
-            return most;
-        };
-        const auto sum = [&processes](const char* name) {
-            double all = 0.0;
-            for (const Record* run : processes) all += summary_of(*run, name);
-            return all;
-        };
-        const double ticks = sum("timed_ticks");
-        cells.insert(cells.end(),
-                     {count_text(figure_of(processes, "timed_ticks").value),
-                      count_text(summary_of(*processes.front(), "substeps")),
-                      estimate_text(figure_of(processes, "paced_median_ns"), us), tail("paced_p99_ns"),
-                      tail("paced_p999_ns"), number_or_not(worst("paced_max_ns"), us),
-                      count_text(sum("paced_misses")) + " of " + count_text(ticks), count_text(worst("paced_burst")),
-                      number_or_not(figure_of(processes, "empty_median_ns").value, us) + " / " +
-                          number_or_not(figure_of(processes, "empty_p99_ns").value, us) + " / " +
-                          number_or_not(worst("empty_max_ns"), us),
-                      count_text(sum("empty_misses")) + " of " + count_text(ticks)});
-        for (const char* stage : stage_names) {
-            const std::string name = stage;
-            cells.push_back(number_or_not(figure_of(processes, (name + "_median_ns").c_str()).value, us) + " / " +
-                            number_or_not(figure_of(processes, (name + "_p99_ns").c_str()).value, us));
-        }
-        table.rows.push_back({.cells = std::move(cells)});
-    }
-    table.note =
-        "A tick that ends after the next one's release is a miss, and the next one starts late: its time counts from "
-        "its own release, so that no lateness is left out. The empty loop of the same length ran before in the same "
-        "process: what it shows is the machine's. n too small: p99 needs 1000 ticks, p99.9 a hundred thousand.";
-    draft.add(std::move(table));
 }
 
-void add_work_precision(Draft& draft) {
-    std::map<std::pair<std::string, std::string>, Chart> charts;  // by scene and knob
+std::vector<Chart> charts_of(const Draft& draft) {
+    std::map<std::pair<std::string, std::string>, std::map<std::string, Curve>> curves;  // by scene and knob
     for (const Record& record : draft.records) {
         const RunSpec& spec = record.spec;
         if (spec.mode != "work_precision" || record.outcome.kind == OutcomeKind::absent ||
@@ -166,93 +108,163 @@ void add_work_precision(Draft& draft) {
         const bool of_detector = spec.knob.rfind("detector.", 0) == 0;
         const std::string detector = of_detector ? without_parameter(spec.detector, key) : spec.detector;
         const std::string response = of_detector ? spec.response : without_parameter(spec.response, key);
-        Chart& chart = charts[{spec.scene, of_detector ? "the detectors' own knobs" : spec.knob}];
-        chart.replay = spec.response.empty();
         std::string name = detector + (response.empty() ? "" : " + " + response);
         if (of_detector) name += " over " + key;
         if (spec.contacts == "native") name += " (native)";
-        chart.curves[name][{spec.point}].push_back(&record);
+        curves[{spec.scene, of_detector ? "the detectors' own knobs" : spec.knob}][name][{spec.point}].push_back(
+            &record);
     }
+    std::vector<Chart> charts;
+    for (const auto& [where, by_name] : curves) {
+        Chart chart{.scene = where.first, .knob = where.second};
+        for (const auto& [name, curve] : by_name) {
+            for (const auto& [point, runs] : curve) {
+                chart.replay = runs.front()->spec.response.empty();
+                chart.marks.push_back(make_mark(name, point.text, runs, chart.replay));
+            }
+        }
+        mark_dominated(chart.marks, draft.results.noise_floor());
+        charts.push_back(std::move(chart));
+    }
+    return charts;
+}
+
+/// Least error and fastest point of a chart; null when it has none.
+struct Ends {
+    const Mark* exact = nullptr;
+    const Mark* fast = nullptr;
+};
+
+Ends ends_of(const Chart& chart) {
+    Ends ends;
+    for (const Mark& mark : chart.marks) {
+        if (std::isnan(mark.time) || std::isnan(mark.error)) continue;
+        const auto by_error = [](const Mark& m) { return std::pair(as_printed(m.error), m.time); };
+        const auto by_time = [](const Mark& m) { return std::pair(m.time, m.error); };
+        if (ends.exact == nullptr || by_error(mark) < by_error(*ends.exact)) ends.exact = &mark;
+        if (ends.fast == nullptr || by_time(mark) < by_time(*ends.fast)) ends.fast = &mark;
+    }
+    return ends;
+}
+
+std::string mark_text(const Chart& chart, const Mark& mark) {
+    return fmt::format("{} at {}{}", code(mark.curve), mark.point, chart.unit());
+}
+
+Table ends_table(const std::vector<Chart>& charts) {
+    Table table;
+    table.caption = "The most exact and the fastest point of every chart";
+    table.columns = {{"scene", false},
+                     {"knob", false},
+                     {"least error", false},
+                     {"its error", true},
+                     {"its time per simulated ms (µs)", true},
+                     {"fastest", false},
+                     {"its error", true},
+                     {"its time per simulated ms (µs)", true}};
+    for (const Chart& chart : charts) {
+        const auto [exact, fast] = ends_of(chart);
+        if (exact == nullptr) continue;
+        const std::string unit = chart.replay ? " pairs" : " mm";
+        table.rows.push_back(
+            {.cells = {chart.scene, chart.knob, mark_text(chart, *exact), scaled(exact->error) + unit,
+                       scaled(exact->time), mark_text(chart, *fast), scaled(fast->error) + unit, scaled(fast->time)}});
+    }
+    return table;
+}
+
+Table points_table(const Chart& chart) {
+    const bool forces = std::any_of(chart.marks.begin(), chart.marks.end(), [](const Mark& mark) {
+        return !std::isnan(mark.force_equal_k) || !std::isnan(mark.force_hard);
+    });
+    Table table;
+    table.caption = fmt::format("{}: {}", chart.scene, chart.knob);
+    table.columns = {{"method", false}, {chart.knob, true}};
+    if (!chart.replay) table.columns.push_back({"sub-steps per tick", true});
+    table.columns.push_back({"time per simulated ms (µs)", true});
+    table.columns.push_back({chart.error_title(), true});
+    if (forces) table.columns.push_back({"force error, equal k / hard (N RMS)", true});
+    table.columns.push_back({"outcome", false});
+    table.folded = true;
+    for (const Mark& mark : chart.marks) {
+        std::vector<std::string> cells{code(mark.curve), mark.point + chart.unit() + (mark.dominated ? " †" : "")};
+        if (!chart.replay) cells.push_back(count_text(mark.substeps));
+        cells.push_back(scaled(mark.time));
+        cells.push_back(scaled(mark.error));
+        if (forces) cells.push_back(scaled(mark.force_equal_k) + " / " + scaled(mark.force_hard));
+        cells.push_back(mark.outcome.empty() ? "ok" : mark.outcome);
+        table.rows.push_back({.cells = std::move(cells)});
+        if (!mark.outcome.empty()) table.rows.back().style = TableRow::Style::failed;
+        if (mark.dominated) table.rows.back().style = TableRow::Style::dominated;
+    }
+    return table;
+}
+
+/// Empty when no point has a place on a curve.
+std::string drawing_of(const Chart& chart) {
+    ScatterChart drawing;
+    drawing.x_title = fmt::format("time per simulated ms (µs), {}, {}", chart.scene, chart.knob);
+    drawing.y_title = chart.error_title();
+    drawing.x_limit = 1000.0;
+    drawing.x_limit_name = "1 ms";
+    for (const Mark& mark : chart.marks) {
+        if (std::isnan(mark.time) || std::isnan(mark.error)) continue;
+        if (drawing.series.empty() || drawing.series.back().name != mark.curve) {
+            const int style = static_cast<int>(drawing.series.size());
+            drawing.series.push_back(
+                {.name = mark.curve, .style = {.colour = style, .shape = style}, .points = {}, .connected = true});
+        }
+        drawing.series.back().points.push_back(
+            {.x = mark.time,
+             .y = mark.error,
+             .name =
+                 fmt::format("{}, {} = {}{}: {} µs, {} {}", mark.curve, chart.knob, mark.point, chart.unit(),
+                             format_number(mark.time), format_number(mark.error), chart.replay ? "pairs wrong" : "mm"),
+             .label = mark.point});
+        if (!mark.dominated) drawing.front.emplace_back(mark.time, mark.error);
+    }
+    std::sort(drawing.front.begin(), drawing.front.end());
+    return drawing.series.empty() ? std::string() : draw(drawing);
+}
+
+}  // namespace
+
+std::string work_precision_sentence(const Draft& draft) {
+    for (const Chart& chart : charts_of(draft)) {
+        const auto [exact, fast] = ends_of(chart);
+        if (chart.replay || exact == nullptr) continue;
+        const auto tell = [&chart](const Mark& mark) {
+            return fmt::format("{} ({} mm at worst, {} µs per simulated ms)", mark_text(chart, mark),
+                               scaled(mark.error), scaled(mark.time));
+        };
+        return fmt::format("On {} over {}, least is left by {}; fastest is {}.", chart.scene, code(chart.knob),
+                           tell(*exact), tell(*fast));
+    }
+    return {};
+}
+
+void add_work_precision(Draft& draft) {
+    const std::vector<Chart> charts = charts_of(draft);
     if (charts.empty()) return;
     draft.heading(2, "Work and precision");
     draft.paragraph(
         "One connected curve per method, by turning one knob: time to compute one simulated millisecond against the "
         "error. † and grey: another point of the same chart is at least as fast and as good, and better in one of the "
-        "two. The dashed line is the front of the points that are not dominated; to the right of 1 ms no haptic loop "
-        "can follow. A point that failed has no place on a curve and stays in the table.");
+        "two (in time beyond the noise floor, where several processes show one). The dashed line is the front of the "
+        "points that are not dominated; to the right of 1 ms no haptic loop can follow. A point that failed has no "
+        "place on a curve and stays in the table.");
+    draft.add(ends_table(charts));
     int number = 0;
-    for (const auto& [key, chart] : charts) {
-        const auto& [scene, knob] = key;
-        std::vector<Mark> marks;
-        for (const auto& [name, curve] : chart.curves) {
-            for (const auto& [point, runs] : curve) {
-                Mark mark{.curve = name, .point = point.text};
-                for (const Record* run : runs) {
-                    if (!run->outcome.ok() && mark.outcome.empty()) mark.outcome = outcome_text(run->outcome);
-                }
-                const auto dt_text = runs.front()->environment.find("run.dt_s");
-                if (mark.outcome.empty() && dt_text != runs.front()->environment.end()) {
-                    const double dt = Point{dt_text->second}.number();
-                    mark.time = figure_of(runs, "total_median_ns").value * us * (1e-3 / dt);
-                    const Record& first = *runs.front();
-                    mark.error = chart.replay ? summary_of(first, "missing") + summary_of(first, "extra")
-                                              : summary_of(first, "residual_max_m") * mm;
-                    mark.force = number_or_not(summary_of(first, "force_error_rms_equal_k"), 1.0) + " / " +
-                                 number_or_not(summary_of(first, "force_error_rms_hard"), 1.0);
-                }
-                marks.push_back(std::move(mark));
-            }
+    for (const Chart& chart : charts) {
+        const std::string drawing = drawing_of(chart);
+        const std::string unit = chart.unit();
+        if (!drawing.empty()) {
+            draft.figure(
+                fmt::format("work_precision_{}", ++number), drawing,
+                fmt::format("Work and precision on {} over {}{}; labels are the knob's values.", code(chart.scene),
+                            code(chart.knob), unit.empty() ? "" : " (" + unit.substr(1) + ")"));
         }
-        for (Mark& mark : marks) {
-            mark.dominated = std::any_of(marks.begin(), marks.end(), [&mark](const Mark& other) {
-                return other.time <= mark.time && other.error <= mark.error &&
-                       (other.time < mark.time || other.error < mark.error);
-            });
-        }
-        const std::string error_title = chart.replay ? "pairs missed + extra" : "left after the tick, worst (mm)";
-        ScatterChart drawing;
-        drawing.x_title = fmt::format("time per simulated ms (µs), {}, {}", scene, knob);
-        drawing.y_title = error_title;
-        drawing.x_limit = 1000.0;
-        drawing.x_limit_name = "1 ms";
-        Table table;
-        table.caption = fmt::format("{}: {}", scene, knob);
-        table.columns = {{"method", false},
-                         {knob, true},
-                         {"time per simulated ms (µs)", true},
-                         {error_title, true},
-                         {"force error, equal k / hard (N RMS)", true},
-                         {"outcome", false}};
-        table.folded = true;
-        for (const Mark& mark : marks) {
-            table.rows.push_back({.cells = {code(mark.curve), mark.point + unit_of(knob) + (mark.dominated ? " †" : ""),
-                                            number_or_not(mark.time, 1.0), number_or_not(mark.error, 1.0), mark.force,
-                                            mark.outcome.empty() ? "ok" : mark.outcome}});
-            if (!mark.outcome.empty()) table.rows.back().style = TableRow::Style::failed;
-            if (mark.dominated) table.rows.back().style = TableRow::Style::dominated;
-            if (std::isnan(mark.time) || std::isnan(mark.error)) continue;
-            if (drawing.series.empty() || drawing.series.back().name != mark.curve) {
-                const int style = static_cast<int>(drawing.series.size());
-                drawing.series.push_back(
-                    {.name = mark.curve, .style = {.colour = style, .shape = style}, .points = {}, .connected = true});
-            }
-            drawing.series.back().points.push_back(
-                {.x = mark.time,
-                 .y = mark.error,
-                 .name = fmt::format("{}, {} = {}{}: {} µs, {} {}", mark.curve, knob, mark.point, unit_of(knob),
-                                     format_number(mark.time), format_number(mark.error),
-                                     chart.replay ? "pairs wrong" : "mm"),
-                 .label = mark.point});
-            if (!mark.dominated) drawing.front.emplace_back(mark.time, mark.error);
-        }
-        std::sort(drawing.front.begin(), drawing.front.end());
-        if (!drawing.series.empty()) {
-            draft.figure(fmt::format("work_precision_{}", ++number), draw(drawing),
-                         fmt::format("Work and precision on {} over {}; labels are the knob's values.", code(scene),
-                                     knob == "k" || knob == "dt" ? code(knob) + " (" + unit_of(knob).substr(1) + ")"
-                                                                 : code(knob)));
-        }
-        draft.add(std::move(table));
+        draft.add(points_table(chart));
     }
 }
 

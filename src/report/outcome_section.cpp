@@ -9,10 +9,6 @@
 namespace trocar {
 namespace {
 
-std::string scaled(double value, double scale = 1.0) {
-    return std::isnan(value) ? std::string("n/a") : format_number(value * scale);
-}
-
 std::string two(double first, double second, double scale = 1.0) {
     if (std::isnan(first) && std::isnan(second)) return "n/a";
     return scaled(first, scale) + " / " + scaled(second, scale);

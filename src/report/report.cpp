@@ -21,13 +21,13 @@ Report compose(const std::vector<Record>& records) {
     if (!has_verdict) add_certificate(draft);
     if (!has_verdict) add_ablation(draft);
     if (!has_verdict) add_work_precision(draft);
+    add_between_ticks(draft);
     add_verdict_by_class(draft);
     add_rank_robustness(draft);
     add_environment(draft);
     add_fairness(draft);
     add_frames(draft);
     add_detection(draft);
-    add_between_ticks(draft);
     add_latency(draft);
     add_paced(draft);
     add_stages(draft);

@@ -17,12 +17,12 @@ struct Rule {
     double (*error)(const VerdictRow& row);
 };
 
-double left_worst(const VerdictRow& row) { return row.left_max; }
-double left_median(const VerdictRow& row) { return row.left_p50; }
-double depth_error(const VerdictRow& row) { return row.depth_error_max; }
-double force_equal_k(const VerdictRow& row) { return row.force_error_equal_k; }
-double force_hard(const VerdictRow& row) { return row.force_error_hard; }
-double pairs_wrong(const VerdictRow& row) { return row.missing + row.extra; }
+double left_worst(const VerdictRow& row) { return as_printed(row.left_max); }
+double left_median(const VerdictRow& row) { return as_printed(row.left_p50); }
+double depth_error(const VerdictRow& row) { return as_printed(row.depth_error_max); }
+double force_equal_k(const VerdictRow& row) { return as_printed(row.force_error_equal_k); }
+double force_hard(const VerdictRow& row) { return as_printed(row.force_error_hard); }
+double pairs_wrong(const VerdictRow& row) { return row.wrong(); }
 double time_p50(const VerdictRow& row) { return row.p50.value; }
 double time_p99(const VerdictRow& row) { return row.p99.value; }
 

@@ -41,6 +41,10 @@ std::string share_text(double part, double whole) {
 
 std::string count_text(double value) { return std::isnan(value) ? "n/a" : fmt::format("{:.0f}", value); }
 
+std::string scaled(double value, double scale) {
+    return std::isnan(value) ? std::string("n/a") : format_number(value * scale);
+}
+
 std::string yes_no(bool value) { return value ? "yes" : "no"; }
 
 std::string common_fact(const std::vector<Record>& records, const std::string& key, bool* mixed) {

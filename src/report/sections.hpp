@@ -25,6 +25,8 @@ double summary_of(const Record& record, const std::string& key);
 /// "1.000" but "0.99987": a share that is not one never looks like one.
 std::string share_text(double part, double whole);
 std::string count_text(double value);
+/// "n/a" where it is not known.
+std::string scaled(double value, double scale = 1.0);
 std::string yes_no(bool value);
 /// The common value of a fact over all records, or all values when they differ.
 std::string common_fact(const std::vector<Record>& records, const std::string& key, bool* mixed = nullptr);
@@ -98,10 +100,14 @@ std::string hard_case_sentence(const Draft& draft);
 // certificate_section.cpp
 void add_certificate(Draft& draft);
 
-// knob_section.cpp
+// paced_section.cpp
 /// The loop released by the clock: part of the haptic table.
 void add_paced(Draft& draft);
+
+// knob_section.cpp
 void add_work_precision(Draft& draft);
+/// Empty without such a part.
+std::string work_precision_sentence(const Draft& draft);
 
 // ablation_section.cpp
 void add_ablation(Draft& draft);

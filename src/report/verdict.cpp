@@ -82,6 +82,8 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
         add(row.true_pairs, result->first(&RunFigures::true_pairs));
         add(row.missing, result->first(&RunFigures::missing));
         add(row.extra, result->first(&RunFigures::extra));
+        add(row.contacts_between, result->first(&RunFigures::contacts_between));
+        add(row.contacts_untold, result->first(&RunFigures::contacts_untold));
         add(row.truncated_ticks, result->first(&RunFigures::truncated_ticks));
         if (!result->ok()) continue;
         ++row.scenes_ok;
@@ -157,6 +159,11 @@ std::string pairs_text(const VerdictRow& row) {
     return fmt::format("{:.0f} / {:.0f} of {:.0f}{}", row.missing, row.extra, row.true_pairs, cut_text(row));
 }
 
+std::string between_text(const VerdictRow& row) {
+    if (std::isnan(row.contacts_between)) return "n/a";
+    return fmt::format("{:.0f} of {:.0f}", row.contacts_untold, row.contacts_between);
+}
+
 std::string two_numbers(double first, double second, double scale) {
     if (std::isnan(first) && std::isnan(second)) return "n/a";
     return format_number(first * scale) + " / " + format_number(second * scale);
@@ -191,10 +198,7 @@ std::string ratio_text(const VerdictRow& row, double noise_floor) {
 
 }  // namespace
 
-double VerdictRow::error() const {
-    if (!std::isnan(left_max)) return left_max;
-    return not_known;
-}
+double VerdictRow::wrong() const { return missing + extra + (std::isnan(contacts_untold) ? 0.0 : contacts_untold); }
 
 bool Verdict::error_is_depth() const {
     return std::any_of(rows.begin(), rows.end(), [](const VerdictRow& row) { return !std::isnan(row.left_max); });
@@ -202,8 +206,13 @@ bool Verdict::error_is_depth() const {
 
 namespace {
 
-/// Depth where the table has depths, else pairs wrong; NaN = no answer.
-double error_of(const VerdictRow& row, bool depth) { return depth ? row.left_max : row.missing + row.extra; }
+/// What rows are sorted by: depth left at worst (m) where the table has depths, else what is wrong; NaN = no answer.
+double error_of(const VerdictRow& row, bool depth) { return depth ? as_printed(row.left_max) : row.wrong(); }
+
+bool looks_between(const std::vector<VerdictRow>& rows) {
+    return std::any_of(rows.begin(), rows.end(),
+                       [](const VerdictRow& row) { return !std::isnan(row.contacts_between); });
+}
 
 bool on_all_scenes(const VerdictRow& row, const Verdict& verdict) {
     return row.scenes == static_cast<int>(verdict.scenes.size());
@@ -308,6 +317,8 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
                      {"ratio to reference", true},
                      {"ticks over 1 ms", true},
                      {"failures", true}};
+    const bool between = looks_between(rows);
+    if (between) table.columns.insert(table.columns.begin() + 4, {"contacts between frames never told", true});
     if (name_scenes) table.columns.insert(table.columns.begin() + 1, {"scenes", false});
     int number = 0;
     for (const VerdictRow& row : rows) {
@@ -316,19 +327,20 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
         if (row.identical_to >= 0) left = fmt::format("identical to {}", row.identical_to + 1);
         std::vector<std::string> cells{std::to_string(number) + (row.dominated ? "†" : "")};
         if (name_scenes) cells.push_back(fmt::format("{}", fmt::join(row.scene_names, ", ")));
-        const std::vector<std::string> figures{who_text(row.contestant),
-                                               kind_text(row),
-                                               pairs_text(row),
-                                               two_numbers(row.depth_error_p50, row.depth_error_max, mm),
-                                               left,
-                                               std::isnan(row.force_error_equal_k) && std::isnan(row.force_error_hard)
-                                                   ? (closed_loop ? "no reference" : "n/a")
-                                                   : two_numbers(row.force_error_equal_k, row.force_error_hard, 1.0),
-                                               time_text(row, row.p50, false),
-                                               time_text(row, row.p99, true),
-                                               ratio_text(row, noise_floor),
-                                               fmt::format("{:.0f} of {:.0f}", row.deadline_misses, row.timed_ticks),
-                                               failures_text(row)};
+        std::vector<std::string> figures{who_text(row.contestant),
+                                         kind_text(row),
+                                         pairs_text(row),
+                                         two_numbers(row.depth_error_p50, row.depth_error_max, mm),
+                                         left,
+                                         std::isnan(row.force_error_equal_k) && std::isnan(row.force_error_hard)
+                                             ? (closed_loop ? "no reference" : "n/a")
+                                             : two_numbers(row.force_error_equal_k, row.force_error_hard, 1.0),
+                                         time_text(row, row.p50, false),
+                                         time_text(row, row.p99, true),
+                                         ratio_text(row, noise_floor),
+                                         fmt::format("{:.0f} of {:.0f}", row.deadline_misses, row.timed_ticks),
+                                         failures_text(row)};
+        if (between) figures.insert(figures.begin() + 3, between_text(row));
         cells.insert(cells.end(), figures.begin(), figures.end());
         table.rows.push_back({.cells = std::move(cells)});
         TableRow& printed = table.rows.back();
@@ -399,7 +411,7 @@ std::string verdict_chart(const Verdict& verdict) {
         one.points.push_back({.x = time,
                               .y = y,
                               .name = fmt::format("{}. {}: {} µs, {} {}", number, row.contestant.label(),
-                                                  format_number(time), format_number(y), depth ? "mm" : "pairs wrong"),
+                                                  format_number(time), format_number(y), depth ? "mm" : "wrong"),
                               .label = std::to_string(number)});
         all.emplace_back(time, y);
     }
@@ -416,7 +428,9 @@ std::string verdict_chart(const Verdict& verdict) {
     }
     chart.x_title = fmt::format("{} time per tick (µs, {})", p99 ? "p99" : "median",
                                 verdict.scenes.size() == 1 ? verdict.scenes.front() : "geometric mean over scenes");
-    chart.y_title = depth ? "left after the tick, worst (mm)" : "pairs missed + extra";
+    chart.y_title = depth                         ? "left after the tick, worst (mm)"
+                    : looks_between(verdict.rows) ? "pairs missed + extra + contacts never told"
+                                                  : "pairs missed + extra";
     chart.x_limit = 1000.0;
     chart.x_limit_name = "1 ms";
     return draw(chart);
@@ -445,8 +459,12 @@ std::string verdict_sentence(const Verdict& verdict, const std::string& where, c
             return fmt::format("leaves {} mm in the median and {} mm at worst{}{}, at {}",
                                format_number(row.left_p50 * mm), format_number(row.left_max * mm), torn, missed, time);
         }
-        return fmt::format("misses {:.0f} and adds {:.0f} of {:.0f} true pairs{}, at {}", row.missing, row.extra,
-                           row.true_pairs, cut_text(row), time);
+        const std::string untold =
+            std::isnan(row.contacts_between)
+                ? std::string()
+                : fmt::format(", never tells of {} contacts that begin between frames", between_text(row));
+        return fmt::format("misses {:.0f} and adds {:.0f} of {:.0f} true pairs{}{}, at {}", row.missing, row.extra,
+                           row.true_pairs, cut_text(row), untold, time);
     };
     const auto total = [](const VerdictRow& row) {
         return row.failed_runs == 0 ? std::string() : fmt::format(" ({} of {} runs failed)", row.failed_runs, row.runs);

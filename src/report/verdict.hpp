@@ -25,6 +25,8 @@ struct VerdictRow {
     double missing = not_known;
     double truncated_ticks = 0.0;  ///< in which a limit cut the list of pairs
     double extra = not_known;
+    double contacts_between = not_known;     ///< of bodies, seen by the space-time oracle, sum over scenes
+    double contacts_untold = not_known;      ///< of these, neither at a frame nor between frames
     double depth_error_p50 = not_known;      ///< m, median over scenes of the median
     double depth_error_max = not_known;      ///< m, worst over scenes
     double left_p50 = not_known;             ///< m, median over scenes of the median
@@ -39,8 +41,8 @@ struct VerdictRow {
     double timed_ticks = 0.0;
     int identical_to = -1;   ///< row with the same motion, bit by bit, on every scene; -1: none
     bool dominated = false;  ///< another row is at least as fast and as good, and better in one
-    /// What rows are sorted by: depth left at worst (m); pairs wrong where no depth was judged. NaN last.
-    [[nodiscard]] double error() const;
+    /// Pairs missed and extra, and contacts between frames never told where a study looks for them. NaN: not judged.
+    [[nodiscard]] double wrong() const;
 };
 
 struct Verdict {

@@ -88,7 +88,9 @@ std::string substeps_note(const Draft& draft) {
 }
 
 std::string verdict_note(const Draft& draft) {
-    return "Rows are sorted by the depth left at worst, the fastest of equals first; † = another row is at least as "
+    return "Rows are sorted by the depth left at worst (without a depth: by what is missed, extra or never told), the "
+           "fastest "
+           "of those that read alike first; † = another row is at least as "
            "fast and as good, and better in one of the two. Times are geometric means over the scenes of the "
            "medians (p50) and 99 % values (p99) of a tick; a row that failed on a scene has none. Depths: median "
            "over scenes / worst of all; torn = the worst is of a run whose response told a rupture. " +
@@ -117,6 +119,7 @@ void add_verdict_page(Draft& draft, const Verdict& overall) {
                                       draft.reference);
     if (draft.sentence.empty()) draft.sentence = ablation_sentence(draft);
     if (draft.sentence.empty()) draft.sentence = hard_case_sentence(draft);
+    if (draft.sentence.empty()) draft.sentence = work_precision_sentence(draft);
     if (!draft.sentence.empty()) draft.paragraph(draft.sentence, Paragraph::Style::quote);
     warnings(draft);
     if (overall.rows.empty()) {
@@ -219,17 +222,19 @@ std::string terminal_text(const Draft& draft, const Verdict& verdict) {
     }
     const Table table = verdict_table(verdict, "", draft.results.noise_floor());
     // What fits a terminal; the columns are found by their headers.
-    constexpr std::array<const char*, 8> wanted{"row",
+    constexpr std::array<const char*, 9> wanted{"row",
                                                 "detector",
                                                 "pairs missed / extra of true",
+                                                "contacts between frames never told",
                                                 "left after the tick, median / max (mm)",
                                                 "tick p50 (µs)",
                                                 "tick p99 (µs)",
                                                 "ratio to ",
                                                 "failures"};
-    const std::array<std::string, 8> short_names{"row",
+    const std::array<std::string, 9> short_names{"row",
                                                  table.columns.at(1).header,
                                                  "missed / extra of true",
+                                                 "never told",
                                                  "left p50 / max (mm)",
                                                  "tick p50 (µs)",
                                                  "tick p99 (µs)",

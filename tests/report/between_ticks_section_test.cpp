@@ -1,6 +1,8 @@
 // The section about what happens between frames says what the records' events say, and nothing where there are none.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "report/report.hpp"
 #include "synthetic.hpp"
 
@@ -9,7 +11,7 @@ namespace {
 
 /// A replay of 1 ms ticks with four contacts of a quarter of a tick, of which the first `missed` were never told.
 Record replay(const std::string& detector, int missed) {
-    Record record = test::synthetic({.mode = "replay", .detector = detector});
+    Record record = test::synthetic({.mode = "replay", .detector = detector, .left_mm = std::nan("")});
     record.spec.between_ticks = true;
     for (std::size_t i = 0; i < record.rows.size(); ++i) {
         record.rows[i].tick = static_cast<std::int64_t>(i);
@@ -36,6 +38,20 @@ TEST(BetweenTicksSection, TellsTheShareMissedBesideTheChanceOfOneLookPerTick) {
     EXPECT_NE(report.find("| `looks` | 0.750 |"), std::string::npos);
     EXPECT_NE(report.find("| `follows` | 0 |"), std::string::npos);
     EXPECT_NE(report.find("charts/between_ticks_"), std::string::npos);
+}
+
+TEST(BetweenTicksSection, WhoMissesContactsBetweenFramesDoesNotComeFirstForBeingFast) {
+    Record fast = replay("looks", 3);
+    fast.summary["total_median_ns"] = 1.0;
+    const Report report = make_report({fast, replay("follows", 0)});
+    const std::string& page = report.files.at("report.md");
+    EXPECT_NE(page.find("| 1 | `follows` | own | 0 / 0 of 4440 | 0 of 4 |"), std::string::npos)
+        << page.substr(page.find("Verdict over"), 2000);
+    EXPECT_NE(page.find("| 2 | `looks` | own | 0 / 0 of 4440 | 3 of 4 |"), std::string::npos);
+    EXPECT_NE(page.find("`follows` misses 0 and adds 0 of 4440 true pairs, never tells of 0 of 4 contacts that begin "
+                        "between frames"),
+              std::string::npos);
+    EXPECT_NE(report.page_one.find("never told"), std::string::npos);
 }
 
 TEST(BetweenTicksSection, IsAbsentWithoutSuchRuns) {

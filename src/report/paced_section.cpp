@@ -1,0 +1,102 @@
+// The haptic table of loops that a clock releases every millisecond, beside an empty loop of the same length: what a
+// deadline means on this machine.
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "report/sections.hpp"
+
+namespace trocar {
+namespace {
+
+/// One figure of several processes of the same run.
+Estimate figure_of(const std::vector<const Record*>& runs, const char* key) {
+    std::vector<double> values;
+    for (const Record* run : runs) values.push_back(summary_of(*run, key));
+    return across_processes(values);
+}
+
+bool all_ok(const std::vector<const Record*>& runs) {
+    return std::all_of(runs.begin(), runs.end(), [](const Record* run) { return run->outcome.ok(); });
+}
+
+}  // namespace
+
+void add_paced(Draft& draft) {
+    std::map<std::pair<std::string, std::string>, std::vector<const Record*>> runs;
+    for (const Record& record : draft.records) {
+        const RunSpec& spec = record.spec;
+        if (spec.mode != "paced" || record.outcome.kind == OutcomeKind::absent ||
+            record.outcome.kind == OutcomeKind::unsupported) {
+            continue;
+        }
+        runs[{spec.scene, spec.detector + " + " + spec.response}].push_back(&record);
+    }
+    if (runs.empty()) return;
+    Table table;
+    table.caption = "Paced loop: one tick released per millisecond, timed from its scheduled release";
+    table.columns = {{"scene", false},
+                     {"detector + response", false},
+                     {"n per process (ticks)", true},
+                     {"sub-steps per tick", true},
+                     {"p50 (µs)", true},
+                     {"p99 (µs)", true},
+                     {"p99.9 (µs)", true},
+                     {"max (µs)", true},
+                     {"deadline misses", true},
+                     {"longest burst (ticks)", true},
+                     {"empty loop: p50 / p99 / max (µs)", true},
+                     {"empty loop: misses", true}};
+    for (const char* stage : stage_names) table.columns.push_back({std::string(stage) + ", p50 / p99 (µs)", true});
+    for (const auto& [key, processes] : runs) {
+        std::vector<std::string> cells{key.first, code(key.second)};
+        if (!all_ok(processes)) {
+            for (const Record* run : processes) {
+                if (run->outcome.ok()) continue;
+                cells.push_back(outcome_text(run->outcome));
+                break;
+            }
+            cells.resize(table.columns.size());
+            table.rows.push_back({.cells = std::move(cells), .style = TableRow::Style::failed});
+            continue;
+        }
+        const auto tail = [&processes](const char* name) {
+            const Estimate estimate = figure_of(processes, name);
+            return std::isnan(estimate.value) ? std::string("n too small") : estimate_text(estimate, us);
+        };
+        const auto worst = [&processes](const char* name) {
+            double most = not_known;
+            for (const Record* run : processes) most = std::fmax(most, summary_of(*run, name));
+            return most;
+        };
+        const auto sum = [&processes](const char* name) {
+            double all = 0.0;
+            for (const Record* run : processes) all += summary_of(*run, name);
+            return all;
+        };
+        const double ticks = sum("timed_ticks");
+        cells.insert(
+            cells.end(),
+            {count_text(figure_of(processes, "timed_ticks").value),
+             count_text(summary_of(*processes.front(), "substeps")),
+             estimate_text(figure_of(processes, "paced_median_ns"), us), tail("paced_p99_ns"), tail("paced_p999_ns"),
+             scaled(worst("paced_max_ns"), us), count_text(sum("paced_misses")) + " of " + count_text(ticks),
+             count_text(worst("paced_burst")),
+             scaled(figure_of(processes, "empty_median_ns").value, us) + " / " +
+                 scaled(figure_of(processes, "empty_p99_ns").value, us) + " / " + scaled(worst("empty_max_ns"), us),
+             count_text(sum("empty_misses")) + " of " + count_text(ticks)});
+        for (const char* stage : stage_names) {
+            const std::string name = stage;
+            cells.push_back(scaled(figure_of(processes, (name + "_median_ns").c_str()).value, us) + " / " +
+                            scaled(figure_of(processes, (name + "_p99_ns").c_str()).value, us));
+        }
+        table.rows.push_back({.cells = std::move(cells)});
+    }
+    table.note =
+        "A tick that ends after the next one's release is a miss, and the next one starts late: its time counts from "
+        "its own release, so that no lateness is left out. The empty loop of the same length ran before in the same "
+        "process: what it shows is the machine's. n too small: p99 needs 1000 ticks, p99.9 a hundred thousand.";
+    draft.add(std::move(table));
+}
+
+}  // namespace trocar
