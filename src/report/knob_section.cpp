@@ -72,6 +72,7 @@ Mark make_mark(const std::string& curve, const std::string& point, const std::ve
     const auto dt_text = first.environment.find("run.dt_s");
     if (!mark.outcome.empty() || dt_text == first.environment.end()) return mark;
     std::vector<double> medians;
+    medians.reserve(runs.size());
     for (const Record* run : runs) medians.push_back(summary_of(*run, "total_median_ns"));
     mark.time = across_processes(medians).value * us * (1e-3 / Point{dt_text->second}.number());
     mark.error =
@@ -108,7 +109,8 @@ std::vector<Chart> charts_of(const Draft& draft) {
         const bool of_detector = spec.knob.rfind("detector.", 0) == 0;
         const std::string detector = of_detector ? without_parameter(spec.detector, key) : spec.detector;
         const std::string response = of_detector ? spec.response : without_parameter(spec.response, key);
-        std::string name = detector + (response.empty() ? "" : " + " + response);
+        std::string name = detector;
+        if (!response.empty()) name.append(" + ").append(response);
         if (of_detector) name += " over " + key;
         if (spec.contacts == "native") name += " (native)";
         curves[{spec.scene, of_detector ? "the detectors' own knobs" : spec.knob}][name][{spec.point}].push_back(

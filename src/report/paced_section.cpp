@@ -48,7 +48,9 @@ void add_paced(Draft& draft) {
                      {"empty loop: p50 / p99 / max (µs)", true},
                      {"empty loop: misses", true}};
     for (const char* stage : stage_names) table.columns.push_back({std::string(stage) + ", p50 / p99 (µs)", true});
-    for (const auto& [key, processes] : runs) {
+    for (const auto& entry : runs) {
+        const auto& [key, list] = entry;
+        const std::vector<const Record*>& processes = list;
         std::vector<std::string> cells{key.first, code(key.second)};
         if (!all_ok(processes)) {
             for (const Record* run : processes) {
