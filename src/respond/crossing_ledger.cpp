@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 #include "geometry/exact.hpp"
 #include "respond/common.hpp"
@@ -74,6 +75,9 @@ double winding_part(const equations::Corners& t, const Vector3& x) {
     return std::atan2(numerator, denominator) / (2.0 * std::numbers::pi);
 }
 
+/// How far around a sample's way a triangle may be at the end of the tick that it met in the tick.
+Vector3 margin_of(double largest_move) { return Vector3::Constant(largest_move * 1.0000001 + 1e-9); }
+
 double winding_number(const Topology& topology, const Matrix3X& position, Range triangles, const Vector3& x) {
     double winding = 0.0;
     for (Index t = triangles.first; t < triangles.end(); ++t) {
@@ -104,9 +108,10 @@ void CrossingLedger::prepare(const Topology& topology) {
             Tissue tissue;
             tissue.body = body;
             tissue.closed = range.closed;
-            std::vector<Index> triangles(at(range.triangles.count));
-            for (Index t = 0; t < range.triangles.count; ++t) triangles[at(t)] = range.triangles.first + t;
-            tissue.grid.prepare(topology, triangles);
+            tissue.blocks.prepare(topology, range.triangles);
+            tissue.near.resize(at(range.triangles.count));
+            std::iota(tissue.near.begin(), tissue.near.end(), range.triangles.first);
+            tissue.grid.prepare(topology, tissue.near);
             tissues_.push_back(std::move(tissue));
         }
         const bool meets_tissue =
@@ -157,6 +162,13 @@ Index CrossingLedger::nearest_triangle(const Topology& topology, const Frame& fr
         Box box;
         box.add(point - Vector3::Constant(reach));
         box.add(point + Vector3::Constant(reach));
+        const auto holds = [&](const Box& region) {
+            return (region.min.array() <= box.min.array()).all() && (region.max.array() >= box.max.array()).all();
+        };
+        if (!tissue.whole && std::none_of(tissue.regions.begin(), tissue.regions.end(), holds)) {
+            fill_whole(topology, frame, tissue);
+            return nearest_triangle(topology, frame, tissue, point);
+        }
         tissue.grid.visit(box, [&](Index t) {
             const equations::Corners corners = corners_of(topology, frame.position, t);
             const Vector3 w = equations::nearest_weights(corners, point);
@@ -272,18 +284,16 @@ void CrossingLedger::check_closed(const Topology& topology, const Frame& frame, 
          s += static_cast<std::size_t>(check_period)) {
         if (tested_[at(samples_[s].body * bodies + tissue.body)] == 0) continue;
         const Vector3 x = frame.position.col(samples_[s].vertex) + hair;
+        const Vector3 end(x.x(), x.y(), std::max(x.z(), bounds.max.z()) + 1.0);
         Box path;
         path.add(x);
+        path.add(end);
         int ray = 0;
-        if (path.overlaps(bounds)) {
-            const Vector3 end(x.x(), x.y(), bounds.max.z() + 1.0);
-            path.add(end);
-            tissue.grid.visit(path, [&](Index t) {
-                const equations::Corners corners = corners_of(topology, frame.position, t);
-                // Outwards through a face is from its back to its front.
-                ray -= segment_crossing(x, end, corners[0], corners[1], corners[2]);
-            });
-        }
+        tissue.grid.visit(path, [&](Index t) {
+            const equations::Corners corners = corners_of(topology, frame.position, t);
+            // Outwards through a face is from its back to its front.
+            ray -= segment_crossing(x, end, corners[0], corners[1], corners[2]);
+        });
         if (ray == tissue.count[s]) continue;
         const double winding = winding_number(topology, frame.position, topology.bodies[at(tissue.body)].triangles, x);
         const auto exact = static_cast<std::int16_t>(std::lround(winding));
@@ -295,12 +305,7 @@ void CrossingLedger::check_closed(const Topology& topology, const Frame& frame, 
 
 void CrossingLedger::count_crossings(const Topology& topology, const Frame& frame, Tissue& tissue) {
     const Index bodies = topology.body_count();
-    const Range range = topology.bodies[at(tissue.body)].vertices;
-    tissue.largest_move = 0.0;
-    for (Index v = range.first; v < range.end(); ++v) {
-        tissue.largest_move = std::max(tissue.largest_move, (frame.position.col(v) - last_.col(v)).norm());
-    }
-    const Vector3 margin = Vector3::Constant(tissue.largest_move * 1.0000001 + 1e-9);
+    const Vector3 margin = margin_of(tissue.largest_move);
     for (std::size_t s = 0; s < samples_.size(); ++s) {
         const Sample& sample = samples_[s];
         if (tested_[at(sample.body * bodies + tissue.body)] == 0) continue;
@@ -331,6 +336,57 @@ void CrossingLedger::count_crossings(const Topology& topology, const Frame& fram
     }
 }
 
+/// Per body the box of all that its samples ask of the tissue's grid in this tick, with a few cells to spare for the
+/// search of the nearest triangle.
+void CrossingLedger::find_regions(const Topology& topology, const Frame& frame, Tissue& tissue) {
+    constexpr double spare_cells = 4.0;
+    const Vector3 margin = margin_of(tissue.largest_move) + Vector3::Constant(spare_cells * tissue.grid.cell());
+    const Index bodies = topology.body_count();
+    tissue.regions.clear();
+    Index last_body = -1;
+    for (const Sample& sample : samples_) {
+        if (tested_[at(sample.body * bodies + tissue.body)] == 0) continue;
+        if (sample.body != last_body) tissue.regions.emplace_back();
+        last_body = sample.body;
+        Box& region = tissue.regions.back();
+        for (const Matrix3X* positions : {static_cast<const Matrix3X*>(&last_), &frame.position}) {
+            const Vector3 at_sample = positions->col(sample.vertex);
+            if (!at_sample.allFinite()) continue;
+            region.add(at_sample - margin);
+            region.add(at_sample + margin);
+        }
+    }
+    // The check of closed tissue looks upwards from a sample without end.
+    if (!tissue.closed) return;
+    for (Box& region : tissue.regions) region.max.z() = std::numeric_limits<double>::infinity();
+}
+
+/// Only what lies near the samples: a grid over all tissue would cost more than the rest of the response.
+void CrossingLedger::fill_near(const Topology& topology, const Frame& frame, Tissue& tissue) {
+    const Range vertices = topology.bodies[at(tissue.body)].vertices;
+    tissue.largest_move = 0.0;
+    for (const Range& range : moved_) {
+        const Index end = std::min(range.end(), vertices.end());
+        for (Index v = std::max(range.first, vertices.first); v < end; ++v) {
+            tissue.largest_move = std::max(tissue.largest_move, (frame.position.col(v) - last_.col(v)).norm());
+        }
+    }
+    find_regions(topology, frame, tissue);
+    tissue.blocks.refresh(frame.position, moved_);
+    tissue.blocks.collect(topology, frame.position, tissue.regions, tissue.near);
+    tissue.grid.prepare(topology, tissue.near);
+    tissue.grid.fill(topology, frame.position);
+    tissue.whole = false;
+}
+
+void CrossingLedger::fill_whole(const Topology& topology, const Frame& frame, Tissue& tissue) {
+    tissue.near.resize(at(topology.bodies[at(tissue.body)].triangles.count));
+    std::iota(tissue.near.begin(), tissue.near.end(), topology.bodies[at(tissue.body)].triangles.first);
+    tissue.grid.prepare(topology, tissue.near);
+    tissue.grid.fill(topology, frame.position);
+    tissue.whole = true;
+}
+
 void follow_surface(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
                     const Vector3& point, Index& triangle, Vector3& weights) {
     const auto distance_to = [&](Index t, Vector3& w) {
@@ -359,18 +415,29 @@ void follow_surface(const Topology& topology, const SurfaceNeighbours& surface, 
 
 void CrossingLedger::update(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
                             const ContactSet& contacts) {
-    for (Tissue& tissue : tissues_) tissue.grid.fill(topology, frame.position);
     if (!started_) {
+        for (Tissue& tissue : tissues_) {
+            tissue.blocks.refresh_all(frame.position);
+            fill_whole(topology, frame, tissue);
+        }
         find_start(topology, frame, contacts);
         started_ = true;
+        last_ = frame.position;
     } else {
+        const bool known = frame.moved.has_value() && frame.tick == last_tick_ + 1;
+        moved_.assign(1, Range{0, topology.vertex_count});
+        if (known) moved_ = *frame.moved;
         for (Tissue& tissue : tissues_) {
+            fill_near(topology, frame, tissue);
             count_crossings(topology, frame, tissue);
             if (tissue.closed) check_closed(topology, frame, tissue);
         }
+        for (const Range& range : moved_) {
+            last_.middleCols(range.first, range.count) = frame.position.middleCols(range.first, range.count);
+        }
     }
+    last_tick_ = frame.tick;
     ++updates_;
-    last_ = frame.position;
 
     // Entries of the last tick that are still on the wrong side keep their anchor.
     kept_.swap(penetrations_);

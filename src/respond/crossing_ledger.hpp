@@ -9,6 +9,7 @@
 
 #include "contact/contact_set.hpp"
 #include "respond/surface.hpp"
+#include "respond/surface_blocks.hpp"
 #include "respond/triangle_grid.hpp"
 #include "scene/world.hpp"
 
@@ -65,7 +66,11 @@ private:
     struct Tissue {
         Index body = -1;
         bool closed = false;
+        SurfaceBlocks blocks;
+        std::vector<Box> regions;  ///< per body whose vertices are samples: where the grid is asked
+        std::vector<Index> near;   ///< triangles that the grid holds
         TriangleGrid grid;
+        bool whole = false;  ///< the grid holds all triangles
         double largest_move = 0.0;
         std::vector<std::int16_t> count;  ///< per sample
         std::vector<Index> entry;         ///< per sample: position in penetrations_, -1
@@ -80,6 +85,9 @@ private:
     void check_closed(const Topology& topology, const Frame& frame, Tissue& tissue);
     void count_crossings(const Topology& topology, const Frame& frame, Tissue& tissue);
     [[nodiscard]] const Tissue* tissue_of(Index body) const;
+    void find_regions(const Topology& topology, const Frame& frame, Tissue& tissue);
+    void fill_near(const Topology& topology, const Frame& frame, Tissue& tissue);
+    void fill_whole(const Topology& topology, const Frame& frame, Tissue& tissue);
     [[nodiscard]] Index nearest_triangle(const Topology& topology, const Frame& frame, Tissue& tissue,
                                          const Vector3& point);
 
@@ -88,6 +96,8 @@ private:
     std::vector<Index> sample_of_vertex_;
     std::vector<std::uint8_t> tested_;  ///< bodies × bodies
     Matrix3X last_;                     ///< 3×N, positions at the last call
+    std::int64_t last_tick_ = -1;
+    std::vector<Range> moved_;  ///< vertices that may have moved since the last call
     bool started_ = false;
     std::int64_t updates_ = 0;
     std::int64_t repairs_ = 0;

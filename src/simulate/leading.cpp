@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tissue/stability.hpp"
+
 namespace trocar {
 namespace {
 
@@ -66,6 +68,33 @@ Leading::Leading(const Scene& scene) : scene_(&scene), last_pose_(scene.first.po
         hand_of_body_[at(body)] = hand;
         operators_[at(hand)].bodies.push_back(body);
     }
+    find_what_changes();
+}
+
+void Leading::find_what_changes() {
+    constexpr Index short_gap = 64;
+    const Topology& topology = scene_->topology;
+    for (Index body = 0; body < topology.body_count(); ++body) {
+        const BodyRange& range = topology.bodies[at(body)];
+        if (at(body) < scene_->bodies.size() && scene_->bodies[at(body)].motion) {
+            led_vertices_.push_back(range.vertices);
+            continue;
+        }
+        if (range.kind != BodyKind::tissue) continue;
+        if (scene_->materials.mass.empty()) {  // frames from elsewhere: nobody knows what is held
+            free_tissue_.push_back(range.vertices);
+            continue;
+        }
+        const std::size_t others = free_tissue_.size();
+        for (Index v = range.vertices.first; v < range.vertices.end(); ++v) {
+            if (!is_free(scene_->materials, v)) continue;
+            if (free_tissue_.size() > others && v - free_tissue_.back().end() < short_gap) {
+                free_tissue_.back().count = v + 1 - free_tissue_.back().first;
+            } else {
+                free_tissue_.push_back({v, 1});
+            }
+        }
+    }
 }
 
 void Leading::place(Index body, const Pose& pose, bool keep_previous, Frame& frame) const {
@@ -86,7 +115,9 @@ void Leading::move(double time, Frame& frame) {
         const BodyRange& range = topology.bodies[at(body)];
         const bool led = at(body) < scene_->bodies.size() && scene_->bodies[at(body)].motion.has_value();
         if (!led) {
-            if (range.kind == BodyKind::tissue) frame.moved->push_back(range.vertices);
+            for (const Range& free : free_tissue_) {
+                if (range.vertices.contains(free.first)) frame.moved->push_back(free);
+            }
             continue;
         }
         Pose pose = scene_->bodies[at(body)].motion->pose_at(time);

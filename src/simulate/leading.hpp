@@ -17,7 +17,7 @@ public:
 
     /// Before detection: every scripted body goes to its pose at `time`; a body led by an operator stays where the
     /// operator is and takes rotation and jaw from its script. Sets position, previous, velocity, pose and `moved` of
-    /// the frame (tissue counts as moved when there is any).
+    /// the frame (tissue that can move counts as moved).
     void move(double time, Frame& frame);
 
     /// After the response: operators move under hand and contact, and their bodies with them. `reaction` holds what
@@ -30,6 +30,10 @@ public:
     [[nodiscard]] Index shown_body() const { return shown_body_; }
     /// Sum over the bodies of the instrument that the shown body belongs to, from what advance wrote.
     [[nodiscard]] Wrench shown_load(const std::vector<Wrench>& load) const;
+    /// Vertices of led bodies, and tissue vertices that are not held (runs with short gaps between them are one): all
+    /// that can change in a run.
+    [[nodiscard]] const std::vector<Range>& led_vertices() const { return led_vertices_; }
+    [[nodiscard]] const std::vector<Range>& free_tissue() const { return free_tissue_; }
     [[nodiscard]] bool has_operator() const { return !operators_.empty(); }
     /// One flag per Topology::body_pairs entry: tissue or a hand is in the pair.
     [[nodiscard]] std::vector<std::uint8_t> yielding_pairs() const;
@@ -41,6 +45,7 @@ private:
         OperatorState state;
     };
 
+    void find_what_changes();
     void place(Index body, const Pose& pose, bool keep_previous, Frame& frame) const;
 
     const Scene* scene_;
@@ -49,6 +54,8 @@ private:
     HandOperators hands_;
     std::vector<Index> hand_of_body_;  ///< position in operators_, -1 = scripted or fixed
     std::vector<Pose> last_pose_;
+    std::vector<Range> led_vertices_;
+    std::vector<Range> free_tissue_;
     Index shown_body_ = -1;
 };
 

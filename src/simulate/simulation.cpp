@@ -15,6 +15,12 @@
 
 namespace trocar {
 
+namespace {
+
+Outcome not_finite() { return {OutcomeKind::not_finite, "a vertex position is not finite"}; }
+
+}  // namespace
+
 struct Simulation::State {
     State(const Scene& the_scene, std::unique_ptr<Detector> the_detector, std::unique_ptr<Response> the_response,
           ContactSource the_source)
@@ -76,14 +82,36 @@ struct Simulation::State {
     void advance() {
         std::fill(reaction.begin(), reaction.end(), Wrench{});
         if (tissue) {
-            outcome = tissue->advance(effect, scene.dt, next, reaction);
+            outcome = tissue->advance(effect, scene.dt, seen, next, reaction);
             if (!outcome.ok()) return;
         }
         leading.advance(next.time, effect, reaction, next, load);
     }
 
     void check_finite(const Frame& of) {
-        if (outcome.ok() && !of.all_finite()) outcome = {OutcomeKind::not_finite, "a vertex position is not finite"};
+        if (!outcome.ok()) return;
+        const auto finite = [&of](const Range& range) {
+            return of.position.middleCols(range.first, range.count).allFinite();
+        };
+        for (const std::vector<Range>* ranges : {&leading.led_vertices(), &leading.free_tissue()}) {
+            if (!std::all_of(ranges->begin(), ranges->end(), finite)) outcome = not_finite();
+        }
+    }
+
+    /// All three frames agree in what cannot change.
+    static void copy_vertices(const std::vector<Range>& ranges, const Frame& from, Frame& to) {
+        for (const Range& range : ranges) {
+            for (const auto matrix : {&Frame::position, &Frame::previous, &Frame::velocity}) {
+                (to.*matrix).middleCols(range.first, range.count) = (from.*matrix).middleCols(range.first, range.count);
+            }
+        }
+    }
+    void copy_led(const Frame& from, Frame& to) const {
+        copy_vertices(leading.led_vertices(), from, to);
+        to.tick = from.tick;
+        to.time = from.time;
+        to.moved = from.moved;
+        to.pose = from.pose;
     }
 
     void take_over_detection(StepRow& row) {
@@ -141,8 +169,10 @@ StepRow Simulation::step() {
     row.time = static_cast<double>(s.tick) * s.scene.dt;
     s.contacts.clear();
 
-    // Copies between the three frames are the harness' own and stand outside the clock.
-    s.seen = s.frame;
+    // What is copied between the three frames is the harness' own and stands outside the clock.
+    // Tissue is written once a tick, by its integrator. `seen` takes it by exchange; `frame` gets it back on failure.
+    std::swap(s.frame, s.seen);
+    s.copy_led(s.seen, s.frame);
     s.seen.tick = row.tick;
     s.seen.time = row.time;
     s.timed(Stage::move, row, [&] { s.leading.move(row.time, s.seen); });
@@ -153,7 +183,7 @@ StepRow Simulation::step() {
     s.take_over_detection(row);
     s.timed(Stage::derive, row, [&] { s.derive_contacts(); });
 
-    s.next = s.seen;
+    s.copy_led(s.seen, s.next);
     if (s.response) {
         s.timed(Stage::respond, row, [&] { s.response->respond(s.seen, s.scene.dt, s.contacts, s.effect); });
         // Scripts alone have no such stage: their forces are only looked at.
@@ -167,6 +197,8 @@ StepRow Simulation::step() {
     if (s.outcome.ok()) {
         std::swap(s.frame, s.next);
         ++s.tick;
+    } else {
+        State::copy_vertices(s.leading.free_tissue(), s.seen, s.frame);
     }
     s.observe(row);
     return row;
@@ -180,7 +212,7 @@ StepRow Simulation::replay(const Frame& frame) {
     s.contacts.clear();
     s.outcome = s.prepared;  // a frame that cannot be answered says nothing about the next one
     s.seen = frame;
-    s.check_finite(s.seen);
+    if (s.outcome.ok() && !s.seen.all_finite()) s.outcome = not_finite();
     s.timed(Stage::update, row, [&] { s.detector->update(s.seen); });
     s.timed(Stage::detect, row, [&] { s.detector->detect(s.seen, s.contacts); });
     s.take_over_detection(row);

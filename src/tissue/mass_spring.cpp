@@ -86,20 +86,30 @@ TissueState state_of(const Topology& topology, const Materials& materials) {
     return state;
 }
 
-SpringArrays springs_of(const Materials& materials, const TissueState& state) {
-    SpringArrays springs;
+SpringArrays springs_of(const std::vector<Spring>& springs, const TissueState& state) {
+    SpringArrays arrays;
+    for (const Spring& spring : springs) {
+        arrays.i.push_back(state.place[at(spring.i)]);
+        arrays.j.push_back(state.place[at(spring.j)]);
+        arrays.inverse_rest.push_back(spring.rest > 0.0 ? 1.0 / spring.rest : 0.0);
+        arrays.k.push_back(spring.k);
+        arrays.offset.push_back(spring.preload - spring.k * spring.rest);
+        arrays.damping.push_back(spring.damping);
+    }
+    return arrays;
+}
+
+/// Those that pull at something that moves, in the order that SpringArrays wants.
+std::vector<Spring> moving_springs(const Materials& materials, const TissueState& state) {
+    std::vector<Spring> springs;
     for (const Spring& spring : materials.springs) {
         const Index i = state.place[at(spring.i)];
         const Index j = state.place[at(spring.j)];
-        if (i < 0 || j < 0 || (!state.moves(i) && !state.moves(j))) continue;
-        springs.i.push_back(i);
-        springs.j.push_back(j);
-        springs.rest.push_back(spring.rest);
-        springs.inverse_rest.push_back(spring.rest > 0.0 ? 1.0 / spring.rest : 0.0);
-        springs.k.push_back(spring.k);
-        springs.preload.push_back(spring.preload);
-        springs.damping.push_back(spring.damping);
+        if (i >= 0 && j >= 0 && (state.moves(i) || state.moves(j))) springs.push_back(spring);
     }
+    std::stable_sort(springs.begin(), springs.end(), [](const Spring& one, const Spring& other) {
+        return std::min(one.i, one.j) < std::min(other.i, other.j);
+    });
     return springs;
 }
 
@@ -110,7 +120,9 @@ MassSpring::MassSpring(const Topology& topology, const Materials& materials)
       kernels_(&spring_kernels().front()),
       state_(state_of(topology, materials)),
       contacts_(topology.vertex_count, state_.size()) {
-    springs_ = springs_of(materials, state_);
+    moving_springs_ = moving_springs(materials, state_);
+    springs_ = springs_of(moving_springs_, state_);
+    set_constant_force(nullptr);
     for (const Spring& spring : materials.springs) extent_ += spring.rest;
     position_before_.reserve(state_.size());
     limited_.assign(springs_.size(), 0);
@@ -118,27 +130,36 @@ MassSpring::MassSpring(const Topology& topology, const Materials& materials)
 
 /// Takes over the frame with the effect's placements.
 void MassSpring::place(const Effect& effect, const Frame& frame) {
-    const bool biased = materials_->rest_bias.cols() == frame.position.cols();
-    const bool external = effect.held_force.cols() == frame.position.cols();
+    const bool pushed = effect.held_force.cols() == frame.position.cols() && !effect.held_force.isZero(0.0);
+    if (pushed || pushed_) set_constant_force(pushed ? &effect.held_force : nullptr);
+    pushed_ = pushed;
     for (std::size_t i = 0; i < state_.size(); ++i) {
         const auto column = static_cast<Eigen::Index>(i);
         const Index v = state_.vertex[i];
         state_.position.col(column).head<3>() = frame.position.col(v);
+        state_.start.col(column).head<3>() = frame.position.col(v);
         state_.velocity.col(column).head<3>() = frame.velocity.col(v);
-        auto constant = state_.constant.col(column).head<3>();
-        constant.setZero();
-        if (biased) constant = materials_->rest_bias.col(v);
-        if (external) constant += effect.held_force.col(v);
     }
-    state_.force = state_.constant;
     for (const Placement& placement : effect.placements) {
         const Index local = state_.place[at(placement.vertex)];
         if (local < 0 || !state_.moves(local)) continue;
         state_.position.col(local).head<3>() = placement.position;
+        state_.start.col(local) = state_.position.col(local);
         state_.velocity.col(local).head<3>() = placement.velocity;
         if (placement.held) state_.inverse_mass[at(local)] = 0.0;
     }
-    state_.start = state_.position;
+}
+
+/// Rest bias and, where there is one, the force that is held over the tick (3×N, N).
+void MassSpring::set_constant_force(const Matrix3X* held) {
+    for (std::size_t i = 0; i < state_.size(); ++i) {
+        const Index v = state_.vertex[i];
+        auto constant = state_.constant.col(static_cast<Eigen::Index>(i)).head<3>();
+        constant.setZero();
+        if (v < materials_->rest_bias.cols()) constant = materials_->rest_bias.col(v);
+        if (held != nullptr) constant += held->col(v);
+    }
+    state_.force = state_.constant;
 }
 
 /// Lets go of the vertices that were held for the tick.
@@ -151,16 +172,21 @@ void MassSpring::release(const Effect& effect) {
 }
 
 Outcome MassSpring::advance(const Effect& effect, double dt, Frame& frame, std::vector<Wrench>& reaction) {
-    place(effect, frame);
-    Outcome outcome = integrate(effect, dt, frame);
+    return advance(effect, dt, frame, frame, reaction);
+}
+
+Outcome MassSpring::advance(const Effect& effect, double dt, const Frame& from, Frame& to,
+                            std::vector<Wrench>& reaction) {
+    place(effect, from);
+    Outcome outcome = integrate(effect, dt, from);
     release(effect);
     if (!outcome.ok()) return outcome;
     for (std::size_t i = 0; i < state_.size(); ++i) {
         const auto column = static_cast<Eigen::Index>(i);
         const Index v = state_.vertex[i];
-        frame.previous.col(v) = state_.start.col(column).head<3>();
-        frame.position.col(v) = state_.position.col(column).head<3>();
-        frame.velocity.col(v) = state_.velocity.col(column).head<3>();
+        to.previous.col(v) = state_.start.col(column).head<3>();
+        to.position.col(v) = state_.position.col(column).head<3>();
+        to.velocity.col(v) = state_.velocity.col(column).head<3>();
     }
     contacts_.react(reaction);
     return outcome;
@@ -173,13 +199,13 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, const Frame& fram
     const double h = dt / substeps;
     const std::span<const Index> touched = contacts_.touched();
     position_before_.resize(touched.size());
+    double bound = 0.0;  // m, no coordinate has gone further in this tick
     for (int substep = 0; substep < substeps; ++substep) {
-        kernels_->add_spring_forces(springs_, state_);
         if (effect.contacts_explicit && !effect.contacts_held) contacts_.hold_current_force(state_);
         for (std::size_t t = 0; t < touched.size(); ++t) {
             position_before_[t] = state_.position.col(touched[t]).head<3>();
         }
-        SubStepCheck check = kernels_->step(h, state_);
+        SubStepCheck check = kernels_->sub_step(h, springs_, state_);
         if (!touched.empty()) {
             // The sub-step has gone by springs alone: contacts change the new velocities, and those the positions.
             if (implicit) {
@@ -190,18 +216,18 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, const Frame& fram
             contacts_.rub(h, substeps, state_);
             contacts_.finish_substep(h, substeps, state_);
             for (std::size_t t = 0; t < touched.size(); ++t) {
-                auto position = state_.position.col(touched[t]).head<3>();
-                position = position_before_[t] + h * state_.velocity.col(touched[t]).head<3>();
-                const Vector3 moved = position - state_.start.col(touched[t]).head<3>();
-                check.finite = check.finite && moved.allFinite() && state_.velocity.col(touched[t]).allFinite();
-                check.furthest = std::max(check.furthest, moved.cwiseAbs().maxCoeff());
+                const Vector3 way = h * state_.velocity.col(touched[t]).head<3>();
+                state_.position.col(touched[t]).head<3>() = position_before_[t] + way;
+                check.finite = check.finite && way.allFinite();
+                check.furthest = std::max(check.furthest, way.cwiseAbs().maxCoeff());
             }
         }
+        bound += check.furthest;
         // Every sub-step, so that a scheme that blows up is told before its numbers overflow.
         if (!check.finite && !finite_input(effect, frame)) {
             return {OutcomeKind::not_finite, "a tissue vertex left the finite numbers"};
         }
-        if (!check.finite || (extent_ > 0.0 && check.furthest > extent_)) {
+        if (!check.finite || (extent_ > 0.0 && bound > extent_ && furthest() > extent_)) {
             return {OutcomeKind::unstable, "a tissue vertex moved further in one tick than all springs are long"};
         }
     }
@@ -213,6 +239,11 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, const Frame& fram
                             h * 1e3, stable_substeps(*materials_, start_of(frame), dt))};
     }
     return {};
+}
+
+/// Largest way of a vertex along one axis since the start of the tick, m.
+double MassSpring::furthest() const {
+    return state_.size() == 0 ? 0.0 : (state_.position - state_.start).cwiseAbs().maxCoeff();
 }
 
 /// All vertices where the sub-steps started from.
@@ -255,7 +286,7 @@ void MassSpring::limit_every_spring(double longest) {
         for (std::size_t s = 0; s < springs_.size(); ++s) {
             const Index i = springs_.i[s];
             const Index j = springs_.j[s];
-            const double limit = longest * springs_.rest[s];
+            const double limit = longest * moving_springs_[s].rest;
             const double sum = state_.inverse_mass[at(i)] + state_.inverse_mass[at(j)];
             if (limit <= 0.0 || sum == 0.0) continue;
             const Vector3 d = (state_.position.col(j) - state_.position.col(i)).head<3>();

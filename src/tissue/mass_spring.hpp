@@ -45,6 +45,8 @@ public:
     /// critical damper, implicit in its own vertices, that slides at friction × normal force. Its stretch is kept under
     /// slip_key for as long as a contact of that key is in every tick's effect.
     Outcome advance(const Effect& effect, double dt, Frame& frame, std::vector<Wrench>& reaction);
+    /// The same from one frame to another. What the tissue cannot move is not written.
+    Outcome advance(const Effect& effect, double dt, const Frame& from, Frame& to, std::vector<Wrench>& reaction);
 
     /// Largest edge strain after the last advance (1 = doubled length), and edges the limiter acted on.
     [[nodiscard]] double max_strain() const { return max_strain_; }
@@ -54,21 +56,25 @@ public:
 
 private:
     void place(const Effect& effect, const Frame& frame);
+    void set_constant_force(const Matrix3X* held);
     void release(const Effect& effect);
     Outcome integrate(const Effect& effect, double dt, const Frame& frame);
     void limit_strain();
     void limit_every_spring(double longest);
+    [[nodiscard]] double furthest() const;
     [[nodiscard]] Matrix3X start_of(const Frame& frame) const;
     bool blows_up(double dt, const Frame& frame);
 
     const Materials* materials_;
     const SpringKernels* kernels_;
-    SpringArrays springs_;  ///< those with an end that moves
+    std::vector<Spring> moving_springs_;  ///< those with an end that moves
+    SpringArrays springs_;                ///< the same in the same order
     TissueState state_;
     ContactSolver contacts_;
     double extent_ = 0.0;                   ///< m, sum of rest lengths: no vertex may move further in one tick
     std::vector<Vector3> position_before_;  ///< m, of the vertices in contact before a sub-step
     std::vector<std::uint8_t> limited_;     ///< per spring
+    bool pushed_ = false;                   ///< the last tick's effect held a force
     double max_strain_ = 0.0;
     std::int64_t limited_edges_ = 0;
     std::int64_t limited_ticks_ = 0;

@@ -34,8 +34,7 @@ HWY_INLINE void add_one_spring_force(const SpringArrays& springs, std::size_t s,
     if (length == 0.0) return;
     const double inverse = 1.0 / length;
     const double closing = ((vj[0] - vi[0]) * d[0] + (vj[1] - vi[1]) * d[1] + (vj[2] - vi[2]) * d[2]) * inverse;
-    const double tension =
-        springs.k[s] * (length - springs.rest[s]) + springs.preload[s] + springs.damping[s] * closing;
+    const double tension = springs.k[s] * length + springs.offset[s] + springs.damping[s] * closing;
     const double scale = tension * inverse;
     double* const fi = column(state.force, springs.i[s]);
     double* const fj = column(state.force, springs.j[s]);
@@ -82,10 +81,11 @@ HWY_INLINE void add_force(const SpringArrays& springs, std::size_t s, Vector for
     hn::StoreU(hn::Sub(hn::LoadU(d, fj), force), d, fj);
 }
 
-void add_spring_forces(const SpringArrays& springs, TissueState& state) {
+/// Springs first <= s < end.
+HWY_INLINE void add_forces(const SpringArrays& springs, std::size_t first, std::size_t end, TissueState& state) {
     const Four d;
-    std::size_t s = 0;
-    for (; s + 4 <= springs.size(); s += 4) {
+    std::size_t s = first;
+    for (; s + 4 <= end; s += 4) {
         const auto d0 = difference(springs, s, state.position);
         const auto d1 = difference(springs, s + 1, state.position);
         const auto d2 = difference(springs, s + 2, state.position);
@@ -97,9 +97,7 @@ void add_spring_forces(const SpringArrays& springs, TissueState& state) {
         const auto length = hn::Sqrt(hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z)));
         const auto inverse = hn::Div(hn::Set(d, 1.0), length);
         const auto closing = hn::Mul(hn::Add(hn::Add(hn::Mul(vx, x), hn::Mul(vy, y)), hn::Mul(vz, z)), inverse);
-        const auto elastic =
-            hn::Add(hn::Mul(hn::LoadU(d, &springs.k[s]), hn::Sub(length, hn::LoadU(d, &springs.rest[s]))),
-                    hn::LoadU(d, &springs.preload[s]));
+        const auto elastic = hn::Add(hn::Mul(hn::LoadU(d, &springs.k[s]), length), hn::LoadU(d, &springs.offset[s]));
         const auto tension = hn::Add(elastic, hn::Mul(hn::LoadU(d, &springs.damping[s]), closing));
         const auto scale = hn::IfThenZeroElse(hn::Eq(length, hn::Zero(d)), hn::Mul(tension, inverse));
         const auto lower = hn::ConcatLowerLower(d, scale, scale);
@@ -109,7 +107,7 @@ void add_spring_forces(const SpringArrays& springs, TissueState& state) {
         add_force(springs, s + 2, hn::Mul(hn::DupEven(upper), d2), state.force);
         add_force(springs, s + 3, hn::Mul(hn::DupOdd(upper), d3), state.force);
     }
-    for (; s < springs.size(); ++s) add_one_spring_force(springs, s, state);
+    for (; s < end; ++s) add_one_spring_force(springs, s, state);
 }
 
 double largest_stretch(const SpringArrays& springs, const TissueState& state) {
@@ -128,35 +126,52 @@ double largest_stretch(const SpringArrays& springs, const TissueState& state) {
     return result;
 }
 
-SubStepCheck step(double h, TissueState& state) {
-    const Four d;
-    const auto step_length = hn::Set(d, h);
-    auto furthest = hn::Zero(d);
-    auto not_finite = hn::Zero(d);  // a finite number times zero is zero; infinities and NaN give NaN
-    const std::size_t count = state.size();
-    for (std::size_t v = 0; v < count; ++v) {
-        const double inverse_mass = state.inverse_mass[v];
-        const auto local = static_cast<Index>(v);
-        const auto old = hn::LoadU(d, column(state.velocity, local));
-        const auto force = hn::Sub(hn::LoadU(d, column(state.force, local)), hn::Mul(hn::Set(d, state.drag[v]), old));
-        hn::StoreU(hn::LoadU(d, column(state.constant, local)), d, column(state.force, local));
-        if (inverse_mass == 0.0) continue;
-        const auto velocity = hn::Add(old, hn::Mul(hn::Set(d, h * inverse_mass), force));
-        const auto position = hn::Add(hn::LoadU(d, column(state.position, local)), hn::Mul(step_length, velocity));
-        hn::StoreU(velocity, d, column(state.velocity, local));
-        hn::StoreU(position, d, column(state.position, local));
-        const auto moved = hn::Sub(position, hn::LoadU(d, column(state.start, local)));
-        furthest = hn::Max(furthest, hn::Abs(moved));
-        not_finite = hn::Add(not_finite, hn::Mul(hn::Add(moved, velocity), hn::Zero(d)));
+/// Moves vertices and keeps what SubStepCheck tells of them.
+class Mover {
+public:
+    HWY_INLINE Mover(double h, TissueState& state) : h_(h), state_(&state) {}
+    /// Vertices first <= v < end.
+    HWY_INLINE void move(std::size_t first, std::size_t end) {
+        const Four d;
+        TissueState& state = *state_;
+        auto furthest = furthest_;
+        auto not_finite = not_finite_;
+        for (std::size_t v = first; v < end; ++v) {
+            const double inverse_mass = state.inverse_mass[v];
+            const auto local = static_cast<Index>(v);
+            const auto old = hn::LoadU(d, column(state.velocity, local));
+            const auto force =
+                hn::Sub(hn::LoadU(d, column(state.force, local)), hn::Mul(hn::Set(d, state.drag[v]), old));
+            hn::StoreU(hn::LoadU(d, column(state.constant, local)), d, column(state.force, local));
+            if (inverse_mass == 0.0) continue;
+            const auto velocity = hn::Add(old, hn::Mul(hn::Set(d, h_ * inverse_mass), force));
+            const auto way = hn::Mul(hn::Set(d, h_), velocity);
+            const auto position = hn::Add(hn::LoadU(d, column(state.position, local)), way);
+            hn::StoreU(velocity, d, column(state.velocity, local));
+            hn::StoreU(position, d, column(state.position, local));
+            furthest = hn::Max(furthest, hn::Abs(way));
+            not_finite = hn::Add(not_finite, hn::Mul(hn::Add(position, velocity), hn::Zero(d)));
+        }
+        furthest_ = furthest;
+        not_finite_ = not_finite;
     }
-    return {.furthest = hn::GetLane(hn::MaxOfLanes(d, furthest)),
-            .finite = hn::GetLane(hn::SumOfLanes(d, not_finite)) == 0.0};
-}
+    HWY_INLINE SubStepCheck check() const {
+        const Four d;
+        return {.furthest = hn::GetLane(hn::MaxOfLanes(d, furthest_)),
+                .finite = hn::GetLane(hn::SumOfLanes(d, not_finite_)) == 0.0};
+    }
+
+private:
+    double h_;
+    TissueState* state_;
+    Vector furthest_ = hn::Zero(Four());
+    Vector not_finite_ = hn::Zero(Four());  // a finite number times zero is zero; infinities and NaN give NaN
+};
 
 #else
 
-void add_spring_forces(const SpringArrays& springs, TissueState& state) {
-    for (std::size_t s = 0; s < springs.size(); ++s) add_one_spring_force(springs, s, state);
+HWY_INLINE void add_forces(const SpringArrays& springs, std::size_t first, std::size_t end, TissueState& state) {
+    for (std::size_t s = first; s < end; ++s) add_one_spring_force(springs, s, state);
 }
 
 double largest_stretch(const SpringArrays& springs, const TissueState& state) {
@@ -165,31 +180,57 @@ double largest_stretch(const SpringArrays& springs, const TissueState& state) {
     return result;
 }
 
-SubStepCheck step(double h, TissueState& state) {
-    SubStepCheck check;
-    double not_finite = 0.0;  // a finite number times zero is zero; infinities and NaN give NaN
-    for (std::size_t v = 0; v < state.size(); ++v) {
-        const double inverse_mass = state.inverse_mass[v];
-        const auto local = static_cast<Index>(v);
-        double* const force = column(state.force, local);
-        double* const velocity = column(state.velocity, local);
-        double* const position = column(state.position, local);
-        for (int axis = 0; axis < 3; ++axis) {
-            const double sum = force[axis] - state.drag[v] * velocity[axis];
-            force[axis] = column(state.constant, local)[axis];
-            if (inverse_mass == 0.0) continue;
-            velocity[axis] += h * inverse_mass * sum;
-            position[axis] += h * velocity[axis];
-            const double moved = position[axis] - column(state.start, local)[axis];
-            check.furthest = std::max(check.furthest, std::abs(moved));
-            not_finite += (moved + velocity[axis]) * 0.0;
+/// Moves vertices and keeps what SubStepCheck tells of them.
+class Mover {
+public:
+    Mover(double h, TissueState& state) : h_(h), state_(&state) {}
+    /// Vertices first <= v < end.
+    void move(std::size_t first, std::size_t end) {
+        for (std::size_t v = first; v < end; ++v) {
+            const double inverse_mass = state_->inverse_mass[v];
+            const auto local = static_cast<Index>(v);
+            double* const force = column(state_->force, local);
+            double* const velocity = column(state_->velocity, local);
+            double* const position = column(state_->position, local);
+            for (int axis = 0; axis < 3; ++axis) {
+                const double sum = force[axis] - state_->drag[v] * velocity[axis];
+                force[axis] = column(state_->constant, local)[axis];
+                if (inverse_mass == 0.0) continue;
+                velocity[axis] += h_ * inverse_mass * sum;
+                const double way = h_ * velocity[axis];
+                position[axis] += way;
+                furthest_ = std::max(furthest_, std::abs(way));
+                not_finite_ += (position[axis] + velocity[axis]) * 0.0;
+            }
         }
     }
-    check.finite = not_finite == 0.0;
-    return check;
-}
+    [[nodiscard]] SubStepCheck check() const { return {.furthest = furthest_, .finite = not_finite_ == 0.0}; }
+
+private:
+    double h_;
+    TissueState* state_;
+    double furthest_ = 0.0;
+    double not_finite_ = 0.0;  // a finite number times zero is zero; infinities and NaN give NaN
+};
 
 #endif
+
+/// A vertex moves as soon as the springs have passed it: what the one reads the other finds in the cache.
+SubStepCheck sub_step(double h, const SpringArrays& springs, TissueState& state) {
+    constexpr std::size_t block = 128;
+    Mover mover(h, state);
+    std::size_t moved = 0;
+    for (std::size_t s = 0; s < springs.size(); s += block) {
+        const std::size_t end = std::min(s + block, springs.size());
+        add_forces(springs, s, end, state);
+        if (end == springs.size()) break;
+        const auto front = static_cast<std::size_t>(std::min(springs.i[end], springs.j[end]));
+        mover.move(moved, front);
+        moved = front;
+    }
+    mover.move(moved, state.size());
+    return mover.check();
+}
 
 }  // namespace trocar::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -197,14 +238,12 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace trocar {
 
-HWY_EXPORT(add_spring_forces);
-HWY_EXPORT(step);
+HWY_EXPORT(sub_step);
 HWY_EXPORT(largest_stretch);
 
 const std::vector<SpringKernels>& spring_kernels() {
     static const std::vector<SpringKernels> kernels = versions_by_target([](const char* target) {
-        return SpringKernels{.add_spring_forces = &HWY_DYNAMIC_DISPATCH(add_spring_forces),
-                             .step = &HWY_DYNAMIC_DISPATCH(step),
+        return SpringKernels{.sub_step = &HWY_DYNAMIC_DISPATCH(sub_step),
                              .largest_stretch = &HWY_DYNAMIC_DISPATCH(largest_stretch),
                              .target = target};
     });

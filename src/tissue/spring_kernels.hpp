@@ -11,13 +11,13 @@ namespace trocar {
 /// Four doubles per vertex, the fourth unused (0): one vertex is one vector of four lanes.
 using Matrix4X = Eigen::Matrix<double, 4, Eigen::Dynamic>;
 
-/// Springs of a MassSpring as flat arrays; i and j are positions in its state.
+/// Springs of a MassSpring as flat arrays; i and j are positions in its state, and the springs stand in order of the
+/// smaller one, so that a vertex has all its forces when the springs have passed it.
 struct SpringArrays {
     std::vector<Index> i, j;
-    std::vector<double> rest;          ///< m
     std::vector<double> inverse_rest;  ///< 1/m; 0 where the rest length is 0
     std::vector<double> k;             ///< N/m
-    std::vector<double> preload;       ///< N
+    std::vector<double> offset;        ///< N, preload - k rest length: the tension is k length + offset
     std::vector<double> damping;       ///< N s/m
     [[nodiscard]] std::size_t size() const { return i.size(); }
 };
@@ -32,24 +32,22 @@ struct TissueState {
     Matrix4X velocity;                 ///< m/s
     Matrix4X start;                    ///< m, position at the start of the tick
     Matrix4X constant;                 ///< N, forces that do not change in a tick
-    Matrix4X force;                    ///< N, `constant` and what add_spring_forces put on it
+    Matrix4X force;                    ///< N, between sub-steps equal to `constant`
     [[nodiscard]] std::size_t size() const { return vertex.size(); }
     [[nodiscard]] bool moves(Index local) const { return inverse_mass[static_cast<std::size_t>(local)] != 0.0; }
 };
 
 /// Bounds over all vertices after a sub-step.
 struct SubStepCheck {
-    double furthest = 0.0;  ///< m, no coordinate is further than this from the start of the tick
+    double furthest = 0.0;  ///< m, no coordinate has gone further in the sub-step
     bool finite = true;     ///< false: a position or velocity is not a finite number
 };
 
 struct SpringKernels {
-    /// Adds every spring's force (thesis eq. 3.1: spring, preload, damping) to both its ends, spring by spring. A
-    /// spring of zero length has no direction and gives none.
-    void (*add_spring_forces)(const SpringArrays& springs, TissueState& state);
-    /// Semi-implicit Euler over h (s) of all vertices that move: velocity by force and drag, position by the new
-    /// velocity. Leaves `constant` in `force`.
-    SubStepCheck (*step)(double h, TissueState& state);
+    /// Semi-implicit Euler over h (s): the forces of all springs (thesis eq. 3.1: spring, preload, damping; one of zero
+    /// length has no direction and gives none), of drag and the constant ones change the velocities of what moves, and
+    /// the new velocities the positions.
+    SubStepCheck (*sub_step)(double h, const SpringArrays& springs, TissueState& state);
     /// Largest length over rest length, 0 without springs that have one.
     double (*largest_stretch)(const SpringArrays& springs, const TissueState& state);
     const char* target;  ///< name of the instruction set
