@@ -63,11 +63,7 @@ void BackProjection::respond(const ThesisState& state, const Frame& frame, Effec
     for (const Path& path : paths_) {
         attracted_.clear();
         crossed_.clear();
-        grid_.visit(path.box, [&](Index t) {
-            Box box;
-            for (int i = 0; i < 3; ++i) box.add(frame.position.col(topology.triangles(i, t)));
-            if (box.overlaps(path.box)) crossed_.push_back(t);
-        });
+        grid_.visit(path.box, [&](Index t) { crossed_.push_back(t); });
         std::sort(crossed_.begin(), crossed_.end());  // the first triangle of a vertex says how deep it is
         for (const Index t : crossed_) attract(state, frame, path, t, effect);
     }

@@ -17,7 +17,9 @@ constexpr std::int64_t most_cells = 4096;
 }  // namespace
 
 void TriangleGrid::prepare(const Topology& /*topology*/, const std::vector<Index>& triangles) {
-    triangles_ = triangles;
+    triangles_.assign(triangles.begin(), triangles.end());
+    boxes_.resize(triangles.size());
+    cells_.resize(triangles.size());
     seen_.assign(triangles.size(), 0);
     stamp_ = 0;
     int bits = 4;
@@ -30,9 +32,14 @@ void TriangleGrid::prepare(const Topology& /*topology*/, const std::vector<Index
 void TriangleGrid::fill(const Topology& topology, const Matrix3X& position) {
     bounds_ = Box{};
     double edges = 0.0;
-    for (const Index t : triangles_) {
-        const Box box = box_of(topology, position, t);
-        if (!box.min.allFinite() || !box.max.allFinite()) continue;
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+        const Index t = triangles_[i];
+        Box& box = boxes_[i];
+        box = box_of(topology, position, t);
+        if (!box.min.allFinite() || !box.max.allFinite()) {
+            box = Box{};
+            continue;
+        }
         bounds_.add(box.min);
         bounds_.add(box.max);
         edges += (position.col(topology.triangles(1, t)) - position.col(topology.triangles(0, t))).norm();
@@ -40,15 +47,12 @@ void TriangleGrid::fill(const Topology& topology, const Matrix3X& position) {
     if (triangles_.empty() || !(bounds_.min.array() <= bounds_.max.array()).all()) return;
     const double extent = (bounds_.max - bounds_.min).maxCoeff();
     cell_ = std::max({1.5 * edges / static_cast<double>(triangles_.size()), extent * 1e-5, 1e-12});
-    const auto each_slot = [&](std::uint32_t local, const auto& act) {
-        const Box box = box_of(topology, position, triangles_[local]);
-        if (!box.min.allFinite() || !box.max.allFinite()) return;
-        const auto low = cell_of(box.min);
-        const auto high = cell_of(box.max);
+    const auto each_slot = [&](std::size_t local, const auto& act) {
+        const auto& [low, high] = cells_[local];
         std::int64_t visited = 0;
-        for (std::int64_t x = low[0]; x <= high[0]; ++x) {
-            for (std::int64_t y = low[1]; y <= high[1]; ++y) {
-                for (std::int64_t z = low[2]; z <= high[2]; ++z) {
+        for (std::int32_t x = low[0]; x <= high[0]; ++x) {
+            for (std::int32_t y = low[1]; y <= high[1]; ++y) {
+                for (std::int32_t z = low[2]; z <= high[2]; ++z) {
                     if (++visited > most_cells) return;
                     act(slot_of(x, y, z));
                 }
@@ -56,12 +60,16 @@ void TriangleGrid::fill(const Topology& topology, const Matrix3X& position) {
         }
     };
     std::fill(first_.begin(), first_.end(), 0U);
-    for (std::uint32_t t = 0; t < triangles_.size(); ++t) each_slot(t, [&](std::size_t slot) { ++first_[slot + 1]; });
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+        const bool finite = boxes_[i].min.x() <= boxes_[i].max.x();
+        cells_[i] = finite ? Cells{cell_of(boxes_[i].min), cell_of(boxes_[i].max)} : Cells{};
+        each_slot(i, [&](std::size_t slot) { ++first_[slot + 1]; });
+    }
     for (std::size_t s = 1; s < first_.size(); ++s) first_[s] += first_[s - 1];
     if (entry_.size() < first_.back()) entry_.resize(first_.back());
     std::copy(first_.begin(), first_.end(), next_.begin());
-    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-        each_slot(t, [&](std::size_t slot) { entry_[next_[slot]++] = t; });
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+        each_slot(i, [&](std::size_t slot) { entry_[next_[slot]++] = static_cast<std::uint32_t>(i); });
     }
 }
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -21,22 +20,22 @@ public:
     [[nodiscard]] const Box& bounds() const { return bounds_; }
     [[nodiscard]] double cell() const { return cell_; }
 
-    /// Calls visit(triangle) once for every triangle whose cells meet the box.
+    /// Calls visit(triangle) once for every triangle whose box, at the positions of the last fill, meets the box.
     template <typename Visit>
     void visit(const Box& box, const Visit& visit) {
         if (!box.overlaps(bounds_)) return;
         ++stamp_;
-        const auto low = cell_of(box.min.cwiseMax(bounds_.min));
-        const auto high = cell_of(box.max.cwiseMin(bounds_.max));
-        for (std::int64_t x = low[0]; x <= high[0]; ++x) {
-            for (std::int64_t y = low[1]; y <= high[1]; ++y) {
-                for (std::int64_t z = low[2]; z <= high[2]; ++z) {
+        const Cell low = cell_of(box.min.cwiseMax(bounds_.min));
+        const Cell high = cell_of(box.max.cwiseMin(bounds_.max));
+        for (std::int32_t x = low[0]; x <= high[0]; ++x) {
+            for (std::int32_t y = low[1]; y <= high[1]; ++y) {
+                for (std::int32_t z = low[2]; z <= high[2]; ++z) {
                     const std::size_t slot = slot_of(x, y, z);
                     for (std::uint32_t e = first_[slot]; e < first_[slot + 1]; ++e) {
                         const std::uint32_t local = entry_[e];
                         if (seen_[local] == stamp_) continue;
                         seen_[local] = stamp_;
-                        visit(triangles_[local]);
+                        if (boxes_[local].overlaps(box)) visit(triangles_[local]);
                     }
                 }
             }
@@ -44,10 +43,16 @@ public:
     }
 
 private:
-    [[nodiscard]] std::array<std::int64_t, 3> cell_of(const Vector3& p) const {
+    using Cell = std::array<std::int32_t, 3>;
+    struct Cells {
+        Cell low{0, 0, 0};
+        Cell high{-1, -1, -1};
+    };
+    /// Of a point within the bounds, so that cutting off the fraction is rounding down; at most 1e5 on an axis.
+    [[nodiscard]] Cell cell_of(const Vector3& p) const {
         const Vector3 scaled = (p - bounds_.min) / cell_;
-        return {static_cast<std::int64_t>(std::floor(scaled.x())), static_cast<std::int64_t>(std::floor(scaled.y())),
-                static_cast<std::int64_t>(std::floor(scaled.z()))};
+        return {static_cast<std::int32_t>(scaled.x()), static_cast<std::int32_t>(scaled.y()),
+                static_cast<std::int32_t>(scaled.z())};
     }
     [[nodiscard]] std::size_t slot_of(std::int64_t x, std::int64_t y, std::int64_t z) const {
         const auto mixed = static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15ULL ^
@@ -57,6 +62,8 @@ private:
     }
 
     std::vector<Index> triangles_;
+    std::vector<Box> boxes_;    ///< of each triangle; empty where it is not finite
+    std::vector<Cells> cells_;  ///< that each box meets
     Box bounds_;
     double cell_ = 1.0;
     int shift_ = 63;
