@@ -54,6 +54,7 @@ public:
         rigid_.prepare(topology);
         proxies_.prepare(topology, materials, TipProxies::default_radius);
         if (state_.has_tissue && settings().resolution == Resolution::ledger) ledger_.prepare(topology);
+        back_projection_.prepare(topology);
     }
 
     void respond(const Frame& seen, double dt, const ContactSet& contacts, Effect& effect) override {

@@ -1,0 +1,99 @@
+// Back-projection (METHODS §9.1) against the same rule without any search: every path with every triangle.
+#include "respond/back_projection.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "respond/equations.hpp"
+#include "support/shapes.hpp"
+
+namespace trocar {
+namespace {
+
+struct Attraction {
+    Index tissue_vertex = -1;
+    Index tool_vertex = -1;
+    double depth = 0.0;  // m
+};
+
+std::vector<Attraction> by_brute_force(const ThesisState& state, const Frame& frame) {
+    std::vector<Attraction> list;
+    const Topology& topology = *state.topology;
+    const BodyRange& tool = topology.bodies.front();
+    for (Index a = tool.vertices.first; a < tool.vertices.end(); ++a) {
+        const Vector3 x = frame.position.col(a);
+        const Vector3 v = frame.velocity.col(a);
+        if (v.norm() == 0.0) continue;
+        const double way = std::min(state.settings.n_back * state.dt * v.norm(), state.settings.l_max);
+        std::vector<Index> attracted;
+        for (Index t = 0; t < topology.triangle_count(); ++t) {
+            if (topology.bodies[static_cast<std::size_t>(topology.body_of_triangle[static_cast<std::size_t>(t)])]
+                    .kind != BodyKind::tissue)
+                continue;
+            const equations::Corners corners = corners_of(topology, frame.position, t);
+            const equations::PathHit hit = equations::path_hit(corners, x - way * v.normalized(), x);
+            if (!hit.found) continue;
+            const Index vertex = topology.triangles(equations::nearest_corner(corners, hit.point), t);
+            if (std::find(attracted.begin(), attracted.end(), vertex) != attracted.end()) continue;
+            attracted.push_back(vertex);
+            list.push_back({vertex, a, (x - hit.point).norm()});
+        }
+    }
+    return list;
+}
+
+/// A ball of some hundred vertices in a soup of triangles; a tenth of the ball's vertices rest, some are fast.
+void expect_same(const test::Shape& ball, const test::Shape& soup, std::uint32_t seed) {
+    const test::World world = test::make_world("back_projection", {{.kind = BodyKind::instrument, .shape = ball},
+                                                                   {.kind = BodyKind::tissue, .shape = soup},
+                                                                   {.kind = BodyKind::tissue, .shape = soup}});
+    Frame frame = world.frame;
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> even(-1.0, 1.0);
+    const Range second = world.topology.bodies.back().vertices;
+    for (Index v = second.first; v < second.end(); ++v) frame.position(0, v) += 0.004 + 0.001 * even(random);
+    const Range tool = world.topology.bodies.front().vertices;
+    for (Index v = tool.first; v < tool.end(); ++v) {
+        const double speed = v % 10 == 0 ? 0.0 : (v % 7 == 0 ? 5.0 : 0.4);  // m/s; 5 m/s goes beyond l_max
+        frame.velocity.col(v) = speed * Vector3(even(random), even(random), even(random));
+    }
+    Materials materials;
+    materials.mass.assign(static_cast<std::size_t>(world.topology.vertex_count), 1e-4);
+    materials.pinned.assign(materials.mass.size(), 0);
+    materials.mean_stiffness.assign(materials.mass.size(), 100.0);
+    materials.contact_laws.assign(world.topology.body_pairs.size(), {});
+    ThesisSettings settings;
+    settings.k = settings.mu = std::nan("");
+    ThesisState state(settings);
+    state.prepare(world.topology, materials);
+    state.begin(frame, 1e-3);
+    BackProjection back_projection;
+    back_projection.prepare(world.topology);
+    Effect effect;
+    effect.resize(world.topology.vertex_count, world.topology.body_count());
+    back_projection.respond(state, frame, effect);
+
+    const std::vector<Attraction> expected = by_brute_force(state, frame);
+    ASSERT_GT(expected.size(), 50U);
+    ASSERT_EQ(effect.contacts.size(), expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+        EXPECT_EQ(effect.contacts[i].vertices[0], expected[i].tissue_vertex) << i;
+        EXPECT_EQ(effect.contacts[i].reaction_point, Vector3(frame.position.col(expected[i].tool_vertex))) << i;
+        EXPECT_NEAR(-effect.contacts[i].gap, expected[i].depth, 1e-15) << i;
+    }
+}
+
+TEST(BackProjection, FindsWhatEveryPathWithEveryTriangleFinds) {
+    for (const std::uint32_t seed : {1U, 2U, 3U}) {
+        expect_same(test::sphere(0.01, 8), test::soup(400, 0.004, 0.012, seed), seed);   // fewer paths than 256
+        expect_same(test::sphere(0.01, 24), test::soup(400, 0.004, 0.012, seed), seed);  // more, in several lots
+        expect_same(test::sphere(0.03, 24), test::soup(300, 0.03, 0.005, seed), seed);   // few of them near
+    }
+}
+
+}  // namespace
+}  // namespace trocar
