@@ -11,6 +11,7 @@
 #include "app/isolated_call.hpp"
 #include "contact/derive.hpp"
 #include "geometry/input_error.hpp"
+#include "geometry/whole_file.hpp"
 #include "method/registry.hpp"
 #include "scene/recording.hpp"
 #include "scene/scene.hpp"

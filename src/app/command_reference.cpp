@@ -4,11 +4,11 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
 #include "geometry/input_error.hpp"
+#include "geometry/whole_file.hpp"
 #include "measure/environment.hpp"
 #include "reference/build_reference.hpp"
 
@@ -26,22 +26,6 @@ const char* word_of(ReferenceState state) {
         default:
             return "missing";
     }
-}
-
-/// Beside it first, then renamed: a reference is there whole or as it was.
-void write_whole(const std::filesystem::path& file, const std::string& text) {
-    std::error_code error;
-    std::filesystem::create_directories(file.parent_path(), error);
-    std::filesystem::path beside = file;
-    beside += ".new";
-    {
-        std::ofstream stream(beside, std::ios::binary);
-        stream << text;
-        stream.flush();
-        if (!stream) throw InputError(beside.string(), "", "to be writable", "an error");
-    }
-    std::filesystem::rename(beside, file, error);
-    if (error) throw InputError(file.string(), "", "to be writable", error.message());
 }
 
 Json solution_json(const ReferenceSolution& solution) {
@@ -127,6 +111,8 @@ int reference(const CommonOptions& common, const ReferenceOptions& options) {
             const auto origin = environment();
             for (const char* key : {"commit", "dirty", "version", "compiler"}) made.origin[key] = origin.at(key);
             made.origin["command"] = command;
+            std::error_code error;
+            std::filesystem::create_directories(reference_file(file).parent_path(), error);
             write_whole(reference_file(file), to_json(made));
         }
         const FoundReference found = find_reference(scene);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -13,6 +12,7 @@
 #include "app/commands.hpp"
 #include "app/respond_laws.hpp"
 #include "geometry/input_error.hpp"
+#include "geometry/whole_file.hpp"
 #include "scene/json_node.hpp"
 
 namespace trocar::app {
@@ -21,12 +21,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json read_json(const std::filesystem::path& file) {
-    if (std::filesystem::is_directory(file)) throw InputError(file.string(), "", "a file of cases", "a folder");
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream) throw InputError(file.string(), "", "a readable file", "none");
-    const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-    if (stream.bad()) throw InputError(file.string(), "", "a readable file", "a read error");
-    return parse_ordered_json(text, file.string());
+    return parse_ordered_json(read_whole(file, "a file of cases"), file.string());
 }
 
 bool is_number_list(const Json& json) {

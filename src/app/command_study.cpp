@@ -8,6 +8,7 @@
 
 #include "app/commands.hpp"
 #include "geometry/input_error.hpp"
+#include "geometry/whole_file.hpp"
 #include "measure/environment.hpp"
 #include "report/report.hpp"
 #include "simulate/runs.hpp"

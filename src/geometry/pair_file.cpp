@@ -76,7 +76,10 @@ std::vector<PairLine> read_pair_file(const std::filesystem::path& path) {
     const std::string file = path.string();
     std::ifstream stream(path);
     if (!stream || std::filesystem::is_directory(path)) {
-        throw InputError(file, "", "a readable text file", std::filesystem::exists(path) ? "none" : "no such file");
+        throw InputError(file, "", "a readable text file",
+                         std::filesystem::is_directory(path) ? "a folder"
+                         : std::filesystem::exists(path)     ? "no permission to read it"
+                                                             : "no such file");
     }
     std::vector<PairLine> lines;
     std::string text;

@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "geometry/input_error.hpp"
+#include "geometry/whole_file.hpp"
 #include "report/document.hpp"
 #include "report/sections.hpp"
 #include "report/verdict.hpp"
@@ -97,14 +98,7 @@ Report write_report(const std::filesystem::path& directory) {
         }
     }
     for (const auto& [name, content] : report.files) {
-        const std::filesystem::path beside = directory / (name + ".part");
-        {
-            std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
-            stream << content;
-            stream.flush();
-            if (!stream) throw std::runtime_error("cannot write " + beside.string());
-        }
-        std::filesystem::rename(beside, directory / name);
+        write_whole(directory / name, content);
     }
     return report;
 }

@@ -151,7 +151,7 @@ RecordingReader::RecordingReader(const std::filesystem::path& file) : file_(file
     std::error_code error;
     if (!std::filesystem::is_regular_file(file, error)) {
         throw InputError(file_, "", "a recording file",
-                         std::filesystem::exists(file, error) ? "no file" : "no such file");
+                         std::filesystem::exists(file, error) ? "a folder" : "no such file");
     }
     stream_.open(file, std::ios::binary);
     if (!stream_) throw InputError(file_, "", "a readable file", "no permission to read it");

@@ -8,12 +8,12 @@
 #include <fstream>
 #include <map>
 #include <set>
-#include <sstream>
 #include <utility>
 
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_file.hpp"
 #include "geometry/mesh_report.hpp"
+#include "geometry/whole_file.hpp"
 #include "scene/json_node.hpp"
 #include "scene/rotation.hpp"
 #include "scene/scene_settings.hpp"
@@ -524,22 +524,11 @@ std::optional<Device> device_of(const std::optional<Motion>& motion) {
     return Device{.mass = motion->hand.mass, .damping = motion->hand.damping};
 }
 
-std::string read_text(const std::filesystem::path& file) {
-    std::error_code error;
-    if (!std::filesystem::exists(file, error)) throw InputError(file.string(), "", "a scene file", "no such file");
-    if (!std::filesystem::is_regular_file(file, error)) throw InputError(file.string(), "", "a scene file", "no file");
-    std::ifstream stream(file, std::ios::binary);
-    std::ostringstream text;
-    text << stream.rdbuf();
-    if (!stream) throw InputError(file.string(), "", "a readable scene file", "no permission, or an empty file");
-    return text.str();
-}
-
 }  // namespace
 
 Scene read_scene(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data) {
     const std::string name = file.string();
-    const Json document = parse_json(read_text(file), name);
+    const Json document = parse_json(read_whole(file, "a scene file"), name);
     const JsonNode root(document, name);
     root.expect_keys({"format", "name", "description", "unit", "dt", "ticks", "seed", "bodies", "contact"});
     root.at("format").expect_word(format_name);
@@ -604,6 +593,7 @@ Scene read_scene(const std::filesystem::path& file, const std::optional<std::fil
 }
 
 bool lacks_data(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data) {
+    if (!std::filesystem::is_regular_file(file)) return false;
     std::ifstream stream(file, std::ios::binary);
     const Json document = Json::parse(stream, nullptr, false);  // faults are read_scene's to report
     const Json::json_pointer bodies("/bodies");

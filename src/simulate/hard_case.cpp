@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
 
 #include "geometry/input_error.hpp"
 #include "geometry/pair_file.hpp"
+#include "geometry/whole_file.hpp"
 #include "measure/environment.hpp"
 #include "measure/metrics.hpp"
 #include "measure/pair_truth.hpp"
@@ -18,16 +17,6 @@
 
 namespace trocar {
 namespace {
-
-std::string bytes_of(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream || !std::filesystem::is_regular_file(file)) {
-        throw InputError(file.string(), "", "a readable file", "no such file");
-    }
-    std::ostringstream text;
-    text << stream.rdbuf();
-    return text.str();
-}
 
 Index small_number(const JsonNode& node) { return static_cast<Index>(node.integer(0, 1'000'000)); }
 
@@ -81,7 +70,7 @@ Record refused_or_not(const HardCase& hard_case, const RunSpec& spec) {
 
 HardCase read_hard_case(const std::filesystem::path& file) {
     const std::string file_name = file.string();
-    const Json document = parse_json(bytes_of(file), file_name);
+    const Json document = parse_json(read_whole(file, "a readable file"), file_name);
     const JsonNode root(document, file_name);
     root.expect_keys({"of", "reason", "pairs", "touch", "not_finite", "bad_input", "scene", "at_most", "outcome",
                       "tested", "ticks"});
@@ -142,7 +131,8 @@ std::string hash_of(const HardCase& hard_case) {
     for (const char* name : {"expected.json", "a.obj", "b.obj", "scene.json"}) {
         const std::filesystem::path file = hard_case.file.parent_path() / name;
         if (!std::filesystem::exists(file)) continue;
-        for (const char c : bytes_of(file)) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
+        for (const char c : read_whole(file, "a readable file"))
+            hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
     }
     return fmt::format("{:016x}", hash);
 }

@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <limits>
-#include <sstream>
 
 #include "geometry/input_error.hpp"
+#include "geometry/whole_file.hpp"
 #include "scene/json_node.hpp"
 
 namespace trocar {
@@ -172,13 +171,7 @@ std::string to_json(const ContactBaseline& baseline) {
 }
 
 ContactBaseline read_contact_baseline(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream || !std::filesystem::is_regular_file(file)) {
-        throw InputError(file.string(), "", "stored contacts (trocar baseline write)", "no such file");
-    }
-    std::ostringstream text;
-    text << stream.rdbuf();
-    return contact_baseline_from_json(text.str(), file.string());
+    return contact_baseline_from_json(read_whole(file, "stored contacts (trocar baseline write)"), file.string());
 }
 
 ContactBaseline contact_baseline_from_json(const std::string& text, const std::string& name) {

@@ -6,13 +6,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <optional>
 #include <set>
-#include <sstream>
 #include <stdexcept>
 
 #include "geometry/input_error.hpp"
+#include "geometry/whole_file.hpp"
 #include "study/child_process.hpp"
 
 namespace trocar {
@@ -25,13 +24,6 @@ std::uint64_t fnv(std::uint64_t hash, std::string_view bytes) {
     return hash;
 }
 
-std::string read_whole(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    std::ostringstream text;
-    text << stream.rdbuf();
-    return text.str();
-}
-
 std::string spec_line(const RunSpec& spec) {
     Record record;
     record.spec = spec;
@@ -42,7 +34,7 @@ std::string spec_line(const RunSpec& spec) {
 std::optional<Record> finished_record(const std::filesystem::path& file, const RunSpec& spec) {
     if (!std::filesystem::is_regular_file(file)) return std::nullopt;
     try {
-        Record record = record_from_json_line(read_whole(file), file.string(), 1);
+        Record record = record_from_json_line(read_whole(file, "a record"), file.string(), 1);
         if (spec_line(record.spec) == spec_line(spec)) return record;
     } catch (const InputError&) {
         // Half a file or another program's: the run is simply not finished.
@@ -121,7 +113,7 @@ std::string binary_identity() {
         &files);
     std::uint64_t hash = fnv_start;
     for (const std::string& file : files) {
-        if (std::filesystem::exists(file)) hash = fnv(hash, read_whole(file));
+        if (std::filesystem::exists(file)) hash = fnv(hash, read_whole(file, "a record"));
     }
     return fmt::format("{:016x}", hash);
 }
@@ -144,22 +136,6 @@ void shorten_rows(Record& record) {
         }
         for (double& component : row.tool_force) shorten(component);
     }
-}
-
-void write_whole(const std::filesystem::path& file, const std::string& content) {
-    std::filesystem::path beside = file;
-    beside += ".part";
-    {
-        std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
-        stream << content;
-        stream.flush();
-        if (!stream) {
-            std::error_code ignored;
-            std::filesystem::remove(beside, ignored);
-            throw std::runtime_error("cannot write " + file.string());
-        }
-    }
-    std::filesystem::rename(beside, file);
 }
 
 RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& options) {
@@ -190,7 +166,7 @@ RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& 
         }
         if (options.progress) options.progress(plan.size(), nullptr);
         std::string records;
-        for (const PlannedRun& run : plan) records += read_whole(runner.file_of(run));
+        for (const PlannedRun& run : plan) records += read_whole(runner.file_of(run), "a record");
         write_whole(options.directory / "records.jsonl", records);
     }
     std::filesystem::remove(folder / "stderr.log", error);

@@ -46,7 +46,4 @@ std::string run_key(const RunSpec& spec, double time_limit_s);
 /// whole study stay small enough to be published. Summary figures and hashes keep all their digits.
 void shorten_rows(Record& record);
 
-/// Writes beside and renames, so that nobody ever sees half a file. Throws std::runtime_error when the disk refuses.
-void write_whole(const std::filesystem::path& file, const std::string& content);
-
 }  // namespace trocar

@@ -94,13 +94,13 @@ struct AblationPart {
     std::int64_t truth_stride = 1;
 };
 
-/// The closed loop released by the clock (simulate/paced.hpp).
-struct PacedPart {
+/// Methods on scenes, canonical contacts; which detector meets which response is told beside the part.
+struct LoopPart {
     std::vector<std::string> scenes;
     std::vector<StudyMethod> detectors;
     std::vector<StudyMethod> responses;
     std::int64_t ticks = 0;
-    std::int64_t repetitions = 1;
+    std::int64_t repetitions = 1;  ///< processes of their own
     std::int64_t truth_stride = 1;
 };
 
@@ -112,17 +112,6 @@ struct HardCasesPart {
     std::vector<std::string> families;  ///< files of triangle pairs, "data:PATH"
     std::vector<StudyMethod> detectors;
     std::vector<StudyMethod> responses;
-    std::int64_t truth_stride = 1;
-};
-
-/// Determinism certificate (simulate/certificate.hpp): every detector on the frames of every scene, every response (on
-/// the contacts of the first detector) in the closed loop.
-struct CertificatePart {
-    std::vector<std::string> scenes;
-    std::vector<StudyMethod> detectors;
-    std::vector<StudyMethod> responses;
-    std::int64_t ticks = 0;
-    std::int64_t repetitions = 2;  ///< fresh processes; at least two, or nothing is known of a fresh process
     std::int64_t truth_stride = 1;
 };
 
@@ -140,9 +129,12 @@ struct Study {
     std::optional<TrianglePairPart> triangle_pair;
     std::optional<WorkPrecisionPart> work_precision;
     std::optional<AblationPart> ablation;
-    std::optional<PacedPart> paced;
+    /// Every detector with every response in the closed loop, released by the clock (simulate/paced.hpp).
+    std::optional<LoopPart> paced;
     std::optional<HardCasesPart> hard_cases;
-    std::optional<CertificatePart> certificate;
+    /// Determinism (simulate/certificate.hpp): every detector on the frames of every scene, every response in the
+    /// closed loop of the first detector. At least two processes: one knows nothing of a fresh one.
+    std::optional<LoopPart> certificate;
 };
 
 /// Reads strictly. Throws InputError with a JSON pointer for an unknown key, a wrong type, an impossible number, a

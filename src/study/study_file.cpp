@@ -2,12 +2,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <set>
-#include <sstream>
 #include <utility>
 
 #include "geometry/input_error.hpp"
+#include "geometry/whole_file.hpp"
 #include "method/registry.hpp"
 #include "scene/json_node.hpp"
 #include "simulate/overrides.hpp"
@@ -112,16 +111,6 @@ void read_counts(const JsonNode& node, std::int64_t repetitions, Part& part) {
     part.repetitions = node.has("repetitions") ? count_of(node.at("repetitions")) : repetitions;
     part.ticks = node.has("ticks") ? count_of(node.at("ticks")) : 0;
     part.truth_stride = node.has("truth_stride") ? count_of(node.at("truth_stride")) : 1;
-}
-
-std::string text_of(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream || !std::filesystem::is_regular_file(file)) {
-        throw InputError(file.string(), "", "a study file", "no such file");
-    }
-    std::ostringstream text;
-    text << stream.rdbuf();
-    return text.str();
 }
 
 /// Checks a parameter of every method of the list by making the method with it.
@@ -251,9 +240,9 @@ HardCasesPart read_hard_cases_part(const JsonNode& node, const std::filesystem::
     return part;
 }
 
-CertificatePart read_certificate(const JsonNode& node, const std::filesystem::path& file) {
+LoopPart read_certificate(const JsonNode& node, const std::filesystem::path& file) {
     expect_object(node, {"scenes", "detectors", "responses", "ticks", "repetitions"}, {"scenes", "detectors"});
-    CertificatePart part;
+    LoopPart part;
     read_counts(node, 2, part);
     if (part.repetitions < 2) {
         node.at("repetitions").fail("at least 2: a fresh process is one of the things asked");
@@ -268,7 +257,7 @@ CertificatePart read_certificate(const JsonNode& node, const std::filesystem::pa
 
 Study read_study(const std::filesystem::path& file) {
     const std::string file_name = file.string();
-    const Json document = parse_json(text_of(file), file_name);
+    const Json document = parse_json(read_whole(file, "a study file"), file_name);
     const JsonNode root(document, file_name);
     expect_object(root,
                   {"format", "name", "seed", "repetitions", "time_limit_s", "reference", "replay", "closed_loop",
@@ -335,7 +324,7 @@ Study read_study(const std::filesystem::path& file) {
         const JsonNode node = root.at("paced");
         expect_object(node, {"scenes", "detectors", "responses", "ticks", "repetitions"},
                       {"scenes", "detectors", "responses"});
-        PacedPart part;
+        LoopPart part;
         part.scenes = read_scenes(node.at("scenes"), file);
         part.detectors = read_methods(node.at("detectors"), true, part.scenes);
         part.responses = read_methods(node.at("responses"), false, part.scenes);

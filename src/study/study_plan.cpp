@@ -201,7 +201,7 @@ void add_hard_cases(const Study& study, std::int64_t repetition, std::vector<Pla
 
 void add_certificates(const Study& study, std::int64_t repetition, std::vector<PlannedRun>& runs) {
     if (!study.certificate || repetition >= study.certificate->repetitions) return;
-    const CertificatePart& part = *study.certificate;
+    const LoopPart& part = *study.certificate;
     for (const std::string& scene : part.scenes) {
         const auto add = [&](const StudyMethod& detector, const StudyMethod& response) {
             PlannedRun run = planned(study, "certificate", scene, part.ticks, 0, repetition, detector, response,
