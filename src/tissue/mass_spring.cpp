@@ -80,26 +80,13 @@ TissueState state_of(const Topology& topology, const Materials& materials) {
         state.drag.push_back(materials.drag.empty() ? 0.0 : materials.drag[at(v)]);
     }
     const auto columns = static_cast<Eigen::Index>(state.size());
-    for (Matrix4X* array : {&state.position, &state.velocity, &state.start, &state.constant, &state.force}) {
+    for (Matrix4X* array : {&state.position, &state.velocity, &state.start, &state.constant}) {
         array->setZero(4, columns);
     }
     return state;
 }
 
-SpringArrays springs_of(const std::vector<Spring>& springs, const TissueState& state) {
-    SpringArrays arrays;
-    for (const Spring& spring : springs) {
-        arrays.i.push_back(state.place[at(spring.i)]);
-        arrays.j.push_back(state.place[at(spring.j)]);
-        arrays.inverse_rest.push_back(spring.rest > 0.0 ? 1.0 / spring.rest : 0.0);
-        arrays.k.push_back(spring.k);
-        arrays.offset.push_back(spring.preload - spring.k * spring.rest);
-        arrays.damping.push_back(spring.damping);
-    }
-    return arrays;
-}
-
-/// Those that pull at something that moves, in the order that SpringArrays wants.
+/// Those that pull at something that moves.
 std::vector<Spring> moving_springs(const Materials& materials, const TissueState& state) {
     std::vector<Spring> springs;
     for (const Spring& spring : materials.springs) {
@@ -107,9 +94,6 @@ std::vector<Spring> moving_springs(const Materials& materials, const TissueState
         const Index j = state.place[at(spring.j)];
         if (i >= 0 && j >= 0 && (state.moves(i) || state.moves(j))) springs.push_back(spring);
     }
-    std::stable_sort(springs.begin(), springs.end(), [](const Spring& one, const Spring& other) {
-        return std::min(one.i, one.j) < std::min(other.i, other.j);
-    });
     return springs;
 }
 
@@ -121,7 +105,7 @@ MassSpring::MassSpring(const Topology& topology, const Materials& materials)
       state_(state_of(topology, materials)),
       contacts_(topology.vertex_count, state_.size()) {
     moving_springs_ = moving_springs(materials, state_);
-    springs_ = springs_of(moving_springs_, state_);
+    springs_ = spring_arrays(moving_springs_, state_.place, state_.size());
     set_constant_force(nullptr);
     for (const Spring& spring : materials.springs) extent_ += spring.rest;
     position_before_.reserve(state_.size());
@@ -159,7 +143,6 @@ void MassSpring::set_constant_force(const Matrix3X* held) {
         if (v < materials_->rest_bias.cols()) constant = materials_->rest_bias.col(v);
         if (held != nullptr) constant += held->col(v);
     }
-    state_.force = state_.constant;
 }
 
 /// Lets go of the vertices that were held for the tick.

@@ -2,6 +2,7 @@
 #include "tissue/spring_kernels.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #undef HWY_TARGET_INCLUDE
@@ -11,6 +12,14 @@
 #include <hwy/highway.h>
 
 #include "geometry/simd_targets.hpp"
+
+#ifndef TROCAR_SPRING_BLOCK
+#define TROCAR_SPRING_BLOCK
+namespace trocar {
+/// Springs between two looks at which vertices they have passed.
+constexpr std::size_t spring_block = 128;
+}  // namespace trocar
+#endif
 
 HWY_BEFORE_NAMESPACE();
 namespace trocar::HWY_NAMESPACE {
@@ -23,25 +32,25 @@ HWY_INLINE double* column(Matrix4X& matrix, Index local) {
     return matrix.data() + 4 * static_cast<std::ptrdiff_t>(local);
 }
 
+/// Where the force of spring s lies.
+HWY_INLINE Index spot(const SpringArrays& springs, std::size_t s) {
+    return static_cast<Index>(s & (static_cast<std::size_t>(springs.force.cols()) - 1));
+}
+
 /// One spring at a time: what is left over after the vectors, and CPUs without vectors of four doubles.
-HWY_INLINE void add_one_spring_force(const SpringArrays& springs, std::size_t s, TissueState& state) {
+HWY_INLINE void find_one_force(SpringArrays& springs, std::size_t s, const TissueState& state) {
     const double* const xi = column(state.position, springs.i[s]);
     const double* const xj = column(state.position, springs.j[s]);
     const double* const vi = column(state.velocity, springs.i[s]);
     const double* const vj = column(state.velocity, springs.j[s]);
     const double d[3] = {xj[0] - xi[0], xj[1] - xi[1], xj[2] - xi[2]};
     const double length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-    if (length == 0.0) return;
     const double inverse = 1.0 / length;
     const double closing = ((vj[0] - vi[0]) * d[0] + (vj[1] - vi[1]) * d[1] + (vj[2] - vi[2]) * d[2]) * inverse;
     const double tension = springs.k[s] * length + springs.offset[s] + springs.damping[s] * closing;
-    const double scale = tension * inverse;
-    double* const fi = column(state.force, springs.i[s]);
-    double* const fj = column(state.force, springs.j[s]);
-    for (int axis = 0; axis < 3; ++axis) {
-        fi[axis] += scale * d[axis];
-        fj[axis] -= scale * d[axis];
-    }
+    const double scale = length == 0.0 ? 0.0 : tension * inverse;
+    double* const force = column(springs.force, spot(springs, s));
+    for (int axis = 0; axis < 3; ++axis) force[axis] = scale * d[axis];
 }
 
 HWY_INLINE double stretch_of(const SpringArrays& springs, std::size_t s, const TissueState& state) {
@@ -73,16 +82,8 @@ HWY_INLINE Vector difference(const SpringArrays& springs, std::size_t s, const M
     return hn::Sub(hn::LoadU(d, column(of, springs.j[s])), hn::LoadU(d, column(of, springs.i[s])));
 }
 
-HWY_INLINE void add_force(const SpringArrays& springs, std::size_t s, Vector force, Matrix4X& to) {
-    const Four d;
-    double* const fi = column(to, springs.i[s]);
-    double* const fj = column(to, springs.j[s]);
-    hn::StoreU(hn::Add(hn::LoadU(d, fi), force), d, fi);
-    hn::StoreU(hn::Sub(hn::LoadU(d, fj), force), d, fj);
-}
-
 /// Springs first <= s < end.
-HWY_INLINE void add_forces(const SpringArrays& springs, std::size_t first, std::size_t end, TissueState& state) {
+HWY_INLINE void find_forces(SpringArrays& springs, std::size_t first, std::size_t end, const TissueState& state) {
     const Four d;
     std::size_t s = first;
     for (; s + 4 <= end; s += 4) {
@@ -102,12 +103,12 @@ HWY_INLINE void add_forces(const SpringArrays& springs, std::size_t first, std::
         const auto scale = hn::IfThenZeroElse(hn::Eq(length, hn::Zero(d)), hn::Mul(tension, inverse));
         const auto lower = hn::ConcatLowerLower(d, scale, scale);
         const auto upper = hn::ConcatUpperUpper(d, scale, scale);
-        add_force(springs, s, hn::Mul(hn::DupEven(lower), d0), state.force);
-        add_force(springs, s + 1, hn::Mul(hn::DupOdd(lower), d1), state.force);
-        add_force(springs, s + 2, hn::Mul(hn::DupEven(upper), d2), state.force);
-        add_force(springs, s + 3, hn::Mul(hn::DupOdd(upper), d3), state.force);
+        hn::StoreU(hn::Mul(hn::DupEven(lower), d0), d, column(springs.force, spot(springs, s)));
+        hn::StoreU(hn::Mul(hn::DupOdd(lower), d1), d, column(springs.force, spot(springs, s + 1)));
+        hn::StoreU(hn::Mul(hn::DupEven(upper), d2), d, column(springs.force, spot(springs, s + 2)));
+        hn::StoreU(hn::Mul(hn::DupOdd(upper), d3), d, column(springs.force, spot(springs, s + 3)));
     }
-    for (; s < end; ++s) add_one_spring_force(springs, s, state);
+    for (; s < end; ++s) find_one_force(springs, s, state);
 }
 
 double largest_stretch(const SpringArrays& springs, const TissueState& state) {
@@ -129,21 +130,27 @@ double largest_stretch(const SpringArrays& springs, const TissueState& state) {
 /// Moves vertices and keeps what SubStepCheck tells of them.
 class Mover {
 public:
-    HWY_INLINE Mover(double h, TissueState& state) : h_(h), state_(&state) {}
+    HWY_INLINE Mover(double h, const SpringArrays& springs, TissueState& state)
+        : h_(h), springs_(&springs), state_(&state) {}
     /// Vertices first <= v < end.
     HWY_INLINE void move(std::size_t first, std::size_t end) {
         const Four d;
         TissueState& state = *state_;
+        const SpringArrays& springs = *springs_;
         auto furthest = furthest_;
         auto not_finite = not_finite_;
         for (std::size_t v = first; v < end; ++v) {
             const double inverse_mass = state.inverse_mass[v];
             const auto local = static_cast<Index>(v);
-            const auto old = hn::LoadU(d, column(state.velocity, local));
-            const auto force =
-                hn::Sub(hn::LoadU(d, column(state.force, local)), hn::Mul(hn::Set(d, state.drag[v]), old));
-            hn::StoreU(hn::LoadU(d, column(state.constant, local)), d, column(state.force, local));
             if (inverse_mass == 0.0) continue;
+            const auto old = hn::LoadU(d, column(state.velocity, local));
+            auto force = hn::Sub(hn::LoadU(d, column(state.constant, local)), hn::Mul(hn::Set(d, state.drag[v]), old));
+            for (std::uint32_t e = springs.first_in[v]; e < springs.first_in[v + 1]; ++e) {
+                force = hn::Sub(force, hn::LoadU(d, column(springs.force, spot(springs, springs.in[e]))));
+            }
+            for (std::uint32_t s = springs.first_out[v]; s < springs.first_out[v + 1]; ++s) {
+                force = hn::Add(force, hn::LoadU(d, column(springs.force, spot(springs, s))));
+            }
             const auto velocity = hn::Add(old, hn::Mul(hn::Set(d, h_ * inverse_mass), force));
             const auto way = hn::Mul(hn::Set(d, h_), velocity);
             const auto position = hn::Add(hn::LoadU(d, column(state.position, local)), way);
@@ -163,6 +170,7 @@ public:
 
 private:
     double h_;
+    const SpringArrays* springs_;
     TissueState* state_;
     Vector furthest_ = hn::Zero(Four());
     Vector not_finite_ = hn::Zero(Four());  // a finite number times zero is zero; infinities and NaN give NaN
@@ -170,8 +178,8 @@ private:
 
 #else
 
-HWY_INLINE void add_forces(const SpringArrays& springs, std::size_t first, std::size_t end, TissueState& state) {
-    for (std::size_t s = first; s < end; ++s) add_one_spring_force(springs, s, state);
+HWY_INLINE void find_forces(SpringArrays& springs, std::size_t first, std::size_t end, const TissueState& state) {
+    for (std::size_t s = first; s < end; ++s) find_one_force(springs, s, state);
 }
 
 double largest_stretch(const SpringArrays& springs, const TissueState& state) {
@@ -183,20 +191,24 @@ double largest_stretch(const SpringArrays& springs, const TissueState& state) {
 /// Moves vertices and keeps what SubStepCheck tells of them.
 class Mover {
 public:
-    Mover(double h, TissueState& state) : h_(h), state_(&state) {}
+    Mover(double h, const SpringArrays& springs, TissueState& state) : h_(h), springs_(&springs), state_(&state) {}
     /// Vertices first <= v < end.
     void move(std::size_t first, std::size_t end) {
         for (std::size_t v = first; v < end; ++v) {
             const double inverse_mass = state_->inverse_mass[v];
             const auto local = static_cast<Index>(v);
-            double* const force = column(state_->force, local);
+            if (inverse_mass == 0.0) continue;
             double* const velocity = column(state_->velocity, local);
             double* const position = column(state_->position, local);
             for (int axis = 0; axis < 3; ++axis) {
-                const double sum = force[axis] - state_->drag[v] * velocity[axis];
-                force[axis] = column(state_->constant, local)[axis];
-                if (inverse_mass == 0.0) continue;
-                velocity[axis] += h_ * inverse_mass * sum;
+                double force = column(state_->constant, local)[axis] - state_->drag[v] * velocity[axis];
+                for (std::uint32_t e = springs_->first_in[v]; e < springs_->first_in[v + 1]; ++e) {
+                    force -= column(springs_->force, spot(*springs_, springs_->in[e]))[axis];
+                }
+                for (std::uint32_t s = springs_->first_out[v]; s < springs_->first_out[v + 1]; ++s) {
+                    force += column(springs_->force, spot(*springs_, s))[axis];
+                }
+                velocity[axis] += h_ * inverse_mass * force;
                 const double way = h_ * velocity[axis];
                 position[axis] += way;
                 furthest_ = std::max(furthest_, std::abs(way));
@@ -208,6 +220,7 @@ public:
 
 private:
     double h_;
+    const SpringArrays* springs_;
     TissueState* state_;
     double furthest_ = 0.0;
     double not_finite_ = 0.0;  // a finite number times zero is zero; infinities and NaN give NaN
@@ -216,15 +229,14 @@ private:
 #endif
 
 /// A vertex moves as soon as the springs have passed it: what the one reads the other finds in the cache.
-SubStepCheck sub_step(double h, const SpringArrays& springs, TissueState& state) {
-    constexpr std::size_t block = 128;
-    Mover mover(h, state);
+SubStepCheck sub_step(double h, SpringArrays& springs, TissueState& state) {
+    Mover mover(h, springs, state);
     std::size_t moved = 0;
-    for (std::size_t s = 0; s < springs.size(); s += block) {
-        const std::size_t end = std::min(s + block, springs.size());
-        add_forces(springs, s, end, state);
+    for (std::size_t s = 0; s < springs.size(); s += spring_block) {
+        const std::size_t end = std::min(s + spring_block, springs.size());
+        find_forces(springs, s, end, state);
         if (end == springs.size()) break;
-        const auto front = static_cast<std::size_t>(std::min(springs.i[end], springs.j[end]));
+        const auto front = static_cast<std::size_t>(springs.i[end]);
         mover.move(moved, front);
         moved = front;
     }
@@ -240,6 +252,42 @@ namespace trocar {
 
 HWY_EXPORT(sub_step);
 HWY_EXPORT(largest_stretch);
+
+SpringArrays spring_arrays(std::vector<Spring>& springs, const std::vector<Index>& place, std::size_t vertex_count) {
+    const auto local = [&place](Index vertex) { return place[static_cast<std::size_t>(vertex)]; };
+    for (Spring& spring : springs) {
+        if (local(spring.i) > local(spring.j)) std::swap(spring.i, spring.j);
+    }
+    std::stable_sort(springs.begin(), springs.end(),
+                     [&](const Spring& one, const Spring& other) { return local(one.i) < local(other.i); });
+    SpringArrays arrays;
+    arrays.first_out.assign(vertex_count + 1, 0);
+    arrays.first_in.assign(vertex_count + 1, 0);
+    for (const Spring& spring : springs) {
+        arrays.i.push_back(local(spring.i));
+        arrays.j.push_back(local(spring.j));
+        arrays.inverse_rest.push_back(spring.rest > 0.0 ? 1.0 / spring.rest : 0.0);
+        arrays.k.push_back(spring.k);
+        arrays.offset.push_back(spring.preload - spring.k * spring.rest);
+        arrays.damping.push_back(spring.damping);
+        ++arrays.first_out[static_cast<std::size_t>(arrays.i.back()) + 1];
+        ++arrays.first_in[static_cast<std::size_t>(arrays.j.back()) + 1];
+    }
+    for (std::size_t v = 0; v < vertex_count; ++v) {
+        arrays.first_out[v + 1] += arrays.first_out[v];
+        arrays.first_in[v + 1] += arrays.first_in[v];
+    }
+    arrays.in.resize(springs.size());
+    std::vector<std::uint32_t> next = arrays.first_in;
+    std::size_t longest = 1;  // springs from one to the last that is found before its j moves
+    for (std::size_t s = 0; s < springs.size(); ++s) {
+        const auto j = static_cast<std::size_t>(arrays.j[s]);
+        arrays.in[next[j]++] = static_cast<std::uint32_t>(s);
+        longest = std::max(longest, arrays.first_out[j + 1] - s);
+    }
+    arrays.force.setZero(4, static_cast<Eigen::Index>(std::bit_ceil(longest + 2 * spring_block)));
+    return arrays;
+}
 
 const std::vector<SpringKernels>& spring_kernels() {
     static const std::vector<SpringKernels> kernels = versions_by_target([](const char* target) {

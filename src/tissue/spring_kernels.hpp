@@ -2,25 +2,33 @@
 // CPU has. Every version does the same operations in the same order: the answer is the same on every machine.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
-#include "geometry/types.hpp"
+#include "scene/world.hpp"
 
 namespace trocar {
 
 /// Four doubles per vertex, the fourth unused (0): one vertex is one vector of four lanes.
 using Matrix4X = Eigen::Matrix<double, 4, Eigen::Dynamic>;
 
-/// Springs of a MassSpring as flat arrays; i and j are positions in its state, and the springs stand in order of the
-/// smaller one, so that a vertex has all its forces when the springs have passed it.
+/// Springs of a MassSpring as flat arrays; i < j are positions in its state, and the springs stand in order of i: a
+/// vertex has all its forces when the springs have passed it.
 struct SpringArrays {
     std::vector<Index> i, j;
-    std::vector<double> inverse_rest;  ///< 1/m; 0 where the rest length is 0
-    std::vector<double> k;             ///< N/m
-    std::vector<double> offset;        ///< N, preload - k rest length: the tension is k length + offset
-    std::vector<double> damping;       ///< N s/m
+    std::vector<double> inverse_rest;      ///< 1/m; 0 where the rest length is 0
+    std::vector<double> k;                 ///< N/m
+    std::vector<double> offset;            ///< N, preload - k rest length: the tension is k length + offset
+    std::vector<double> damping;           ///< N s/m
+    std::vector<std::uint32_t> first_out;  ///< per vertex + 1: first spring whose i it is
+    std::vector<std::uint32_t> first_in;   ///< per vertex + 1: into `in`
+    std::vector<std::uint32_t> in;         ///< of each vertex, the springs whose j it is, ascending
+    Matrix4X force;                        ///< N on i; spring s lies in column s mod the number of columns, 2^n
     [[nodiscard]] std::size_t size() const { return i.size(); }
 };
+
+/// Arrays of springs between the vertices of a state; `springs` is brought into the order of the arrays.
+SpringArrays spring_arrays(std::vector<Spring>& springs, const std::vector<Index>& place, std::size_t vertex_count);
 
 /// What the integrator moves: free vertices, and the held ones that a spring ties to them.
 struct TissueState {
@@ -32,7 +40,6 @@ struct TissueState {
     Matrix4X velocity;                 ///< m/s
     Matrix4X start;                    ///< m, position at the start of the tick
     Matrix4X constant;                 ///< N, forces that do not change in a tick
-    Matrix4X force;                    ///< N, between sub-steps equal to `constant`
     [[nodiscard]] std::size_t size() const { return vertex.size(); }
     [[nodiscard]] bool moves(Index local) const { return inverse_mass[static_cast<std::size_t>(local)] != 0.0; }
 };
@@ -47,7 +54,7 @@ struct SpringKernels {
     /// Semi-implicit Euler over h (s): the forces of all springs (thesis eq. 3.1: spring, preload, damping; one of zero
     /// length has no direction and gives none), of drag and the constant ones change the velocities of what moves, and
     /// the new velocities the positions.
-    SubStepCheck (*sub_step)(double h, const SpringArrays& springs, TissueState& state);
+    SubStepCheck (*sub_step)(double h, SpringArrays& springs, TissueState& state);
     /// Largest length over rest length, 0 without springs that have one.
     double (*largest_stretch)(const SpringArrays& springs, const TissueState& state);
     const char* target;  ///< name of the instruction set
