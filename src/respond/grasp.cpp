@@ -47,9 +47,12 @@ void Grasp::prepare(const Topology& topology, const GraspSettings& settings) {
     holder_.assign(at(topology.vertex_count), -1);
     held_.clear();
     held_.reserve(groups_.size() * most_vertices);
+    parting_.clear();
+    parting_.reserve(groups_.size() * most_vertices);
 }
 
 void Grasp::detach(std::size_t position) {
+    if (settings_.release_time > 0.0) parting_.push_back({.held = held_[position], .stiffness = settings_.stiffness});
     holder_[at(held_[position].vertex)] = -1;
     held_.erase(held_.begin() + static_cast<std::ptrdiff_t>(position));
 }
@@ -124,6 +127,7 @@ void Grasp::attach(const Topology& topology, const Materials& materials, const F
         const Vector3 local = pose.rotation.conjugate() * (frame.position.col(one.vertex) - pose.translation);
         held_.push_back({.vertex = one.vertex, .group = group, .local = local});
         holder_[at(one.vertex)] = group;
+        std::erase_if(parting_, [&one](const PartingVertex& parting) { return parting.held.vertex == one.vertex; });
         ++taken;
     }
 }
@@ -152,25 +156,46 @@ void Grasp::hold_by_springs(const Materials& materials, const VertexSprings& spr
         detach(i);
         ++effect.detached;
     }
-    for (const GraspedVertex& held : held_) {
-        const Vector3 place = target(frame, held);
-        const Vector3 offset = place - frame.position.col(held.vertex);
-        const Vector3 speed = target_velocity(frame, held, dt);
-        for (int axis = 0; axis < 3; ++axis) {
-            LinearContact linear;
-            linear.vertices = {held.vertex, -1, -1};
-            linear.weights = {1.0, 0.0, 0.0};
-            linear.normal = Vector3::Unit(axis);
-            linear.gap = -offset[axis];
-            linear.k = settings_.stiffness;
-            linear.mu = 2.0 * std::sqrt(settings_.stiffness * materials.mass[at(held.vertex)]);
-            linear.face_velocity = speed[axis];
-            linear.bilateral = true;
-            linear.reaction_body = body_of(held.group);
-            linear.reaction_point = place;
-            effect.contacts.push_back(linear);
-        }
+    for (const GraspedVertex& held : held_) pull(materials, frame, held, settings_.stiffness, dt, effect);
+    weaken(frame, dt);
+    for (const PartingVertex& parting : parting_) {
+        pull(materials, frame, parting.held, parting.stiffness, dt, effect);
     }
+}
+
+void Grasp::pull(const Materials& materials, const Frame& frame, const GraspedVertex& held, double stiffness, double dt,
+                 Effect& effect) const {
+    const Vector3 place = target(frame, held);
+    const Vector3 offset = place - frame.position.col(held.vertex);
+    const Vector3 speed = target_velocity(frame, held, dt);
+    for (int axis = 0; axis < 3; ++axis) {
+        LinearContact linear;
+        linear.vertices = {held.vertex, -1, -1};
+        linear.weights = {1.0, 0.0, 0.0};
+        linear.normal = Vector3::Unit(axis);
+        linear.gap = -offset[axis];
+        linear.k = stiffness;
+        linear.mu = 2.0 * std::sqrt(stiffness * materials.mass[at(held.vertex)]);
+        linear.face_velocity = speed[axis];
+        linear.bilateral = true;
+        linear.reaction_body = body_of(held.group);
+        linear.reaction_point = place;
+        effect.contacts.push_back(linear);
+    }
+}
+
+/// What holds a parting vertex carries a force that falls evenly to zero. A spring that only ever softens gives none
+/// of its energy back: the tissue keeps what it has, less what it loses on the way.
+void Grasp::weaken(const Frame& frame, double dt) {
+    for (PartingVertex& parting : parting_) {
+        const double stretch = (target(frame, parting.held) - frame.position.col(parting.held.vertex)).norm();
+        if (parting.age == 0.0) parting.first_force = parting.stiffness * stretch;
+        parting.age += dt;
+        const double left = std::max(0.0, 1.0 - parting.age / settings_.release_time);
+        parting.stiffness = std::min(parting.stiffness, left * settings_.stiffness);
+        if (stretch > 0.0) parting.stiffness = std::min(parting.stiffness, left * parting.first_force / stretch);
+    }
+    std::erase_if(parting_, [](const PartingVertex& parting) { return parting.stiffness <= 0.0; });
 }
 
 void Grasp::remember(const Frame& frame) {

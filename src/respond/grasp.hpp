@@ -31,6 +31,7 @@ struct GraspSettings {
                                ///< between the jaws, else nothing is grasped; false: one contact is enough
     double stiffness = 300.0;  ///< N/m, of the spring that holds a vertex
     double slip_force = 2.0;   ///< N, on one vertex
+    double release_time = 0.0;  ///< s, in which the force on a vertex that slips or is let go falls to zero
 };
 
 class Grasp {
@@ -53,10 +54,11 @@ public:
     [[nodiscard]] Vector3 target_velocity(const Frame& frame, const GraspedVertex& held, double dt) const;
     /// Holds every grasped vertex at its target by a spring and a critical damper, which the integrator takes
     /// implicitly and whose reaction the tool feels (METHODS §10, corrected). First lets go of those that pull with
-    /// more than the slip force or whose springs have reached the strain limit, and counts them.
+    /// more than the slip force or whose springs have reached the strain limit, and counts them; what was let go is
+    /// pulled less and less for the release time.
     void hold_by_springs(const Materials& materials, const VertexSprings& springs, const Frame& frame, double dt,
                          Effect& effect);
-    /// Lets one vertex go.
+    /// Lets one vertex go: at once, or over the release time.
     void detach(std::size_t position);
     /// Remembers the poses of this frame; call at the end of a tick.
     void remember(const Frame& frame);
@@ -69,6 +71,17 @@ private:
         Pose last_pose = {};
         bool seen = false;
     };
+    /// Let go, but not yet free.
+    struct PartingVertex {
+        GraspedVertex held = {};
+        double stiffness = 0.0;    ///< N/m, never rises
+        double first_force = 0.0;  ///< N, when it was let go
+        double age = 0.0;          ///< s
+    };
+    /// A spring of this stiffness and its critical damper from a vertex to its target.
+    void pull(const Materials& materials, const Frame& frame, const GraspedVertex& held, double stiffness, double dt,
+              Effect& effect) const;
+    void weaken(const Frame& frame, double dt);
     void attach(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts,
                 std::span<const RestingTouch> resting, Index group);
 
@@ -78,6 +91,7 @@ private:
     std::vector<Index> piece_;          ///< N; smallest vertex that a vertex of an instrument is connected to
     std::vector<Index> holder_;         ///< N; group or -1
     std::vector<GraspedVertex> held_;
+    std::vector<PartingVertex> parting_;
     struct Touch {
         Index vertex = -1;
         Vector3 normal = Vector3::Zero();

@@ -14,7 +14,7 @@
 //   §9.2       ledger_resolution      resolution=ledger, anchor, settle_time, clear_speed, slip_damping
 //              rupture                tear_time, d_max
 //   §9.2       squeezed_tissue        squeeze
-//   §10        grasp                  grasp, grasp_k, grasp_slip
+//   §10        grasp                  grasp, grasp_k, grasp_slip, release_time
 //   §8         show_tip_forces        tip and the device's parameters
 #include <algorithm>
 #include <cmath>

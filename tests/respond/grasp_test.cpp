@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <limits>
 #include <memory>
+#include <string>
 
 #include "method/registry.hpp"
 #include "scene/scene.hpp"
@@ -102,6 +105,12 @@ struct Bench {
     }
     /// Force on the tool, N: what the tissue's integrator gave back and what the response added.
     [[nodiscard]] Vector3 tool_force() const { return reaction[0].force + effect.wrench[0].force; }
+    /// Of the one spring and the vertex that hangs on it, J.
+    [[nodiscard]] double energy() const {
+        const double stretch = strain() * rest;
+        const double speed = frame.velocity.col(held).norm();
+        return 0.5 * spring_k * stretch * stretch + 0.5 * materials.mass[held] * speed * speed;
+    }
     [[nodiscard]] double strain() const { return (frame.position.col(7) - frame.position.col(6)).norm() / rest - 1.0; }
     /// Closes on the vertex with both jaws touching.
     void close() {
@@ -217,6 +226,75 @@ TEST(Grasp, ReleasedVertexComesToRest) {
     }
 }
 
+TEST(Grasp, LettingGoTheForceFallsEvenlyToZero) {
+    // At rest 300 and 100 N/m in series carry 75 N/m × travel; while it is let go the vertex stays near equilibrium.
+    constexpr double travel = 0.005;
+    constexpr double first = 75.0 * travel;
+    for (const int ticks : {100, 200}) {
+        Bench bench("thesis:profile=corrected,release_time=" + std::to_string(1e-3 * ticks));
+        bench.close();
+        for (int tick = 0; tick <= 100; ++tick) bench.step(0.1, travel / 100 * tick);
+        bench.settle(0.1, travel);
+        ASSERT_NEAR(bench.tool_force().x(), first, 1e-6);
+        // It moves by first / 100 N/m meanwhile, against its drag and the grasp's damper.
+        const double speed = first / Bench::spring_k / (1e-3 * ticks);
+        const double dampers = (2.0 * std::sqrt(300.0 * 1e-4) + 0.1) * speed;
+        for (int tick = 1; tick <= ticks + 10; ++tick) {
+            bench.step(1.0, travel);
+            EXPECT_EQ(bench.effect.grasped, 0);
+            const double left = std::max(0.0, 1.0 - static_cast<double>(tick) / ticks);
+            EXPECT_NEAR(bench.tool_force().x(), left * first, dampers + 0.01 * first) << tick;
+            EXPECT_NEAR(bench.strain() * Bench::rest * Bench::spring_k, left * first, dampers + 0.01 * first) << tick;
+        }
+        EXPECT_EQ(bench.tool_force().norm(), 0.0);
+    }
+}
+
+TEST(Grasp, LetGoAtOnceWithoutReleaseTimeOrByTheThesis) {
+    for (const char* method : {"thesis:profile=corrected,release_time=0", "thesis", "thesis:release_time=0.05"}) {
+        Bench bench(method);
+        bench.close();
+        bench.settle(0.1, 0.005);
+        ASSERT_GT(bench.tool_force().x(), 0.3) << method;
+        bench.step(1.0, 0.005);
+        EXPECT_EQ(bench.tool_force().norm(), 0.0) << method;
+    }
+}
+
+TEST(Grasp, LettingGoAddsNoEnergy) {
+    double slower_than = std::numeric_limits<double>::infinity();
+    for (const char* time : {"0", "0.002", "0.01", "0.05", "0.2"}) {
+        Bench bench(std::string("thesis:profile=corrected,release_time=") + time);
+        bench.close();
+        for (int tick = 0; tick <= 100; ++tick) bench.step(0.1, 5e-5 * tick);
+        bench.settle(0.1, 0.005);
+        double before = bench.energy();
+        double fastest = 0.0;
+        for (int tick = 0; tick < 300; ++tick) {
+            bench.step(1.0, 0.005);
+            EXPECT_LE(bench.energy(), before * (1.0 + 1e-9) + 1e-18) << time << " tick " << tick;
+            before = bench.energy();
+            fastest = std::max(fastest, bench.frame.velocity.col(Bench::held).norm());
+        }
+        // Held back for longer, it gets less fast.
+        EXPECT_LT(fastest, slower_than) << time;
+        slower_than = fastest;
+    }
+}
+
+TEST(Grasp, TakenAgainWhileLetGoItIsHeldByOneSpring) {
+    Bench bench("thesis:profile=corrected,release_time=0.2");
+    bench.close();
+    for (int tick = 0; tick <= 100; ++tick) bench.step(0.1, 5e-5 * tick);
+    bench.step(1.0, 0.005);
+    ASSERT_EQ(bench.effect.contacts.size(), 3U) << "one for each axis";
+    bench.touch(0);
+    bench.touch(1);
+    bench.step(0.1, 0.005);
+    EXPECT_EQ(bench.effect.grasped, 1);
+    EXPECT_EQ(bench.effect.contacts.size(), 3U);
+}
+
 TEST(Grasp, AttachingShowsNoForceOfItsOwn) {
     for (const char* method : {"thesis", "thesis:profile=corrected"}) {
         Bench bench(method);
@@ -231,6 +309,7 @@ struct Shown {
     std::int64_t detached = 0;    ///< vertices that slipped
     double strain = 0.0;          ///< largest
     double jump_at_attach = 0.0;  ///< N
+    double jump = 0.0;            ///< N, from one tick to the next, the largest once something was held
     bool grew_while_closed = false;
     double speed_at_end = 0.0;  ///< m/s, largest of the tissue
     std::int64_t held_at_end = 0;
@@ -251,6 +330,7 @@ Shown run_shipped(const char* name, const std::string& method) {
         } else if (tick > 0 && row.grasped > last.grasped) {
             shown.grew_while_closed = true;
         }
+        if (shown.most > 0) shown.jump = std::max(shown.jump, (row.tool_force - last.tool_force).norm());
         shown.most = std::max(shown.most, row.grasped);
         shown.detached += row.detached;
         shown.strain = std::max(shown.strain, row.max_strain);
@@ -272,6 +352,7 @@ TEST(GraspScenes, PullToLargeStrainAndLetGo) {
             EXPECT_LT(shown.speed_at_end, 0.2) << name << ": it swings out";
             if (corrected) {
                 EXPECT_LE(shown.jump_at_attach, 0.5) << name;
+                EXPECT_LE(shown.jump, 0.5) << name << ": nor when it slips or is let go";
                 EXPECT_GT(shown.strain, 0.9) << name;
                 EXPECT_LT(shown.strain, 1.001) << name << ": the strain limit holds";
                 EXPECT_EQ(shown.detached, shown.most) << name << ": at the limit every vertex slips";
@@ -281,6 +362,10 @@ TEST(GraspScenes, PullToLargeStrainAndLetGo) {
             }
         }
     }
+}
+
+TEST(GraspScenes, LetGoAtOnceTheForceJumps) {
+    EXPECT_GT(run_shipped("i2t_grasp.json", "thesis:profile=corrected,release_time=0").jump, 1.0);
 }
 
 }  // namespace
