@@ -33,6 +33,16 @@ void add_environment(Draft& draft) {
     draft.add(std::move(table));
 }
 
+namespace {
+
+/// Whether the run turned a knob of its detector or response (kind): then its setting was nobody's choice.
+bool is_turned(const RunSpec& spec, const std::string& kind) {
+    if (spec.mode == "work_precision") return spec.knob.rfind(kind + ".", 0) == 0;
+    return spec.mode == "ablation" && kind == "response" && !spec.point.empty();
+}
+
+}  // namespace
+
 void add_fairness(Draft& draft) {
     draft.heading(2, "Fairness manifest");
     draft.paragraph(
@@ -44,9 +54,15 @@ void add_fairness(Draft& draft) {
         const Record* record = nullptr;
     };
     std::map<std::pair<std::string, std::string>, const Record*> methods;
+    const auto take = [&methods](const Record& record, const std::string& kind, const std::string& text) {
+        if (text.empty()) return;
+        const Record*& known = methods[{kind, text}];
+        // A run that chose the setting says more of it than one that passed by.
+        if (known == nullptr || (is_turned(known->spec, kind) && !is_turned(record.spec, kind))) known = &record;
+    };
     for (const Record& record : draft.records) {
-        if (!record.spec.detector.empty()) methods.try_emplace({"detector", record.spec.detector}, &record);
-        if (!record.spec.response.empty()) methods.try_emplace({"response", record.spec.response}, &record);
+        take(record, "detector", record.spec.detector);
+        take(record, "response", record.spec.response);
     }
     const auto fact = [](const Record& record, const std::string& key) {
         const auto found = record.environment.find(key);
@@ -64,16 +80,19 @@ void add_fairness(Draft& draft) {
     for (const auto& [key, record] : methods) {
         const std::string prefix = key.first + ".";
         const std::string absent = fact(*record, prefix + "absent");
-        const std::string setting = fact(*record, prefix + "setting");
+        const std::string chosen = fact(*record, prefix + "setting");
+        const std::string setting = is_turned(record->spec, key.first) ? "turned by the study"
+                                    : chosen.empty()                   ? "default"
+                                                                       : chosen;
         const std::string basis = fact(*record, prefix + "basis");
-        by_name[{key.first, method_name(key.second)}][setting.empty() ? "default" : setting].push_back(
-            code(key.second) + (basis.empty() ? "" : ": " + basis));
+        by_name[{key.first, method_name(key.second)}][setting].push_back(code(key.second) +
+                                                                         (basis.empty() ? "" : ": " + basis));
         const std::string library = fact(*record, prefix + "library") + " " + fact(*record, prefix + "version");
         const std::string settings = fact(*record, prefix + "settings");
         table.rows.push_back(
             {.cells = {key.first, code(key.second), absent.empty() ? library : "absent (" + absent + ")",
                        fact(*record, prefix + "configuration"), settings.empty() ? "none declared" : settings,
-                       setting.empty() ? "default" : setting}});
+                       setting}});
     }
     draft.add(std::move(table));
     Table columns;
@@ -83,8 +102,8 @@ void add_fairness(Draft& draft) {
                        {"default", false},
                        {"recommended", false},
                        {"tuned (search and budget)", false}};
-    for (const auto& [key, settings] : by_name) {
-        const auto cell = [&settings](const std::string& name, const char* none) {
+    for (const auto& [key, by_setting] : by_name) {
+        const auto cell = [&settings = by_setting](const std::string& name, const char* none) {
             const auto found = settings.find(name);
             return found == settings.end() ? std::string(none) : fmt::format("{}", fmt::join(found->second, "; "));
         };

@@ -12,6 +12,7 @@ namespace {
 /// One figure of several processes of the same run.
 Estimate figure_of(const std::vector<const Record*>& runs, const char* key) {
     std::vector<double> values;
+    values.reserve(runs.size());
     for (const Record* run : runs) values.push_back(summary_of(*run, key));
     return across_processes(values);
 }

@@ -423,6 +423,19 @@ TEST(Report, WorkAndPrecisionMarksDominatedPoints) {
     EXPECT_NE(chart.find("1 ms"), std::string::npos);
 }
 
+TEST(Report, ASettingThatAStudyTurnsIsNobodysDefault) {
+    Record turned =
+        synthetic({.mode = "work_precision", .detector = "mine:cell=2", .knob = "detector.cell", .point = "2"});
+    Record chosen = synthetic({.detector = "mine"});
+    Record passing = synthetic({.mode = "work_precision", .detector = "mine", .knob = "detector.cell", .point = "1"});
+    const std::string markdown = make_report({turned, passing, chosen}).files.at("report.md");
+    EXPECT_NE(markdown.find("| detector | `mine:cell=2` |   |  | none declared | turned by the study |"),
+              std::string::npos)
+        << markdown.substr(markdown.find("Methods and their settings"), 600);
+    EXPECT_NE(markdown.find("| detector | `mine` |   |  | none declared | default |"), std::string::npos);
+    EXPECT_NE(markdown.find("| detector | `mine` | `mine` | not run | not tuned |"), std::string::npos);
+}
+
 TEST(Report, AHalvedTickCostsTwiceAsMuchPerSimulatedTime) {
     std::vector<Record> records = sweep();
     for (Record& record : records) {
