@@ -147,7 +147,7 @@ Scene repeated(Scene scene, std::int64_t cycles, double pause) {
     return scene;
 }
 
-Scene repeated_drag(const std::filesystem::path& scene_file, std::int64_t cycles) {
+Scene repeated(const std::filesystem::path& scene_file, std::int64_t cycles) {
     constexpr double way_back = 0.1;  // s
     return repeated(read_scene(scene_file, std::nullopt), cycles, way_back);
 }
@@ -155,6 +155,7 @@ Scene repeated_drag(const std::filesystem::path& scene_file, std::int64_t cycles
 BoundedMeasurement measure_bounded(const Scene& scene, const std::vector<Contestant>& contestants, std::int64_t ticks,
                                    const std::function<void(const std::string&)>& now) {
     BoundedMeasurement measurement;
+    measurement.scene = scene.name;
     std::vector<Runner> runners;
     for (const Contestant& contestant : contestants) {
         if (now) now(contestant.label);

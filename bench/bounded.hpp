@@ -40,6 +40,7 @@ struct BoundedResult {
 };
 
 struct BoundedMeasurement {
+    std::string scene;              ///< its name
     std::int64_t ticks = 0;         ///< with at least one pair of overlapping triangle boxes: all figures are of these
     std::int64_t driven_ticks = 0;  ///< of the scene, those without one included
     double box_pairs = 0.0;         ///< median
@@ -53,8 +54,8 @@ struct BoundedMeasurement {
 /// body has a motion.
 Scene repeated(Scene scene, std::int64_t cycles, double pause);
 
-/// i2t_drag, repeated, as the bench and its test use it. Throws InputError when the file is not there.
-Scene repeated_drag(const std::filesystem::path& scene_file, std::int64_t cycles);
+/// A scene file, repeated as the bench and its test use it. Throws InputError when the file is not there.
+Scene repeated(const std::filesystem::path& scene_file, std::int64_t cycles);
 
 /// Runs until `ticks` ticks had a pair of overlapping boxes. `now` is told who is about to run.
 BoundedMeasurement measure_bounded(const Scene& scene, const std::vector<Contestant>& contestants, std::int64_t ticks,

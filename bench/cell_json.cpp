@@ -110,13 +110,18 @@ Json bounded_json(const BoundedMeasurement& bounded) {
                            {"truth_ticks", result.truth_ticks},
                            {"wrong_ticks", result.wrong_ticks}});
     }
-    return {
-        {"ticks", bounded.ticks},           {"driven_ticks", bounded.driven_ticks}, {"box_pairs", bounded.box_pairs},
-        {"true_pairs", bounded.true_pairs}, {"frames_hash", bounded.frames_hash},   {"methods", methods}};
+    return {{"scene", bounded.scene},
+            {"ticks", bounded.ticks},
+            {"driven_ticks", bounded.driven_ticks},
+            {"box_pairs", bounded.box_pairs},
+            {"true_pairs", bounded.true_pairs},
+            {"frames_hash", bounded.frames_hash},
+            {"methods", methods}};
 }
 
 BoundedMeasurement bounded_from(const Json& json) {
     BoundedMeasurement bounded;
+    bounded.scene = json.at("scene");
     bounded.ticks = json.at("ticks");
     bounded.driven_ticks = json.at("driven_ticks");
     bounded.box_pairs = json.at("box_pairs");

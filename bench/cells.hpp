@@ -32,7 +32,8 @@ struct CellSpec {
     std::string id;  ///< unique in a plan: "size: light 20k x 2k"
     Group group = Group::size;
     SceneSpec scene;
-    Index bodies = 0;  ///< group bodies: how many
+    Index bodies = 0;           ///< group bodies: how many
+    std::string bounded_scene;  ///< group bounded: its name; known only to a plan
     bool quick = false;
     double budget_s = 0.5;
     std::int64_t most_steps = 160;  ///< group bounded: ticks with a pair of overlapping boxes

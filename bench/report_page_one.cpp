@@ -143,8 +143,8 @@ void Writer::targets() {
     }
     result.rows.push_back(std::move(local));
     for (const CellRecord* record : group(Group::bounded)) {
-        TableRow worst{{fmt::format("worst of {} ticks of i2t_drag, in work", record->bounded.ticks), "its own median",
-                        "", "", "≤ 3", "≤ 3"}};
+        TableRow worst{{fmt::format("worst of {} ticks of {}, in work", record->bounded.ticks, record->bounded.scene),
+                        "its own median", "", "", "≤ 3", "≤ 3"}};
         for (const std::string& name : own) {
             const auto& methods = record->bounded.methods;
             const auto found = std::find_if(methods.begin(), methods.end(),

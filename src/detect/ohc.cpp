@@ -49,9 +49,12 @@ public:
         topology_ = &topology;
         bodies_.prepare(topology, frame);
         // Room for a crowded tick; more than this grows as it comes.
-        const auto room = static_cast<std::size_t>(std::min<Index>(16384, topology.triangle_count()));
+        constexpr std::int64_t crowd = 16384;
+        const std::int64_t triangles = topology.triangle_count();
+        const auto room = static_cast<std::size_t>(std::min(crowd, triangles));
         occupancy_.prepare(room);
-        maps_.prepare(settings_, room);
+        constexpr std::int64_t cells_of_triangle = 4;
+        maps_.prepare(settings_, static_cast<std::size_t>(std::min(crowd, cells_of_triangle * triangles)));
         limits_.prepare();
         candidates_.reserve(room);
         sorted_.reserve(room);

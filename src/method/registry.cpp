@@ -116,14 +116,26 @@ MethodSpec parse_method(std::string_view text) {
     }
 }
 
+namespace {
+
+MethodSpec with_parameters(std::string_view text, const std::map<std::string, std::string>& parameters) {
+    MethodSpec spec = parse_method(text);
+    for (const auto& [key, value] : parameters) spec.parameters.insert_or_assign(key, value);
+    return spec;
+}
+
+}  // namespace
+
 std::unique_ptr<Detector> make_detector(std::string_view name, const std::map<std::string, std::string>& parameters) {
-    const DetectorEntry& entry = registry().detector(name);
-    return entry.make(ParameterValues(entry.name, entry.parameters, parameters));
+    const MethodSpec method = with_parameters(name, parameters);
+    const DetectorEntry& entry = registry().detector(method.name);
+    return entry.make(ParameterValues(entry.name, entry.parameters, method.parameters));
 }
 
 std::unique_ptr<Response> make_response(std::string_view name, const std::map<std::string, std::string>& parameters) {
-    const ResponseEntry& entry = registry().response(name);
-    return entry.make(ParameterValues(entry.name, entry.parameters, parameters));
+    const MethodSpec method = with_parameters(name, parameters);
+    const ResponseEntry& entry = registry().response(method.name);
+    return entry.make(ParameterValues(entry.name, entry.parameters, method.parameters));
 }
 
 }  // namespace trocar

@@ -57,7 +57,7 @@ struct MethodSpec {
 /// Throws InputError on a malformed text; names and keys are not looked up here.
 MethodSpec parse_method(std::string_view text);
 
-/// Throws InputError for an unknown or absent name, an unknown key or a value out of range.
+/// name: as for parse_method. Throws InputError for an unknown or absent name or key, or a value out of range.
 std::unique_ptr<Detector> make_detector(std::string_view name,
                                         const std::map<std::string, std::string>& parameters = {});
 std::unique_ptr<Response> make_response(std::string_view name,

@@ -6,4 +6,5 @@
 #include "geometry/input_error.hpp"
 #include "method/detector.hpp"
 #include "method/registry.hpp"
+#include "scene/recording.hpp"
 #include "scene/world.hpp"

@@ -33,7 +33,7 @@ void expect_bounded(const BoundedMeasurement& measured, std::size_t methods, std
 
 TEST(Bounded, WorstTickIsWithinThreeTimesTheMedianInWork) {
     constexpr std::int64_t ticks = 5000;
-    const Scene scene = repeated_drag(scene_file(), 14);
+    const Scene scene = repeated(scene_file(), 14);
     const BoundedMeasurement measured = measure_bounded(scene, own(), ticks);
     ASSERT_EQ(measured.ticks, ticks);
     EXPECT_GT(measured.true_pairs, 10.0);
@@ -46,12 +46,10 @@ class BoundedOn : public testing::TestWithParam<const char*> {};
 
 TEST_P(BoundedOn, WorstTickIsWithinThreeTimesTheMedianInWork) {
     constexpr std::int64_t ticks = 1001;
-    constexpr double way_back = 0.1;  // s
     const std::filesystem::path file = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / GetParam();
     std::vector<Contestant> list = own();
     list.push_back(contestant_of("ohc:incremental=on"));
-    const BoundedMeasurement measured =
-        measure_bounded(repeated(read_scene(file, std::nullopt), 12, way_back), list, ticks);
+    const BoundedMeasurement measured = measure_bounded(repeated(file, 12), list, ticks);
     ASSERT_EQ(measured.ticks, ticks);
     expect_bounded(measured, list.size(), 2);
 }
@@ -62,7 +60,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, BoundedOn, testing::Values("i2t_press_slide.jso
                          });
 
 TEST(Bounded, AWorkBudgetBoundsEveryTickAndIsToldAsTruncated) {
-    const Scene scene = repeated_drag(scene_file(), 8);
+    const Scene scene = repeated(scene_file(), 8);
     for (const char* method : {"ohc", "ohc_clustered"}) {
         const BoundedMeasurement free = measure_bounded(scene, {contestant_of(method)}, 300);
         const auto budget = static_cast<std::int64_t>(free.methods[0].work.median);

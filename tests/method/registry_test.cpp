@@ -20,6 +20,16 @@ TEST(ParseMethod, MalformedTextIsRefused) {
     }
 }
 
+TEST(MakeDetector, TextMayHoldParametersAndTheMapWins) {
+    EXPECT_NE(make_detector("ohc:hash_bits=4"), nullptr);
+    EXPECT_THROW(make_detector("ohc:hash_bits=99"), InputError);
+    EXPECT_THROW(make_detector("ohc:no_such_key=1"), InputError);
+    EXPECT_NE(make_detector("ohc:hash_bits=99", {{"hash_bits", "4"}}), nullptr);
+    EXPECT_THROW(make_detector("ohc:hash_bits=4", {{"hash_bits", "99"}}), InputError);
+    EXPECT_NE(make_response("thesis:profile=corrected"), nullptr);
+    EXPECT_THROW(make_response("thesis:profile=no_such_profile"), InputError);
+}
+
 TEST(ParameterValues, ChecksAgainstTheDeclaration) {
     const std::vector<Parameter> declared{{.name = "cell",
                                            .unit = "m",
