@@ -9,6 +9,13 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+void name_edge(const Topology& topology, Index triangle, int edge, std::size_t place, EdgeKey& key) {
+    const Index p = topology.triangles(edge, triangle);
+    const Index q = topology.triangles((edge + 1) % 3, triangle);
+    key[place] = std::min(p, q);
+    key[place + 1] = std::max(p, q);
+}
+
 }  // namespace
 
 void ContactReduction::prepare(const Topology& topology) {
@@ -42,25 +49,44 @@ void ContactReduction::keep_edges(const Topology& topology, const Frame& frame, 
     pair.key.fill(-1);
     for (const CrossingEnd& end : crossing.ends) {
         if (end.triangle < 0 || end.edge < 0) continue;
-        const Index triangle = end.triangle == 0 ? contact.a : contact.b;
-        const Index p = topology.triangles(end.edge, triangle);
-        const Index q = topology.triangles((end.edge + 1) % 3, triangle);
-        const std::size_t place = end.triangle == 0 ? 0 : 2;
-        pair.key[place] = std::min(p, q);
-        pair.key[place + 1] = std::max(p, q);
+        name_edge(topology, end.triangle == 0 ? contact.a : contact.b, end.edge, end.triangle == 0 ? 0 : 2, pair.key);
     }
     if (pair.key[0] < 0 || pair.key[2] < 0) {
         pair.key = {contact.vertex_a, contact.a, contact.vertex_b, contact.b};  // no edges known: the pair itself
     }
-    Index& first = first_edge_[at(pair.key[0])];
+    keep_edges(pair);
+}
+
+void ContactReduction::keep_pierced(const Topology& topology, const Frame& frame, const Contact& contact) {
+    const Crossing crossing = cross_triangles(corners_of(topology, frame.position, contact.a),
+                                              corners_of(topology, frame.position, contact.b));
+    EdgePair pair;
+    pair.contact = contact;
+    pair.crosses = false;
+    for (const CrossingEnd& end : crossing.ends) {
+        if (end.triangle != 1 || end.edge < 0) continue;
+        name_edge(topology, contact.b, end.edge, 2, pair.key);
+        for (int edge = 0; edge < 3; ++edge) {
+            name_edge(topology, contact.a, edge, 0, pair.key);
+            keep_edges(pair);
+        }
+    }
+}
+
+void ContactReduction::keep_edges(const EdgePair& candidate) {
+    Index& first = first_edge_[at(candidate.key[0])];
     for (Index e = first; e >= 0; e = edges_[at(e)].next) {
-        if (edges_[at(e)].key != pair.key) continue;
-        if (contact.depth > edges_[at(e)].contact.depth) edges_[at(e)].contact = contact;
+        EdgePair& known = edges_[at(e)];
+        if (known.key != candidate.key) continue;
+        const bool better = candidate.crosses && (!known.crosses || candidate.contact.depth > known.contact.depth);
+        if (!better) return;
+        known.contact = candidate.contact;
+        known.crosses = true;
         return;
     }
-    pair.next = first;
-    first = static_cast<Index>(edges_.size());
-    edges_.push_back(pair);
+    edges_.push_back(candidate);
+    edges_.back().next = first;
+    first = static_cast<Index>(edges_.size()) - 1;
 }
 
 void ContactReduction::clear() {

@@ -31,6 +31,7 @@ using EdgeKey = std::array<Index, 4>;
 struct EdgePair {
     EdgeKey key{};
     Contact contact;
+    bool crosses = true;  ///< false: body b's edge pierces a face of body a at this edge of the face, see keep_pierced
     Index next = -1;
 };
 
@@ -41,6 +42,9 @@ public:
     void keep(const VertexInFace& candidate);
     /// Keeps the deepest contact of the two edges that cross.
     void keep_edges(const Topology& topology, const Frame& frame, const Contact& contact);
+    /// Where an edge of body b passes through a face of body a round one of the face's edges and ends below the face on
+    /// the other side, no pair of triangles says that the two edges cross: keeps every edge of the face as a candidate.
+    void keep_pierced(const Topology& topology, const Frame& frame, const Contact& contact);
     [[nodiscard]] const std::vector<VertexInFace>& faces() const { return faces_; }
     [[nodiscard]] const std::vector<EdgePair>& edges() const { return edges_; }
     void clear();
@@ -48,6 +52,8 @@ public:
     [[nodiscard]] static bool names_edges(const EdgePair& pair) { return pair.key[3] != pair.contact.b; }
 
 private:
+    void keep_edges(const EdgePair& candidate);
+
     std::vector<Index> first_face_;  ///< N; first of a vertex' faces
     std::vector<VertexInFace> faces_;
     std::vector<Index> first_edge_;  ///< N; by the smallest vertex of body a's edge

@@ -1,7 +1,6 @@
 #include "respond/held_contacts.hpp"
 
 #include <algorithm>
-#include <optional>
 
 #include "respond/crossing_ledger.hpp"
 #include "respond/equations.hpp"
@@ -19,11 +18,11 @@ struct EdgeMeeting {
 
 /// Nothing where the edges are parallel or the lines come closest beyond an end. Of the two directions across both
 /// edges the one towards `side`.
-std::optional<EdgeMeeting> meet(const Frame& frame, const EdgeKey& edges, const Vector3& side) {
-    const Vector3 a0 = frame.position.col(edges[0]);
-    const Vector3 b0 = frame.position.col(edges[2]);
-    const Vector3 edge_a = frame.position.col(edges[1]) - a0;
-    const Vector3 edge_b = frame.position.col(edges[3]) - b0;
+std::optional<EdgeMeeting> meet(const Matrix3X& position, const EdgeKey& edges, const Vector3& side) {
+    const Vector3 a0 = position.col(edges[0]);
+    const Vector3 b0 = position.col(edges[2]);
+    const Vector3 edge_a = position.col(edges[1]) - a0;
+    const Vector3 edge_b = position.col(edges[3]) - b0;
     const Vector3 normal = edge_a.cross(edge_b);
     const double size = normal.norm();
     constexpr double parallel_sine = 1e-3;
@@ -42,26 +41,26 @@ std::optional<EdgeMeeting> meet(const Frame& frame, const EdgeKey& edges, const 
 }
 
 /// Sum of the area normals of the faces that meet in the edge p-q.
-Vector3 faces_at(const ThesisState& state, const Frame& frame, Index p, Index q) {
+Vector3 faces_at(const ThesisState& state, const Matrix3X& position, Index p, Index q) {
     Vector3 sum = Vector3::Zero();
     for (const Index t : state.surface.triangles_at(p)) {
         if ((state.topology->triangles.col(t).array() == q).any()) {
-            sum += area_normal(*state.topology, frame.position, t);
+            sum += area_normal(*state.topology, position, t);
         }
     }
     return sum;
 }
 
 /// True when no face at the edge p-q rises above the plane through the edge with this unit normal.
-bool faces_below(const ThesisState& state, const Frame& frame, Index p, Index q, const Vector3& normal) {
+bool faces_below(const ThesisState& state, const Matrix3X& position, Index p, Index q, const Vector3& normal) {
     constexpr double slack = 0.02;  // sine: a flat edge counts
     const Topology& topology = *state.topology;
-    const Vector3 foot = frame.position.col(p);
+    const Vector3 foot = position.col(p);
     for (const Index t : state.surface.triangles_at(p)) {
         if (!(topology.triangles.col(t).array() == q).any()) continue;
         const Index apex = topology.triangles.col(t).sum() - p - q;
-        const Vector3 way = frame.position.col(apex) - foot;
-        const Vector3 edge = (frame.position.col(q) - foot).normalized();
+        const Vector3 way = position.col(apex) - foot;
+        const Vector3 edge = (position.col(q) - foot).normalized();
         const Vector3 into = way - way.dot(edge) * edge;
         if (into.dot(normal) > slack * into.norm()) return false;
     }
@@ -138,13 +137,21 @@ void HeldContacts::hold_edges(const ThesisState& state, const Frame& frame, Inde
     effect.contacts.push_back(linear);
 }
 
-void HeldContacts::hold_edges_on_side(const ThesisState& state, const Frame& frame, Index body_a, double side,
-                                      const EdgeKey& key, Effect& effect) {
-    const Vector3 outwards = side * faces_at(state, frame, key[2], key[3]);
-    const std::optional<EdgeMeeting> meeting = meet(frame, key, -outwards);
-    if (!meeting || meeting->across.dot(faces_at(state, frame, key[0], key[1])) <= 0.0) return;
-    if (!faces_below(state, frame, key[0], key[1], meeting->across) ||
-        !faces_below(state, frame, key[2], key[3], -meeting->across))
+void HeldContacts::hold_edges_apart(const ThesisState& state, const Frame& frame, Index body_a,
+                                    std::optional<double> side, const EdgePair& pair, Effect& effect) {
+    const EdgeKey& key = pair.key;
+    Vector3 outwards = pair.contact.normal;
+    Vector3 home = Vector3::Zero();  // to where the body belongs
+    if (side) home = *side * faces_at(state, frame.position, key[2], key[3]);
+    if (state.topology->bodies[static_cast<std::size_t>(body_a)].closed) {
+        outwards = faces_at(state, frame.position, key[0], key[1]);
+    } else if (side) {
+        outwards = -home;
+    }
+    const std::optional<EdgeMeeting> meeting = meet(frame.position, key, outwards);
+    if (!meeting || (!pair.crosses && meeting->gap > 0.0) || meeting->across.dot(home) > 0.0) return;
+    if (!faces_below(state, frame.position, key[0], key[1], meeting->across) ||
+        !faces_below(state, frame.position, key[2], key[3], -meeting->across))
         return;
     hold_edges(state, frame, body_a, meeting->a, meeting->b, meeting->across, meeting->gap, &key, effect);
 }
@@ -184,7 +191,7 @@ void HeldContacts::keep_edges(const ThesisState& state, const Frame& frame, Effe
         const auto known = std::any_of(edges_now_.begin(), edges_now_.end(),
                                        [&held](const HeldEdges& now) { return now.vertex == held.vertex; });
         if (known) continue;
-        const std::optional<EdgeMeeting> meeting = meet(frame, held.vertex, held.normal);
+        const std::optional<EdgeMeeting> meeting = meet(frame.position, held.vertex, held.normal);
         if (!meeting || meeting->gap < 0.0 || meeting->gap > CrossingLedger::resting_margin) continue;
         const EdgeKey key = held.vertex;
         hold_edges(state, frame, held.body_a, meeting->a, meeting->b, meeting->across, meeting->gap, &key, effect);

@@ -3,6 +3,7 @@
 // the tissue gets. What rests stays known for a small gap: else it would be lost and found again every other tick.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "respond/contact_reduction.hpp"
@@ -26,11 +27,12 @@ public:
     /// Pushes tissue at `b` from `a` along `direction`. `key` names the edges where they are known.
     void hold_edges(const ThesisState& state, const Frame& frame, Index body_a, const LoadPoint& a, const LoadPoint& b,
                     const Vector3& direction, double gap, const EdgeKey* key, Effect& effect);
-    /// The same where history tells on which side of the tissue (+1: front) the body belongs: in that direction, and
-    /// only where the edges are what separates the two bodies there, that is where a plane through both edges has the
-    /// faces of one on one side and those of the other on the other.
-    void hold_edges_on_side(const ThesisState& state, const Frame& frame, Index body_a, double side, const EdgeKey& key,
-                            Effect& effect);
+    /// The same for edges that are known, and only where they are what separates the two bodies, that is where a plane
+    /// through both has the faces of one on one side and those of the other on the other. The direction is outwards
+    /// from a closed body, else to where `side` says that it belongs (on which side of the tissue, +1: front), else
+    /// the pair's own.
+    void hold_edges_apart(const ThesisState& state, const Frame& frame, Index body_a, std::optional<double> side,
+                          const EdgePair& pair, Effect& effect);
     /// After all contacts of the tick: those of the last tick that have come apart a little.
     void keep_resting(const ThesisState& state, const Frame& frame, Effect& effect);
     [[nodiscard]] const std::vector<RestingVertex>& resting() const { return resting_; }

@@ -61,7 +61,7 @@ void SqueezedTissue::collect(const ThesisState& state, const Effect& effect) {
     groups_.clear();
     for (std::size_t c = 0; c < effect.contacts.size(); ++c) {
         const LinearContact& contact = effect.contacts[c];
-        if (contact.bilateral || contact.k != state.settings.hard_stiffness || contact.vertices[0] < 0) continue;
+        if (contact.bilateral || contact.k != state.hard_stiffness || contact.vertices[0] < 0) continue;
         if (state.kind(topology.body_of_vertex(contact.vertices[0])) != BodyKind::tissue) continue;
         Row row;
         row.contact = c;

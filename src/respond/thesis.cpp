@@ -159,6 +159,10 @@ private:
             return;
         }
         const bool b_enters = contact.kind == ContactCase::b_enters_a;
+        if (b_enters && settings().reduce && settings().constrain && topology_->bodies[at(body_a)].closed &&
+            kind(body_a) != BodyKind::tissue && kind(body_b) == BodyKind::tissue) {
+            reduction_.keep_pierced(*topology_, frame, contact);
+        }
         const Index entering = b_enters ? contact.b : contact.a;
         const Index face = b_enters ? contact.a : contact.b;
         const Index deepest = b_enters ? contact.vertex_b : contact.vertex_a;
@@ -195,7 +199,7 @@ private:
     void respond_to_reduced(const Frame& frame, Effect& effect) {
         for (const VertexInFace& v : reduction_.faces()) respond_to_vertex(frame, v, effect);
         for (const EdgePair& pair : reduction_.edges()) {
-            respond_to_edges(frame, pair.contact, effect, ContactReduction::names_edges(pair) ? &pair.key : nullptr);
+            respond_to_edges(frame, pair.contact, effect, ContactReduction::names_edges(pair) ? &pair : nullptr);
         }
         reduction_.clear();
     }
@@ -297,20 +301,15 @@ private:
     }
 
     /// Eq. 3.5, 3.9 (§3.4.1-3.4.3): edges that cross.
-    void respond_to_edges(const Frame& frame, const Contact& contact, Effect& effect, const EdgeKey* key = nullptr) {
+    void respond_to_edges(const Frame& frame, const Contact& contact, Effect& effect, const EdgePair* pair = nullptr) {
         const Index body_a = topology_->body_of_triangle[at(contact.a)];
         const Index body_b = topology_->body_of_triangle[at(contact.b)];
         const bool tissue_a = kind(body_a) == BodyKind::tissue;
         const bool tissue_b = kind(body_b) == BodyKind::tissue;
         if (tissue_b && state_.follows(contact.vertex_b, body_a)) return;
         const bool by_history = !tissue_a && tissue_b && settings().resolution == Resolution::ledger;
-        // Where the ledger knows which way is out, it knows better.
-        if (const auto side = by_history ? ledger_.side_of(*topology_, contact.a, body_b) : std::nullopt; side) {
-            if (*side != 0.0 && key != nullptr && settings().constrain) {
-                held_.hold_edges_on_side(state_, frame, body_a, *side, *key, effect);
-            }
-            return;
-        }
+        const auto side = by_history ? ledger_.side_of(*topology_, contact.a, body_b) : std::nullopt;
+        if (side && (*side == 0.0 || pair == nullptr || !settings().constrain)) return;
         const Vector3 direction = settings().edge_normal ? contact.normal : contact.interval_direction;
         const double depth = settings().edge_normal ? contact.depth : contact.interval_length;
         const LoadPoint a = edge_load(frame, contact.a, contact.vertex_a, contact.point);
@@ -327,7 +326,11 @@ private:
         }
         const bool push_b = tissue_b || kind(body_b) == BodyKind::instrument;
         if (tissue_b && settings().constrain) {
-            held_.hold_edges(state_, frame, body_a, a, b, direction, -depth, key, effect);
+            if (pair != nullptr) {
+                held_.hold_edges_apart(state_, frame, body_a, side, *pair, effect);
+            } else {
+                held_.hold_edges(state_, frame, body_a, a, b, direction, -depth, nullptr, effect);
+            }
             return;
         }
         LinearContact linear;

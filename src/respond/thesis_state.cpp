@@ -25,6 +25,10 @@ void ThesisState::prepare(const Topology& the_topology, const Materials& the_mat
     placed_ = false;
     has_tissue = std::any_of(the_topology.bodies.begin(), the_topology.bodies.end(),
                              [](const BodyRange& body) { return body.kind == BodyKind::tissue; });
+    // Far above the stiffest tissue, else the two would share the depth like springs in a row.
+    constexpr double above_tissue = 500.0;
+    hard_stiffness = settings.hard_stiffness;
+    for (const double k : the_materials.mean_stiffness) hard_stiffness = std::max(hard_stiffness, above_tissue * k);
     if (has_tissue) grasp.prepare(the_topology, settings.grasping);
 }
 
@@ -81,8 +85,8 @@ double ThesisState::stiffness(Index body_a, Index body_b, double on_tissue, Inde
 
 LinearContact ThesisState::hard_contact(double depth) const {
     LinearContact linear;
-    linear.k = settings.hard_stiffness;
-    linear.mu = settings.hard_stiffness * settings.settle_time;
+    linear.k = hard_stiffness;
+    linear.mu = hard_stiffness * settings.settle_time;
     linear.gap = -depth;
     return linear;
 }

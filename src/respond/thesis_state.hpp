@@ -37,6 +37,7 @@ public:
     const Materials* materials = nullptr;
     double dt = 0.0;  ///< s, of this tick
     bool has_tissue = false;
+    double hard_stiffness = 0.0;  ///< N/m, of constraints
     PairLaws laws;
     VertexSprings springs;
     SurfaceNeighbours surface;

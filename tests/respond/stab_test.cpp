@@ -126,6 +126,48 @@ TEST(CorrectedPress, TriangleUnderADraggedPointSwingsWithoutTheDamper) {
     EXPECT_GT(worst_of_blunt_tool_on_fine_sheet("thesis:profile=corrected,slip_damping=0"), 6e-5);
 }
 
+/// Block with its centre in the origin.
+Mesh make_box(double size) {
+    Mesh mesh;
+    for (int i = 0; i < 8; ++i) {
+        mesh.points.push_back(size * Vector3((i & 1) - 0.5, ((i >> 1) & 1) - 0.5, ((i >> 2) & 1) - 0.5));
+    }
+    for (const std::array<Index, 4>& q :
+         {std::array<Index, 4>{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
+        mesh.triangles.push_back({q[0], q[1], q[2]});
+        mesh.triangles.push_back({q[0], q[2], q[3]});
+    }
+    return mesh;
+}
+
+TEST(CorrectedPress, BoxThatLandsFlatAndIsDraggedHasNoTissueAcrossItsRim) {
+    // Twice as long edges as the sheet's: between the corners the sheet passes in by the bottom and out by a side, and
+    // no pair of triangles tells that the rim crosses the sheet's edges. It lands with its bottom in the sheet's plane.
+    for (const double edge : {0.005, 0.0025}) {
+        ClosedLoop loop({LoopBody{.name = "box",
+                                  .kind = BodyKind::instrument,
+                                  .mesh = make_box(0.01),
+                                  .offset = [](double t) -> Vector3 {
+                                      return {std::clamp(0.07 * (t - 0.08), 0.0, 0.01) - 0.0037, 0.0007,
+                                              0.0065 - std::min(0.05 * t, 0.0035)};
+                                  }},
+                         LoopBody{.name = "sheet",
+                                  .kind = BodyKind::tissue,
+                                  .closed = false,
+                                  .mesh = make_sheet(static_cast<int>(0.05 / edge), edge)}},
+                        "thesis:profile=corrected");
+        DepthTruth truth(loop.topology, loop.frame);
+        int deep = 0;  // single ticks in which a vertex goes round the rim
+        for (int tick = 0; tick < 220; ++tick) {
+            ASSERT_TRUE(loop.step()) << loop.outcome.message;
+            const double depth = truth.measure(loop.frame).max_depth;
+            EXPECT_LE(depth, 2.5e-4) << "edge " << edge << " tick " << tick;
+            if (depth > 1e-4) ++deep;
+        }
+        EXPECT_LE(deep, 12) << "edge " << edge;
+    }
+}
+
 TEST(FaithfulStab, LeavesTheHalfWithdrawnToolInTheTissue) {
     ClosedLoop loop = stab("thesis", make_sheet(12, 0.005), false, 0.0, 0.006, paths[0]);
     for (int tick = 0; tick < last_key(0.006, paths[0]) + 200; ++tick) ASSERT_TRUE(loop.step());
