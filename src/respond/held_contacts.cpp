@@ -137,7 +137,7 @@ void HeldContacts::hold_edges(const ThesisState& state, const Frame& frame, Inde
     effect.contacts.push_back(linear);
 }
 
-void HeldContacts::hold_edges_apart(const ThesisState& state, const Frame& frame, Index body_a,
+bool HeldContacts::hold_edges_apart(const ThesisState& state, const Frame& frame, Index body_a,
                                     std::optional<double> side, const EdgePair& pair, Effect& effect) {
     const EdgeKey& key = pair.key;
     Vector3 outwards = pair.contact.normal;
@@ -149,11 +149,12 @@ void HeldContacts::hold_edges_apart(const ThesisState& state, const Frame& frame
         outwards = -home;
     }
     const std::optional<EdgeMeeting> meeting = meet(frame.position, key, outwards);
-    if (!meeting || (!pair.crosses && meeting->gap > 0.0) || meeting->across.dot(home) > 0.0) return;
+    if (!meeting || (!pair.crosses && meeting->gap > 0.0) || meeting->across.dot(home) > 0.0) return false;
     if (!faces_below(state, frame.position, key[0], key[1], meeting->across) ||
         !faces_below(state, frame.position, key[2], key[3], -meeting->across))
-        return;
+        return false;
     hold_edges(state, frame, body_a, meeting->a, meeting->b, meeting->across, meeting->gap, &key, effect);
+    return true;
 }
 
 void HeldContacts::keep_resting(const ThesisState& state, const Frame& frame, Effect& effect) {

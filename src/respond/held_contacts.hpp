@@ -30,8 +30,8 @@ public:
     /// The same for edges that are known, and only where they are what separates the two bodies, that is where a plane
     /// through both has the faces of one on one side and those of the other on the other. The direction is outwards
     /// from a closed body, else to where `side` says that it belongs (on which side of the tissue, +1: front), else
-    /// the pair's own.
-    void hold_edges_apart(const ThesisState& state, const Frame& frame, Index body_a, std::optional<double> side,
+    /// the pair's own. False where they are not.
+    bool hold_edges_apart(const ThesisState& state, const Frame& frame, Index body_a, std::optional<double> side,
                           const EdgePair& pair, Effect& effect);
     /// After all contacts of the tick: those of the last tick that have come apart a little.
     void keep_resting(const ThesisState& state, const Frame& frame, Effect& effect);

@@ -326,11 +326,10 @@ private:
         }
         const bool push_b = tissue_b || kind(body_b) == BodyKind::instrument;
         if (tissue_b && settings().constrain) {
-            if (pair != nullptr) {
-                held_.hold_edges_apart(state_, frame, body_a, side, *pair, effect);
-            } else {
-                held_.hold_edges(state_, frame, body_a, a, b, direction, -depth, nullptr, effect);
-            }
+            const bool apart = pair != nullptr && held_.hold_edges_apart(state_, frame, body_a, side, *pair, effect);
+            if (apart || side || (pair != nullptr && !pair->crosses)) return;
+            held_.hold_edges(state_, frame, body_a, a, b, direction, -depth, pair != nullptr ? &pair->key : nullptr,
+                             effect);
             return;
         }
         LinearContact linear;

@@ -211,12 +211,21 @@ TEST(Rest, WithoutDepthAndSpeedThereIsNoForceInAnyProfile) {
             // The entering vertex, or the crossing edges, are brought to exact touch.
             if (one.make == vertex_of_b_in_a) s.frame.position(2, 3) = 0.0;
             if (one.make == vertex_of_a_in_b) s.frame.position(2, 0) = 0.0;
+            Contact& contact = s.contacts.contacts[0];
+            if (contact.kind == ContactCase::edges_cross) {
+                s.frame.position.middleCols(3, 3).colwise() += contact.depth * contact.normal;
+            }
             s.frame.previous = s.frame.position;
-            s.contacts.contacts[0].depth = 0.0;
-            s.contacts.contacts[0].interval_length = 0.0;
+            contact.depth = 0.0;
+            contact.interval_length = 0.0;
             s.respond(method);
-            for (const LinearContact& contact : s.effect.contacts) EXPECT_EQ(contact.k * contact.gap, 0.0) << one.name;
-            for (const Vector3& force : s.effect.tip_force) EXPECT_EQ(force.norm(), 0.0) << method << ' ' << one.name;
+            constexpr double rounding = 1e-12;  // N, of 1e5 N/m times what lines of 10 mm are off by
+            for (const LinearContact& linear : s.effect.contacts) {
+                EXPECT_NEAR(linear.k * linear.gap, 0.0, rounding) << one.name;
+            }
+            for (const Vector3& force : s.effect.tip_force) {
+                EXPECT_LE(force.norm(), rounding) << method << ' ' << one.name;
+            }
             for (const Wrench& wrench : s.effect.wrench) EXPECT_EQ(wrench.force.norm(), 0.0);
             for (const Placement& placement : s.effect.placements) {
                 EXPECT_EQ(placement.position, Vector3(s.frame.position.col(placement.vertex))) << one.name;
