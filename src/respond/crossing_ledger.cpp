@@ -339,7 +339,7 @@ void CrossingLedger::count_crossings(const Topology& topology, const Frame& fram
 /// Per body the box of all that its samples ask of the tissue's grid in this tick, with a few cells to spare for the
 /// search of the nearest triangle.
 void CrossingLedger::find_regions(const Topology& topology, const Frame& frame, Tissue& tissue) {
-    constexpr double spare_cells = 4.0;
+    constexpr double spare_cells = 2.0;
     const Vector3 margin = margin_of(tissue.largest_move) + Vector3::Constant(spare_cells * tissue.grid.cell());
     const Index bodies = topology.body_count();
     tissue.regions.clear();
@@ -364,13 +364,14 @@ void CrossingLedger::find_regions(const Topology& topology, const Frame& frame, 
 /// Only what lies near the samples: a grid over all tissue would cost more than the rest of the response.
 void CrossingLedger::fill_near(const Topology& topology, const Frame& frame, Tissue& tissue) {
     const Range vertices = topology.bodies[at(tissue.body)].vertices;
-    tissue.largest_move = 0.0;
+    double largest_square = 0.0;
     for (const Range& range : moved_) {
         const Index end = std::min(range.end(), vertices.end());
         for (Index v = std::max(range.first, vertices.first); v < end; ++v) {
-            tissue.largest_move = std::max(tissue.largest_move, (frame.position.col(v) - last_.col(v)).norm());
+            largest_square = std::max(largest_square, (frame.position.col(v) - last_.col(v)).squaredNorm());
         }
     }
+    tissue.largest_move = std::sqrt(largest_square);
     find_regions(topology, frame, tissue);
     tissue.blocks.refresh(frame.position, moved_);
     tissue.blocks.collect(topology, frame.position, tissue.regions, tissue.near);

@@ -4,10 +4,13 @@
 
 #include <chrono>
 #include <cmath>
+#include <string>
 
 #include "geometry/input_error.hpp"
+#include "scene/scene.hpp"
 #include "simulate/overrides.hpp"
 #include "support/scene_samples.hpp"
+#include "tissue/stability.hpp"
 
 namespace trocar {
 namespace {
@@ -76,6 +79,20 @@ TEST(Overrides, TickKeepsTheLengthOfRunAndSubStep) {
          {"dt", "dt=", "dt=0", "dt=-1", "dt=x", "mass=3", "substeps=1.5", "k=nan", "k=1e999", "k=1x"}) {
         EXPECT_THROW(apply_overrides(bad, scene), InputError) << bad;
     }
+}
+
+TEST(PacedScene, HasTwentyThousandTissueTrianglesAndStableSubSteps) {
+    const Scene scene = read_scene(std::string(TROCAR_SOURCE_DIR) + "/bench/studies/scenes/press_20k.json", {});
+    for (const BodyRange& body : scene.topology.bodies) {
+        if (body.kind != BodyKind::tissue) continue;
+        EXPECT_GE(body.triangles.count, 20000);
+    }
+    // Fewer sub-steps than the bound of Gershgorin asks for: 5 % below the limit that power iteration finds.
+    const double h = scene.dt / scene.materials.substeps;
+    EXPECT_FALSE(surely_unstable(scene.materials, scene.first.position, 1.05 * h));
+    EXPECT_TRUE(surely_unstable(scene.materials, scene.first.position, 4.0 / 3.0 * h));
+    EXPECT_GE(static_cast<double>(scene.ticks) * scene.dt, scene.bodies.front().motion.value().last_key_time());
+    EXPECT_GT(scene.ticks, 100000) << "a p99.9 needs its thousandths";
 }
 
 }  // namespace
