@@ -8,7 +8,7 @@
 //   3.5, 3.9   respond_to_edges       edges, distribute, clamp; projection=hold -> held_contacts
 //   3.6        press_tissue_face      profile=printed, stiffness, kappa, closest_point, normal, clamp
 //   3.7-3.11   project                path, e, reaction; projection=hold -> held_contacts
-//   3.12-3.17  exchange, bounce       tissue_tissue, e_tissue
+//   3.12-3.17  tissue_contacts        tissue_tissue, e_tissue
 //   §3.4.5     back_projection        resolution=back_projection, n_back, l_max
 //   §5         contact_reduction      reduction
 //   §9.2       ledger_resolution      resolution=ledger, anchor, settle_time, clear_speed, slip_damping
@@ -33,6 +33,7 @@
 #include "respond/thesis_settings.hpp"
 #include "respond/thesis_state.hpp"
 #include "respond/tip_proxy.hpp"
+#include "respond/tissue_contacts.hpp"
 
 namespace trocar {
 namespace {
@@ -143,7 +144,7 @@ private:
             return;
         }
         if (pair_class == CollisionClass::tissue_tissue && !settings().impulse_tissue) {
-            exchange(frame, contact);
+            exchange(state_, frame, contact);
             return;
         }
         if (rigid_.takes(state_, body_a, body_b)) {
@@ -214,7 +215,7 @@ private:
         if (vertex_tissue && face_tissue) {
             // As in press_tissue_face, where the other tissue is an open sheet.
             if (settings().resolution == Resolution::ledger && !topology_->bodies[at(v.face_body)].closed) return;
-            bounce(frame, v.normal, LoadPoint::at_vertex(v.vertex),
+            bounce(state_, frame, v.normal, LoadPoint::at_vertex(v.vertex),
                    LoadPoint::in_triangle(*topology_, v.triangle, v.weights), v.depth,
                    state_.stiffness(v.face_body, v.vertex_body, materials_->mean_stiffness[at(v.vertex)], v.vertex),
                    effect);
@@ -321,7 +322,7 @@ private:
             if (by_ledger() &&
                 (ledger_.side_of(*topology_, contact.a, body_b) || ledger_.side_of(*topology_, contact.b, body_a)))
                 return;
-            bounce(frame, direction, b, a, depth, k, effect);
+            bounce(state_, frame, direction, b, a, depth, k, effect);
             return;
         }
         const bool push_b = tissue_b || kind(body_b) == BodyKind::instrument;
@@ -403,68 +404,6 @@ private:
         const equations::Corners then = corners_of(*topology_, frame.previous, triangle);
         const equations::Corners now = corners_of(*topology_, frame.position, triangle);
         return now[0] + axes(now) * (axes(then).transpose() * (point - then[0]));
-    }
-
-    // ------------------------------------------------------------ tissue against tissue
-    /// Eq. 3.12-3.17 on the closest vertex pair, once per triangle pair: an even number of pairs cancels (METHODS §13,
-    /// 15).
-    void exchange(const Frame& frame, const Contact& contact) {
-        const equations::CornerPair pair = equations::closest_corners(
-            corners_of(*topology_, frame.position, contact.a), corners_of(*topology_, frame.position, contact.b));
-        const Index v1 = topology_->triangles(pair.first, contact.a);
-        const Index v2 = topology_->triangles(pair.second, contact.b);
-        if (state_.fixed(v1) && state_.fixed(v2)) return;
-        constexpr double immovable = 1e12;  // kg
-        const double m1 = state_.fixed(v1) ? immovable : materials_->mass[at(v1)];
-        const double m2 = state_.fixed(v2) ? immovable : materials_->mass[at(v2)];
-        const equations::Exchange result = equations::tissue_tissue(m1, m2, velocity(frame, v1), velocity(frame, v2));
-        if (!result.direction_defined) return;
-        if (!state_.fixed(v1)) state_.edit(frame, v1).velocity = result.velocity1_after;
-        if (!state_.fixed(v2)) state_.edit(frame, v2).velocity = result.velocity2_after;
-    }
-
-    /// Corrected: impulse along the contact normal when closing, and a penalty on what overlaps (projection=place), or
-    /// a stiff contact that works off the overlap (projection=hold). `pushed` moves along `normal`, `other` against it.
-    void bounce(const Frame& frame, const Vector3& normal, const LoadPoint& pushed, const LoadPoint& other,
-                double depth, double k, Effect& effect) {
-        double speed = 0.0;
-        double mobility = 0.0;
-        const auto visit = [&](const LoadPoint& point, double sign, const auto& act) {
-            for (std::size_t i = 0; i < 3; ++i) {
-                if (point.vertices[i] >= 0 && point.weights[i] != 0.0) act(point.vertices[i], sign * point.weights[i]);
-            }
-        };
-        const auto measure = [&](Index vertex, double weight) {
-            speed += weight * velocity(frame, vertex).dot(normal);
-            if (!state_.fixed(vertex)) mobility += weight * weight / materials_->mass[at(vertex)];
-        };
-        visit(pushed, 1.0, measure);
-        visit(other, -1.0, measure);
-        if (mobility == 0.0) return;
-        if (speed < 0.0) {
-            const double impulse = -(1.0 + settings().tissue_restitution) * speed / mobility;
-            const auto push = [&](Index vertex, double weight) {
-                if (!state_.fixed(vertex)) {
-                    state_.edit(frame, vertex).velocity += weight * impulse / materials_->mass[at(vertex)] * normal;
-                }
-            };
-            visit(pushed, 1.0, push);
-            visit(other, -1.0, push);
-        }
-        LinearContact linear = settings().constrain ? state_.hard_contact(depth) : LinearContact{};
-        linear.vertices = pushed.vertices;
-        linear.weights = pushed.weights;
-        linear.reaction_vertices = other.vertices;
-        linear.reaction_weights = other.weights;
-        linear.normal = normal;
-        if (settings().constrain) {
-            state_.clear_slowly(linear);
-            effect.contacts.push_back(linear);
-            return;
-        }
-        linear.gap = -depth;
-        linear.k = k;
-        state_.finish(linear, effect);
     }
 
     // ------------------------------------------------------------ reactions of placed vertices

@@ -1,0 +1,77 @@
+#include "respond/tissue_contacts.hpp"
+
+#include <vector>
+
+#include "respond/equations.hpp"
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Calls act(vertex, weight) for each vertex that takes part, weights times `sign`.
+template <typename Act>
+void visit(const LoadPoint& point, double sign, const Act& act) {
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (point.vertices[i] >= 0 && point.weights[i] != 0.0) act(point.vertices[i], sign * point.weights[i]);
+    }
+}
+
+}  // namespace
+
+void exchange(ThesisState& state, const Frame& frame, const Contact& contact) {
+    const Topology& topology = *state.topology;
+    const equations::CornerPair pair = equations::closest_corners(corners_of(topology, frame.position, contact.a),
+                                                                  corners_of(topology, frame.position, contact.b));
+    const Index v1 = topology.triangles(pair.first, contact.a);
+    const Index v2 = topology.triangles(pair.second, contact.b);
+    if (state.fixed(v1) && state.fixed(v2)) return;
+    constexpr double immovable = 1e12;  // kg
+    const double m1 = state.fixed(v1) ? immovable : state.materials->mass[at(v1)];
+    const double m2 = state.fixed(v2) ? immovable : state.materials->mass[at(v2)];
+    const equations::Exchange result =
+        equations::tissue_tissue(m1, m2, state.velocity(frame, v1), state.velocity(frame, v2));
+    if (!result.direction_defined) return;
+    if (!state.fixed(v1)) state.edit(frame, v1).velocity = result.velocity1_after;
+    if (!state.fixed(v2)) state.edit(frame, v2).velocity = result.velocity2_after;
+}
+
+void bounce(ThesisState& state, const Frame& frame, const Vector3& normal, const LoadPoint& pushed,
+            const LoadPoint& other, double depth, double k, Effect& effect) {
+    const std::vector<double>& mass = state.materials->mass;
+    double speed = 0.0;
+    double mobility = 0.0;
+    const auto measure = [&](Index vertex, double weight) {
+        speed += weight * state.velocity(frame, vertex).dot(normal);
+        if (!state.fixed(vertex)) mobility += weight * weight / mass[at(vertex)];
+    };
+    visit(pushed, 1.0, measure);
+    visit(other, -1.0, measure);
+    if (mobility == 0.0) return;
+    if (speed < 0.0) {
+        const double impulse = -(1.0 + state.settings.tissue_restitution) * speed / mobility;
+        const auto push = [&](Index vertex, double weight) {
+            if (!state.fixed(vertex)) {
+                state.edit(frame, vertex).velocity += weight * impulse / mass[at(vertex)] * normal;
+            }
+        };
+        visit(pushed, 1.0, push);
+        visit(other, -1.0, push);
+    }
+    LinearContact linear = state.settings.constrain ? state.hard_contact(depth) : LinearContact{};
+    linear.vertices = pushed.vertices;
+    linear.weights = pushed.weights;
+    linear.reaction_vertices = other.vertices;
+    linear.reaction_weights = other.weights;
+    linear.normal = normal;
+    if (state.settings.constrain) {
+        state.clear_slowly(linear);
+        effect.contacts.push_back(linear);
+        return;
+    }
+    linear.gap = -depth;
+    linear.k = k;
+    state.finish(linear, effect);
+}
+
+}  // namespace trocar

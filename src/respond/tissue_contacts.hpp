@@ -1,0 +1,20 @@
+// Tissue against tissue in the response `thesis` (§3.4.5): the printed exchange of velocities per triangle pair, and
+// the impulse along the contact normal that replaces it in `corrected`.
+#pragma once
+
+#include "contact/contact.hpp"
+#include "contact/effect.hpp"
+#include "respond/thesis_state.hpp"
+
+namespace trocar {
+
+/// Eq. 3.12-3.17 on the closest vertex pair, once per triangle pair: an even number of pairs cancels (METHODS §13, 15).
+void exchange(ThesisState& state, const Frame& frame, const Contact& contact);
+
+/// Corrected: impulse along the contact normal when closing, and a penalty of stiffness `k` (N/m) on what overlaps by
+/// `depth` (m; projection=place), or a stiff contact that works off the overlap (projection=hold). `pushed` moves along
+/// `normal`, `other` against it.
+void bounce(ThesisState& state, const Frame& frame, const Vector3& normal, const LoadPoint& pushed,
+            const LoadPoint& other, double depth, double k, Effect& effect);
+
+}  // namespace trocar
