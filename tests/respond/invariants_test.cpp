@@ -463,7 +463,7 @@ double attraction(const std::string& method) {
 }
 
 /// Sum of the tool's force over the first 700 ticks of the shipped scene whose jaws lift a fold.
-double grasped_force(const std::string& method) {
+double force_of_grasp(const std::string& method, int ticks) {
     const Scene scene =
         read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "i2t_grasp.json", std::nullopt);
     RunSpec spec;
@@ -471,12 +471,17 @@ double grasped_force(const std::string& method) {
     spec.detector = "ohc_clustered";
     spec.response = method;
     spec.contacts = "canonical";
-    spec.ticks = 700;
+    spec.ticks = ticks;
     spec.truth_stride = 100;
     double sum = 0.0;
     for (const StepRow& row : run_closed_loop(scene, spec).rows) sum += row.tool_force.norm();
     return sum;
 }
+
+double grasped_force(const std::string& method) { return force_of_grasp(method, 700); }
+
+/// The same until the jaws are open again.
+double released_force(const std::string& method) { return force_of_grasp(method, 780); }
 
 /// Force shown to a shaft whose tip is 1 mm below the face of a bone, N.
 double pressed_on_bone(const std::string& method) {
@@ -652,6 +657,7 @@ std::vector<Switch> switches() {
         {"grasp", "thesis:profile=corrected", "follow", "the lifted tissue", lifted},
         {"grasp_k", "thesis:profile=corrected", "30", "force on two jaws that lift a fold", grasped_force},
         {"grasp_slip", "thesis:profile=corrected", "0.001", "force on two jaws that lift a fold", grasped_force},
+        {"release_time", "thesis:profile=corrected", "0", "force on two jaws that let go of a fold", released_force},
         {"friction", "thesis:resolution=none", "0.1", "friction of a pressed vertex",
          measured(vertex_of_a_in_b, instrument, tissue, none,
                   [](const PairSample& s) { return s.effect.contacts.at(0).friction; })},
