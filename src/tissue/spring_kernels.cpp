@@ -85,28 +85,43 @@ HWY_INLINE Vector difference(const SpringArrays& springs, std::size_t s, const M
 /// Springs first <= s < end.
 HWY_INLINE void find_forces(SpringArrays& springs, std::size_t first, std::size_t end, const TissueState& state) {
     const Four d;
+    // Held apart from the stores, after which the compiler would have to read every pointer again.
+    const double* const position = state.position.data();
+    const double* const velocity = state.velocity.data();
+    double* const force = springs.force.data();
+    const std::size_t last_spot = static_cast<std::size_t>(springs.force.cols()) - 1;
+    const Index* const i = springs.i.data();
+    const Index* const j = springs.j.data();
+    const double* const k = springs.k.data();
+    const double* const offset = springs.offset.data();
+    const double* const damping = springs.damping.data();
+    const auto along = [&](const double* of, std::size_t s) HWY_ATTR {
+        return hn::Sub(hn::LoadU(d, of + 4 * static_cast<std::ptrdiff_t>(j[s])),
+                       hn::LoadU(d, of + 4 * static_cast<std::ptrdiff_t>(i[s])));
+    };
+    const auto keep = [&](std::size_t s, Vector value) HWY_ATTR { hn::StoreU(value, d, force + 4 * (s & last_spot)); };
     std::size_t s = first;
     for (; s + 4 <= end; s += 4) {
-        const auto d0 = difference(springs, s, state.position);
-        const auto d1 = difference(springs, s + 1, state.position);
-        const auto d2 = difference(springs, s + 2, state.position);
-        const auto d3 = difference(springs, s + 3, state.position);
+        const auto d0 = along(position, s);
+        const auto d1 = along(position, s + 1);
+        const auto d2 = along(position, s + 2);
+        const auto d3 = along(position, s + 3);
         Vector x, y, z, vx, vy, vz;
         transpose(d0, d1, d2, d3, x, y, z);
-        transpose(difference(springs, s, state.velocity), difference(springs, s + 1, state.velocity),
-                  difference(springs, s + 2, state.velocity), difference(springs, s + 3, state.velocity), vx, vy, vz);
+        transpose(along(velocity, s), along(velocity, s + 1), along(velocity, s + 2), along(velocity, s + 3), vx, vy,
+                  vz);
         const auto length = hn::Sqrt(hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z)));
         const auto inverse = hn::Div(hn::Set(d, 1.0), length);
         const auto closing = hn::Mul(hn::Add(hn::Add(hn::Mul(vx, x), hn::Mul(vy, y)), hn::Mul(vz, z)), inverse);
-        const auto elastic = hn::Add(hn::Mul(hn::LoadU(d, &springs.k[s]), length), hn::LoadU(d, &springs.offset[s]));
-        const auto tension = hn::Add(elastic, hn::Mul(hn::LoadU(d, &springs.damping[s]), closing));
+        const auto elastic = hn::Add(hn::Mul(hn::LoadU(d, k + s), length), hn::LoadU(d, offset + s));
+        const auto tension = hn::Add(elastic, hn::Mul(hn::LoadU(d, damping + s), closing));
         const auto scale = hn::IfThenZeroElse(hn::Eq(length, hn::Zero(d)), hn::Mul(tension, inverse));
         const auto lower = hn::ConcatLowerLower(d, scale, scale);
         const auto upper = hn::ConcatUpperUpper(d, scale, scale);
-        hn::StoreU(hn::Mul(hn::DupEven(lower), d0), d, column(springs.force, spot(springs, s)));
-        hn::StoreU(hn::Mul(hn::DupOdd(lower), d1), d, column(springs.force, spot(springs, s + 1)));
-        hn::StoreU(hn::Mul(hn::DupEven(upper), d2), d, column(springs.force, spot(springs, s + 2)));
-        hn::StoreU(hn::Mul(hn::DupOdd(upper), d3), d, column(springs.force, spot(springs, s + 3)));
+        keep(s, hn::Mul(hn::DupEven(lower), d0));
+        keep(s + 1, hn::Mul(hn::DupOdd(lower), d1));
+        keep(s + 2, hn::Mul(hn::DupEven(upper), d2));
+        keep(s + 3, hn::Mul(hn::DupOdd(upper), d3));
     }
     for (; s < end; ++s) find_one_force(springs, s, state);
 }
@@ -135,27 +150,33 @@ public:
     /// Vertices first <= v < end.
     HWY_INLINE void move(std::size_t first, std::size_t end) {
         const Four d;
-        TissueState& state = *state_;
-        const SpringArrays& springs = *springs_;
+        const double* const force = springs_->force.data();
+        const std::size_t last_spot = static_cast<std::size_t>(springs_->force.cols()) - 1;
+        const std::uint32_t* const first_out = springs_->first_out.data();
+        const std::uint32_t* const first_in = springs_->first_in.data();
+        const std::uint32_t* const in = springs_->in.data();
+        const double* const constant = state_->constant.data();
+        const double* const inverse_mass = state_->inverse_mass.data();
+        const double* const drag = state_->drag.data();
+        double* const velocities = state_->velocity.data();
+        double* const positions = state_->position.data();
         auto furthest = furthest_;
         auto not_finite = not_finite_;
         for (std::size_t v = first; v < end; ++v) {
-            const double inverse_mass = state.inverse_mass[v];
-            const auto local = static_cast<Index>(v);
-            if (inverse_mass == 0.0) continue;
-            const auto old = hn::LoadU(d, column(state.velocity, local));
-            auto force = hn::Sub(hn::LoadU(d, column(state.constant, local)), hn::Mul(hn::Set(d, state.drag[v]), old));
-            for (std::uint32_t e = springs.first_in[v]; e < springs.first_in[v + 1]; ++e) {
-                force = hn::Sub(force, hn::LoadU(d, column(springs.force, spot(springs, springs.in[e]))));
+            if (inverse_mass[v] == 0.0) continue;
+            const auto old = hn::LoadU(d, velocities + 4 * v);
+            auto sum = hn::Sub(hn::LoadU(d, constant + 4 * v), hn::Mul(hn::Set(d, drag[v]), old));
+            for (std::uint32_t e = first_in[v]; e < first_in[v + 1]; ++e) {
+                sum = hn::Sub(sum, hn::LoadU(d, force + 4 * (in[e] & last_spot)));
             }
-            for (std::uint32_t s = springs.first_out[v]; s < springs.first_out[v + 1]; ++s) {
-                force = hn::Add(force, hn::LoadU(d, column(springs.force, spot(springs, s))));
+            for (std::size_t s = first_out[v]; s < first_out[v + 1]; ++s) {
+                sum = hn::Add(sum, hn::LoadU(d, force + 4 * (s & last_spot)));
             }
-            const auto velocity = hn::Add(old, hn::Mul(hn::Set(d, h_ * inverse_mass), force));
+            const auto velocity = hn::Add(old, hn::Mul(hn::Set(d, h_ * inverse_mass[v]), sum));
             const auto way = hn::Mul(hn::Set(d, h_), velocity);
-            const auto position = hn::Add(hn::LoadU(d, column(state.position, local)), way);
-            hn::StoreU(velocity, d, column(state.velocity, local));
-            hn::StoreU(position, d, column(state.position, local));
+            const auto position = hn::Add(hn::LoadU(d, positions + 4 * v), way);
+            hn::StoreU(velocity, d, velocities + 4 * v);
+            hn::StoreU(position, d, positions + 4 * v);
             furthest = hn::Max(furthest, hn::Abs(way));
             not_finite = hn::Add(not_finite, hn::Mul(hn::Add(position, velocity), hn::Zero(d)));
         }
