@@ -78,6 +78,25 @@ double winding_part(const equations::Corners& t, const Vector3& x) {
 /// How far around a sample's way a triangle may be at the end of the tick that it met in the tick.
 Vector3 margin_of(double largest_move) { return Vector3::Constant(largest_move * 1.0000001 + 1e-9); }
 
+/// Edges of a body, each once, u < v, sorted.
+std::vector<std::array<Index, 2>> edges_of(const Topology& topology, Range triangles) {
+    std::vector<std::array<Index, 2>> edges;
+    edges.reserve(at(triangles.count) * 3);
+    for (Index t = triangles.first; t < triangles.end(); ++t) {
+        for (int i = 0; i < 3; ++i) {
+            const auto [u, v] = std::minmax({topology.triangles(i, t), topology.triangles((i + 1) % 3, t)});
+            edges.push_back({u, v});
+        }
+    }
+    std::sort(edges.begin(), edges.end());
+    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+    return edges;
+}
+
+double length(const Matrix3X& position, const std::array<Index, 2>& edge) {
+    return (position.col(edge[1]) - position.col(edge[0])).norm();
+}
+
 double winding_number(const Topology& topology, const Matrix3X& position, Range triangles, const Vector3& x) {
     double winding = 0.0;
     for (Index t = triangles.first; t < triangles.end(); ++t) {
@@ -88,8 +107,10 @@ double winding_number(const Topology& topology, const Matrix3X& position, Range 
 
 }  // namespace
 
-void CrossingLedger::prepare(const Topology& topology) {
+void CrossingLedger::prepare(const Topology& topology, bool on_edges) {
     started_ = false;
+    on_edges_ = on_edges;
+    edges_.clear();
     updates_ = 0;
     repairs_ = 0;
     penetrations_.clear();
@@ -122,7 +143,7 @@ void CrossingLedger::prepare(const Topology& topology) {
         if (meets_tissue) {
             for (Index v = range.vertices.first; v < range.vertices.end(); ++v) {
                 sample_of_vertex_[at(v)] = static_cast<Index>(samples_.size());
-                samples_.push_back({v, body});
+                samples_.push_back({.vertex = v, .body = body});
             }
         }
     }
@@ -144,11 +165,63 @@ int CrossingLedger::count(Index vertex, Index tissue) const {
     return one == nullptr || sample < 0 ? 0 : one->count[at(sample)];
 }
 
+const Penetration* CrossingLedger::penetration_of(std::size_t sample, Index tissue) const {
+    const Tissue* one = tissue_of(tissue);
+    const Index entry = one == nullptr ? -1 : one->entry[sample];
+    return entry < 0 ? nullptr : &penetrations_[at(entry)];
+}
+
 const Penetration* CrossingLedger::penetration(Index vertex, Index tissue) const {
     const Index sample = sample_of_vertex_[at(vertex)];
-    const Tissue* one = tissue_of(tissue);
-    const Index entry = one == nullptr || sample < 0 ? -1 : one->entry[at(sample)];
-    return entry < 0 ? nullptr : &penetrations_[at(entry)];
+    return sample < 0 ? nullptr : penetration_of(at(sample), tissue);
+}
+
+const Penetration* CrossingLedger::penetration_on_edge(Index u, Index v, Index tissue) const {
+    const auto key = std::minmax({u, v});
+    const auto edge = std::lower_bound(edges_.begin(), edges_.end(), key, [](const SampledEdge& one, const auto& ends) {
+        return std::pair{one.u, one.v} < ends;
+    });
+    if (edge == edges_.end() || edge->u != key.first || edge->v != key.second) return nullptr;
+    const Penetration* deepest = nullptr;
+    for (Index s = edge->samples.first; s < edge->samples.end(); ++s) {
+        const Penetration* p = penetration_of(at(s), tissue);
+        if (p != nullptr && (deepest == nullptr || p->depth > deepest->depth)) deepest = p;
+    }
+    return deepest;
+}
+
+/// Half a tissue edge apart (METHODS §9.2: every h/2).
+void CrossingLedger::add_edge_samples(const Topology& topology, const Frame& frame) {
+    constexpr double most_per_edge = 64.0;
+    double tissue_edge = 0.0;
+    for (const Tissue& tissue : tissues_) {
+        const auto edges = edges_of(topology, topology.bodies[at(tissue.body)].triangles);
+        double sum = 0.0;
+        for (const auto& edge : edges) sum += length(frame.position, edge);
+        const double mean = edges.empty() ? 0.0 : sum / static_cast<double>(edges.size());
+        if (mean > 0.0 && (tissue_edge == 0.0 || mean < tissue_edge)) tissue_edge = mean;
+    }
+    if (!(tissue_edge > 0.0)) return;
+    for (Index body = 0; body < topology.body_count(); ++body) {
+        const BodyRange& range = topology.bodies[at(body)];
+        if (range.kind == BodyKind::tissue || range.vertices.count == 0 ||
+            sample_of_vertex_[at(range.vertices.first)] < 0)
+            continue;
+        for (const auto& edge : edges_of(topology, range.triangles)) {
+            const double edge_length = length(frame.position, edge);
+            if (!(edge_length > tissue_edge)) continue;
+            const double parts = std::min(std::ceil(2.0 * edge_length / tissue_edge), most_per_edge);
+            const auto first = static_cast<Index>(samples_.size());
+            for (double part = 1.0; part < parts; ++part) {
+                samples_.push_back({.vertex = edge[0], .other = edge[1], .fraction = part / parts, .body = body});
+            }
+            edges_.push_back({edge[0], edge[1], {first, static_cast<Index>(samples_.size()) - first}});
+        }
+    }
+    for (Tissue& tissue : tissues_) {
+        tissue.count.resize(samples_.size(), 0);
+        tissue.entry.resize(samples_.size(), -1);
+    }
 }
 
 Index CrossingLedger::nearest_triangle(const Topology& topology, const Frame& frame, Tissue& tissue,
@@ -212,7 +285,30 @@ void CrossingLedger::find_start(const Topology& topology, const Frame& frame, co
                 tissue.count[at(sample_of_vertex_[at(v)])] = static_cast<std::int16_t>(std::lround(winding));
             }
         }
+        // Along an edge every crossing changes the count.
+        for (const SampledEdge& edge : edges_) {
+            const Vector3 from = frame.position.col(edge.u) + hair;
+            const int start = tissue.count[at(sample_of_vertex_[at(edge.u)])];
+            for (Index s = edge.samples.first; s < edge.samples.end(); ++s) {
+                const Vector3 to = samples_[at(s)].of(frame.position) + hair;
+                tissue.count[at(s)] = static_cast<std::int16_t>(start + crossings(topology, frame, tissue, from, to));
+            }
+        }
     }
+}
+
+/// Signed crossings of a segment with the surface as it stands.
+int CrossingLedger::crossings(const Topology& topology, const Frame& frame, Tissue& tissue, const Vector3& from,
+                              const Vector3& to) {
+    Box box;
+    box.add(from);
+    box.add(to);
+    int sum = 0;
+    tissue.grid.visit(box, [&](Index t) {
+        const equations::Corners corners = corners_of(topology, frame.position, t);
+        sum += segment_crossing(from, to, corners[0], corners[1], corners[2]);
+    });
+    return sum;
 }
 
 /// Along the edges of the body from vertex to vertex: every edge that passes through the sheet changes the count. What
@@ -220,18 +316,10 @@ void CrossingLedger::find_start(const Topology& topology, const Frame& frame, co
 /// declared side has count 0.
 void CrossingLedger::find_start_by_crossings(const Topology& topology, const Frame& frame, Tissue& tissue, Index body) {
     const BodyRange& range = topology.bodies[at(body)];
-    std::vector<std::array<Index, 2>> edges;
-    edges.reserve(at(range.triangles.count) * 6);
-    for (Index t = range.triangles.first; t < range.triangles.end(); ++t) {
-        for (int i = 0; i < 3; ++i) {
-            const Index u = topology.triangles(i, t);
-            const Index v = topology.triangles((i + 1) % 3, t);
-            edges.push_back({u, v});
-            edges.push_back({v, u});
-        }
-    }
+    std::vector<std::array<Index, 2>> edges = edges_of(topology, range.triangles);
+    const std::size_t one_way = edges.size();
+    for (std::size_t e = 0; e < one_way; ++e) edges.push_back({edges[e][1], edges[e][0]});
     std::sort(edges.begin(), edges.end());
-    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
     std::vector<std::uint8_t> seen(at(range.vertices.count), 0);
     std::vector<Index> connected;
     const bool belongs_in_front = topology.bodies[at(tissue.body)].start_side == SheetSide::front;
@@ -251,14 +339,7 @@ void CrossingLedger::find_start_by_crossings(const Topology& topology, const Fra
                 seen[at(v - range.vertices.first)] = 1;
                 const Vector3 from = frame.position.col(u) + hair;
                 const Vector3 to = frame.position.col(v) + hair;
-                Box box;
-                box.add(from);
-                box.add(to);
-                int change = 0;
-                tissue.grid.visit(box, [&](Index t) {
-                    const equations::Corners corners = corners_of(topology, frame.position, t);
-                    change += segment_crossing(from, to, corners[0], corners[1], corners[2]);
-                });
+                const int change = crossings(topology, frame, tissue, from, to);
                 tissue.count[at(sample_of_vertex_[at(v)])] = static_cast<std::int16_t>(count + change);
                 if (change != 0 && !settled) {
                     settled = true;
@@ -283,7 +364,7 @@ void CrossingLedger::check_closed(const Topology& topology, const Frame& frame, 
     for (auto s = static_cast<std::size_t>(updates_ % check_period); s < samples_.size();
          s += static_cast<std::size_t>(check_period)) {
         if (tested_[at(samples_[s].body * bodies + tissue.body)] == 0) continue;
-        const Vector3 x = frame.position.col(samples_[s].vertex) + hair;
+        const Vector3 x = samples_[s].of(frame.position) + hair;
         const Vector3 end(x.x(), x.y(), std::max(x.z(), bounds.max.z()) + 1.0);
         Box path;
         path.add(x);
@@ -307,10 +388,10 @@ void CrossingLedger::count_crossings(const Topology& topology, const Frame& fram
     const Index bodies = topology.body_count();
     const Vector3 margin = margin_of(tissue.largest_move);
     for (std::size_t s = 0; s < samples_.size(); ++s) {
-        const Sample& sample = samples_[s];
+        const LedgerSample& sample = samples_[s];
         if (tested_[at(sample.body * bodies + tissue.body)] == 0) continue;
-        const Vector3 from = last_.col(sample.vertex) + hair;
-        const Vector3 to = frame.position.col(sample.vertex) + hair;
+        const Vector3 from = sample.of(last_) + hair;
+        const Vector3 to = sample.of(frame.position) + hair;
         Box path;
         path.add(from);
         path.add(to);
@@ -344,13 +425,13 @@ void CrossingLedger::find_regions(const Topology& topology, const Frame& frame, 
     const Index bodies = topology.body_count();
     tissue.regions.clear();
     Index last_body = -1;
-    for (const Sample& sample : samples_) {
+    for (const LedgerSample& sample : samples_) {
         if (tested_[at(sample.body * bodies + tissue.body)] == 0) continue;
         if (sample.body != last_body) tissue.regions.emplace_back();
         last_body = sample.body;
         Box& region = tissue.regions.back();
         for (const Matrix3X* positions : {static_cast<const Matrix3X*>(&last_), &frame.position}) {
-            const Vector3 at_sample = positions->col(sample.vertex);
+            const Vector3 at_sample = sample.of(*positions);
             if (!at_sample.allFinite()) continue;
             region.add(at_sample - margin);
             region.add(at_sample + margin);
@@ -417,6 +498,7 @@ void follow_surface(const Topology& topology, const SurfaceNeighbours& surface, 
 void CrossingLedger::update(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
                             const ContactSet& contacts) {
     if (!started_) {
+        if (on_edges_) add_edge_samples(topology, frame);
         for (Tissue& tissue : tissues_) {
             tissue.blocks.refresh_all(frame.position);
             fill_whole(topology, frame, tissue);
@@ -455,16 +537,14 @@ void CrossingLedger::update(const Topology& topology, const SurfaceNeighbours& s
                 penetration = kept_[at(entry)];
                 ++penetration.age;
             } else {
-                penetration.vertex = samples_[s].vertex;
-                penetration.body = samples_[s].body;
+                penetration.sample = samples_[s];
                 penetration.tissue = tissue.body;
                 penetration.side = count > 0 ? 1.0 : -1.0;
-                penetration.triangle =
-                    nearest_triangle(topology, frame, tissue, frame.position.col(samples_[s].vertex));
+                penetration.triangle = nearest_triangle(topology, frame, tissue, samples_[s].of(frame.position));
                 if (penetration.triangle < 0) continue;
             }
             entry = -1;
-            const Vector3 x = frame.position.col(penetration.vertex);
+            const Vector3 x = penetration.sample.of(frame.position);
             follow_surface(topology, surface, frame, x, penetration.triangle, penetration.weights);
             penetration.normal = penetration.side * surface.blended_normal(topology, frame.position,
                                                                            penetration.triangle, penetration.weights);

@@ -1,4 +1,4 @@
-// Which vertices of instruments, bones and other tissue are on the wrong side of a tissue surface, by history (METHODS
+// Which points of instruments, bones and other tissue are on the wrong side of a tissue surface, by history (METHODS
 // §9.2): it works on open sheets, for a tool that stands still, withdraws or is dragged, where depth below one plane
 // says nothing.
 #pragma once
@@ -15,10 +15,23 @@
 
 namespace trocar {
 
-/// A sample point (vertex of another body) that has crossed a tissue surface.
+/// A point of another body that the ledger follows: a vertex, or a point on one of its long edges.
+struct LedgerSample {
+    Index vertex = -1;
+    Index other = -1;       ///< other end of the edge, -1 for a vertex
+    double fraction = 0.0;  ///< of the way from `vertex` to `other`
+    Index body = -1;
+
+    /// Of a 3×N matrix with a column per vertex: positions or velocities (exact for rigid bodies).
+    [[nodiscard]] Vector3 of(const Matrix3X& columns) const {
+        if (other < 0) return columns.col(vertex);
+        return (1.0 - fraction) * columns.col(vertex) + fraction * columns.col(other);
+    }
+};
+
+/// A sample point that has crossed a tissue surface.
 struct Penetration {
-    Index vertex = -1;    ///< the sample
-    Index body = -1;      ///< the sample's body
+    LedgerSample sample;
     Index tissue = -1;    ///< tissue body
     Index triangle = -1;  ///< anchor: surface point that the normal through the sample meets
     Vector3 weights = Vector3::Zero();
@@ -42,7 +55,10 @@ class CrossingLedger {
 public:
     static constexpr double resting_margin = 2e-3;  ///< m
 
-    void prepare(const Topology& topology);
+    /// `on_edges`: the samples are the vertices, and for instruments and rigid bodies also points on edges longer than
+    /// the tissue's, half such an edge apart; without them a shaft thinner than the tissue's mesh passes through
+    /// between its own vertices.
+    void prepare(const Topology& topology, bool on_edges);
     /// Advances the counts from the last call's frame to this one. The first call finds the start state: on closed
     /// tissue by the winding number; on open tissue a body that crosses the sheet at the start belongs on the side that
     /// the scene declares (BodyRange::start_side), and its vertices on the other side of the crossing count from the
@@ -55,6 +71,8 @@ public:
     [[nodiscard]] const std::vector<Penetration>& penetrations() const { return penetrations_; }
     /// That of a vertex with a tissue body; null where there is none.
     [[nodiscard]] const Penetration* penetration(Index vertex, Index tissue) const;
+    /// That of the samples between two vertices with a tissue body: of the deepest; null where there is none.
+    [[nodiscard]] const Penetration* penetration_on_edge(Index u, Index v, Index tissue) const;
     /// Signed crossings of a sample with a tissue body since the start (front to back +1), start state included.
     [[nodiscard]] int count(Index vertex, Index tissue) const;
     /// Counts that the periodic check against the winding number of closed tissue has put right since prepare. Every
@@ -75,13 +93,19 @@ private:
         std::vector<std::int16_t> count;  ///< per sample
         std::vector<Index> entry;         ///< per sample: position in penetrations_, -1
     };
-    struct Sample {
-        Index vertex = -1;
-        Index body = -1;
+    /// An edge with samples on it, u < v.
+    struct SampledEdge {
+        Index u = -1;
+        Index v = -1;
+        Range samples;
     };
 
+    void add_edge_samples(const Topology& topology, const Frame& frame);
+    [[nodiscard]] const Penetration* penetration_of(std::size_t sample, Index tissue) const;
     void find_start(const Topology& topology, const Frame& frame, const ContactSet& contacts);
     void find_start_by_crossings(const Topology& topology, const Frame& frame, Tissue& tissue, Index body);
+    [[nodiscard]] static int crossings(const Topology& topology, const Frame& frame, Tissue& tissue,
+                                       const Vector3& from, const Vector3& to);
     void check_closed(const Topology& topology, const Frame& frame, Tissue& tissue);
     void count_crossings(const Topology& topology, const Frame& frame, Tissue& tissue);
     [[nodiscard]] const Tissue* tissue_of(Index body) const;
@@ -92,8 +116,10 @@ private:
                                          const Vector3& point);
 
     std::vector<Tissue> tissues_;
-    std::vector<Sample> samples_;
+    std::vector<LedgerSample> samples_;
     std::vector<Index> sample_of_vertex_;
+    std::vector<SampledEdge> edges_;  ///< sorted
+    bool on_edges_ = false;
     std::vector<std::uint8_t> tested_;  ///< bodies × bodies
     Matrix3X last_;                     ///< 3×N, positions at the last call
     std::int64_t last_tick_ = -1;

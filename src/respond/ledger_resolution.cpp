@@ -43,7 +43,7 @@ void steady(const ThesisState& state, const Frame& frame, const Penetration& p, 
     const Vector3 first = p.normal.unitOrthogonal();
     for (const Vector3& axis : {first, Vector3(p.normal.cross(first))}) {
         slide.normal = axis;
-        slide.face_velocity = frame.velocity.col(p.vertex).dot(axis);
+        slide.face_velocity = p.sample.of(frame.velocity).dot(axis);
         effect.contacts.push_back(slide);
     }
 }
@@ -56,12 +56,13 @@ LinearContact against_sample(const ThesisState& state, const Frame& frame, const
     linear.vertices = point.vertices;
     linear.weights = point.weights;
     linear.normal = -normal;
-    state.rub(p.vertex, frame.velocity.col(p.vertex), linear);
-    if (state.kind(p.body) == BodyKind::instrument) {
-        linear.reaction_body = p.body;
-        linear.reaction_point = frame.position.col(p.vertex);
-    } else if (state.kind(p.body) == BodyKind::tissue) {
-        linear.reaction_vertices = {p.vertex, -1, -1};
+    // The tangential spring is remembered under a vertex: points on edges rub by the tissue's vertices.
+    if (p.sample.other < 0) state.rub(p.sample.vertex, p.sample.of(frame.velocity), linear);
+    if (state.kind(p.sample.body) == BodyKind::instrument) {
+        linear.reaction_body = p.sample.body;
+        linear.reaction_point = p.sample.of(frame.position);
+    } else if (state.kind(p.sample.body) == BodyKind::tissue) {
+        linear.reaction_vertices = {p.sample.vertex, -1, -1};
         linear.reaction_weights = {1.0, 0.0, 0.0};
     }
     return linear;
@@ -77,7 +78,7 @@ void push_anchor(const ThesisState& state, const Frame& frame, const Penetration
     const auto rate = [&](const Vector3& u) {
         return slope > least_slope ? -p.face.dot(u) / slope : u.dot(linear.normal);
     };
-    state.end_on_time(p.body, frame.velocity.col(p.vertex), rate, linear);
+    state.end_on_time(p.sample.body, p.sample.of(frame.velocity), rate, linear);
     effect.contacts.push_back(linear);
     steady(state, frame, p, linear, effect);
 }
@@ -114,8 +115,8 @@ double share_round_edge(const equations::Corners& face, const Vector3& face_norm
 /// sideways. Where the surface bends away from the sample, the normal turns over a narrow band along the edge.
 void push_faces(const ThesisState& state, const Frame& frame, const Penetration& p, Effect& effect) {
     const Topology& topology = *state.topology;
-    const Vector3 x = frame.position.col(p.vertex);
-    const Vector3 velocity = frame.velocity.col(p.vertex);
+    const Vector3 x = p.sample.of(frame.position);
+    const Vector3 velocity = p.sample.of(frame.velocity);
     const auto centre = [](const equations::Corners& c) { return Vector3((c[0] + c[1] + c[2]) / 3.0); };
     Index home = p.triangle;
     Vector3 weights = p.weights;
@@ -156,7 +157,7 @@ void push_faces(const ThesisState& state, const Frame& frame, const Penetration&
             if (distance > near + way + std::max(0.0, p.depth) || depth < -near_gap - way) continue;
             LinearContact wall = against_sample(state, frame, p, t, w, other_normal, depth);
             state.end_on_time(
-                p.body, velocity, [&](const Vector3& u) { return u.dot(wall.normal); }, wall);
+                p.sample.body, velocity, [&](const Vector3& u) { return u.dot(wall.normal); }, wall);
             effect.contacts.push_back(wall);
         }
     }
@@ -164,14 +165,14 @@ void push_faces(const ThesisState& state, const Frame& frame, const Penetration&
     const double slope = std::max(face.dot(normal), least_slope);
     LinearContact linear = against_sample(state, frame, p, home, weights, normal, face.dot(foot - x) / slope);
     state.end_on_time(
-        p.body, velocity, [&](const Vector3& u) { return -face.dot(u) / slope; }, linear);
+        p.sample.body, velocity, [&](const Vector3& u) { return -face.dot(u) / slope; }, linear);
     effect.contacts.push_back(linear);
     steady(state, frame, p, linear, effect);
 }
 
 bool follows_any(const ThesisState& state, const Penetration& p) {
     for (int i = 0; i < 3; ++i) {
-        if (state.follows(state.topology->triangles(i, p.triangle), p.body)) return true;
+        if (state.follows(state.topology->triangles(i, p.triangle), p.sample.body)) return true;
     }
     return false;
 }
@@ -192,8 +193,8 @@ bool cannot_move(const ThesisState& state, Index triangle) {
 
 }  // namespace
 
-void LedgerResolution::prepare(const Topology& topology) {
-    ledger_.prepare(topology);
+void LedgerResolution::prepare(const Topology& topology, bool on_edges) {
+    ledger_.prepare(topology, on_edges);
     faces_.assign(topology.bodies.size(), 1);
     for (const auto& [a, b] : topology.body_pairs) {
         if (topology.bodies[at(a)].kind != BodyKind::tissue || topology.bodies[at(b)].kind != BodyKind::tissue)
@@ -222,11 +223,14 @@ void LedgerResolution::respond(const ThesisState& state, const Frame& frame, con
 
 std::optional<double> LedgerResolution::side_of(const Topology& topology, Index triangle, Index tissue) const {
     std::optional<double> side;
-    for (const Index corner : topology.triangles.col(triangle)) {
-        const Penetration* p = ledger_.penetration(corner, tissue);
-        if (p == nullptr) continue;
-        if (p->ruptured) return 0.0;
-        side = p->side;
+    const auto corner = topology.triangles.col(triangle);
+    for (int i = 0; i < 3; ++i) {
+        for (const Penetration* p : {ledger_.penetration(corner[i], tissue),
+                                     ledger_.penetration_on_edge(corner[i], corner[(i + 1) % 3], tissue)}) {
+            if (p == nullptr) continue;
+            if (p->ruptured) return 0.0;
+            side = p->side;
+        }
     }
     return side;
 }

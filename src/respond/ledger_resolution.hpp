@@ -1,11 +1,11 @@
-// Resolution of interpenetration by the crossing ledger (METHODS §9.2, corrected): every vertex on the wrong side
+// Resolution of interpenetration by the crossing ledger (METHODS §9.2, corrected): every sample on the wrong side
 // pushes the surface it has crossed back past itself by stiff contacts on the faces that it touches, so that what is
 // left goes to zero within the settle time, whether the tool moves or not; what cannot be cleared ends as rupture.
 //
 // METHODS §9.2 pushes along the blended normal at the anchor (anchor=blend). That slides a pointed tool across the
 // sheet where hard contact catches it in the pocket it has made: against the hard references the force is off by
-// 0.03-0.28 N RMS, with the faces' own normals by 0.001-0.03 N. Samples are vertices: a shaft with none inside meets
-// tissue by its edges and the tissue's vertices (held_contacts).
+// 0.03-0.28 N RMS, with the faces' own normals by 0.001-0.03 N. METHODS' samples on a shaft's axis are points on long
+// edges here (samples=edges): they lie on the surface that must come free, and no axis need be known.
 #pragma once
 
 #include <optional>
@@ -19,12 +19,12 @@ namespace trocar {
 
 class LedgerResolution {
 public:
-    void prepare(const Topology& topology);
+    void prepare(const Topology& topology, bool on_edges);
     void respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts,
                  const SqueezedTissue& squeezed, Effect& effect);
     [[nodiscard]] const std::vector<Penetration>& penetrations() const { return ledger_.penetrations(); }
-    /// On which side of a tissue body (+1: front) this triangle belongs, where the ledger knows it of a corner; 0 where
-    /// a corner has been given up.
+    /// On which side of a tissue body (+1: front) this triangle belongs, where the ledger knows it of a corner or of
+    /// a point on its edges; 0 where one has been given up.
     [[nodiscard]] std::optional<double> side_of(const Topology& topology, Index triangle, Index tissue) const;
 
 private:

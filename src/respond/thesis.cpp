@@ -11,7 +11,7 @@
 //   3.12-3.17  tissue_contacts        tissue_tissue, e_tissue
 //   §3.4.5     back_projection        resolution=back_projection, n_back, l_max
 //   §5         contact_reduction      reduction
-//   §9.2       ledger_resolution      resolution=ledger, anchor, settle_time, clear_speed, slip_damping
+//   §9.2       ledger_resolution      resolution=ledger, samples, anchor, settle_time, clear_speed, slip_damping
 //              rupture                tear_time, d_max
 //   §9.2       squeezed_tissue        squeeze
 //   §10        grasp                  grasp, grasp_k, grasp_slip, release_time
@@ -54,7 +54,8 @@ public:
         squeezed_.prepare(topology);
         rigid_.prepare(topology);
         proxies_.prepare(topology, materials, TipProxies::default_radius);
-        if (state_.has_tissue && settings().resolution == Resolution::ledger) ledger_.prepare(topology);
+        if (state_.has_tissue && settings().resolution == Resolution::ledger)
+            ledger_.prepare(topology, settings().edge_samples);
         back_projection_.prepare(topology);
     }
 
@@ -435,9 +436,9 @@ private:
             touches_.push_back({r.vertex, topology_->triangles(0, r.triangle), r.normal});
         }
         for (const Penetration& p : ledger_.penetrations()) {
-            if (kind(p.body) == BodyKind::tissue) continue;
+            if (kind(p.sample.body) == BodyKind::tissue) continue;
             for (int i = 0; i < 3; ++i) {
-                touches_.push_back({topology_->triangles(i, p.triangle), p.vertex, -p.normal});
+                touches_.push_back({topology_->triangles(i, p.triangle), p.sample.vertex, -p.normal});
             }
         }
         state_.grasp.update(*topology_, *materials_, frame, contacts, touches_);

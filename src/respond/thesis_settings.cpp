@@ -89,6 +89,9 @@ std::vector<Parameter> thesis_parameters() {
             "the ledger pushes the surface along the blended normal at a vertex' anchor (METHODS §9.2; faithful), or "
             "every face that the vertex touches along its own normal, as hard contact does, rounded in 1 mm along "
             "ridges (corrected)"),
+        choice("samples", {"vertices", "edges"},
+               "points that the ledger follows: vertices (faithful), or also points on edges of instruments and bones "
+               "that are longer than the tissue's, half such an edge apart (METHODS §9.2; corrected)"),
         {.name = "slip_damping",
          .unit = "1",
          .default_value = "auto",
@@ -178,6 +181,7 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.rigid_settle = values.number("rigid_settle");
     s.clear_speed = values.number("clear_speed");
     s.anchor_faces = on("anchor", "faces");
+    s.edge_samples = on("samples", "edges");
     s.slip_damping = values.number("slip_damping");
     if (std::isnan(s.slip_damping)) s.slip_damping = s.anchor_faces ? 4.0 : 40.0;
     s.tear_time = values.number("tear_time");

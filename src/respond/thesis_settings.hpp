@@ -53,6 +53,7 @@ struct ThesisSettings {
     double settle_time = 0.003;       ///< s, time constant with which a constraint clears a depth
     double clear_speed = 0.5;         ///< m/s, fastest at which a constraint clears a depth
     bool anchor_faces = false;  ///< ledger pushes the faces that a sample touches; false: along the blended normal
+    bool edge_samples = false;  ///< ledger follows points on long edges of tools and bones too; false: vertices only
     double slip_damping = 4.0;  ///< 1, of the ledger, see steady()
     double tear_time = 0.005;   ///< s at the strain limit until rupture
     double d_max = 0.015;       ///< m, rupture beyond

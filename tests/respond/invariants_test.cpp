@@ -543,6 +543,21 @@ double torn_ticks(const std::string& method) {
     return ruptures;
 }
 
+/// Lowest point of a sheet, m, 20 ms after a bar thinner than its mesh has fallen across it and stopped 3 mm below.
+double sheet_under_bar(const std::string& method) {
+    ClosedLoop loop(
+        {LoopBody{.name = "bar",
+                  .kind = BodyKind::instrument,
+                  .mesh = test::make_box(Vector3(0.0006, 0.05, 0.0006)),
+                  .offset = [](double t) { return Vector3(0.0013, 0.0011, 0.002 - std::min(0.5 * t, 0.005)); }},
+         LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(4, 0.01)}},
+        method);
+    for (int tick = 0; tick < 30; ++tick) {
+        if (!loop.step()) return std::nan("");
+    }
+    return tissue_height(loop);
+}
+
 std::vector<Switch> switches() {
     const auto instrument = BodyKind::instrument;
     const auto tissue = BodyKind::tissue;
@@ -650,6 +665,7 @@ std::vector<Switch> switches() {
         {"slip_damping", "thesis:profile=corrected,anchor=blend", "0", "the tissue after a stab",
          stabbed(30, tissue_height)},
         {"anchor", "thesis:profile=corrected", "blend", "the tissue after a stab", stabbed(30, tissue_height)},
+        {"samples", "thesis:profile=corrected", "vertices", "the tissue under a thin bar", sheet_under_bar},
         {"tear_time", "thesis:profile=corrected", "10", "ruptures of a sheet stretched twice as far as it can be",
          torn_ticks},
         {"grasp", "thesis", "off", "the lifted tissue", lifted},

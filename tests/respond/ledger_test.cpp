@@ -38,13 +38,14 @@ struct LedgerWorld {
     ClosedLoop loop;
     SurfaceNeighbours surface;
     CrossingLedger ledger;
-    LedgerWorld(const Mesh& tool, const Mesh& tissue, bool closed, SheetSide side = SheetSide::front)
+    LedgerWorld(const Mesh& tool, const Mesh& tissue, bool closed, SheetSide side = SheetSide::front,
+                bool on_edges = false)
         : loop({LoopBody{.name = "tool", .kind = BodyKind::instrument, .mesh = tool},
                 LoopBody{.name = "tissue", .kind = BodyKind::tissue, .closed = closed, .mesh = tissue}},
                "penalty") {
         loop.topology.bodies[1].start_side = side;
         surface.prepare(loop.topology);
-        ledger.prepare(loop.topology);
+        ledger.prepare(loop.topology, on_edges);
     }
     /// One call on the frame, with the contacts that it has.
     void update() {
@@ -80,7 +81,7 @@ TEST(LedgerStart, BodyThroughAnOpenSheetBelongsOnTheDeclaredSide) {
                 }
                 ASSERT_EQ(world.ledger.penetrations().size(), wrong);
                 for (const Penetration& p : world.ledger.penetrations()) {
-                    const double z = world.loop.frame.position(2, p.vertex);
+                    const double z = world.loop.frame.position(2, p.sample.vertex);
                     EXPECT_NEAR(p.depth, std::abs(z), 1e-12);
                     EXPECT_NEAR(p.normal.z(), side == SheetSide::front ? 1.0 : -1.0, 1e-12);
                 }
@@ -235,7 +236,7 @@ TEST(LedgerParity, TissueAgainstTissueIsCountedFromBothSides) {
     SurfaceNeighbours surface;
     surface.prepare(loop.topology);
     CrossingLedger ledger;
-    ledger.prepare(loop.topology);
+    ledger.prepare(loop.topology, false);
     const Matrix3X start = loop.frame.position;
     Frame frame = loop.frame;
     const Range balls = loop.topology.bodies[0].vertices;
@@ -259,6 +260,38 @@ TEST(LedgerParity, TissueAgainstTissueIsCountedFromBothSides) {
             ASSERT_EQ(ledger.count(v, 0), static_cast<int>(std::lround(winding))) << tick;
         }
     }
+}
+
+TEST(LedgerParity, PointsOnALongEdgeAreOnTheSideWhereTheEdgeIs) {
+    // A bar whose corners stay beyond the rim goes down and up through a flat sheet, ten degrees askew: no vertex of it
+    // ever crosses.
+    const double bar = 0.004;
+    Mesh mesh = test::make_box(Vector3(bar, 0.06, bar));
+    const Eigen::AngleAxisd askew(0.1745, Vector3::UnitZ());
+    for (Vector3& p : mesh.points) p = askew * p + Vector3(0.0013, 0.0007, 0.0);
+    LedgerWorld world(mesh, make_sheet(8, 0.005), false, SheetSide::front, true);
+    const Matrix3X start = world.loop.frame.position;
+    const Range tool = world.tool();
+    int behind = 0;
+    for (int tick = 0; tick < 200; ++tick) {
+        const double z = 0.004 * std::cos(0.1 * tick);
+        world.loop.frame.position = start;
+        world.loop.frame.position.leftCols(tool.count).row(2).array() += z;
+        world.update();
+        for (Index v = 0; v < tool.count; ++v) ASSERT_EQ(world.ledger.count(v, 1), 0);
+        // The bar's four long edges join corners that differ in y alone.
+        for (const auto& [u, v] : {std::pair{0, 2}, {1, 3}, {4, 6}, {5, 7}}) {
+            const double depth = -world.loop.frame.position(2, u);
+            const Penetration* p = world.ledger.penetration_on_edge(v, u, 1);
+            ASSERT_EQ(p != nullptr && p->depth > 0.0, depth > 0.0) << "tick " << tick << " depth " << depth;
+            if (depth <= 0.0) continue;
+            ++behind;
+            ASSERT_NEAR(p->depth, depth, 1e-12);
+            ASSERT_NEAR(p->normal.z(), 1.0, 1e-12);
+        }
+    }
+    EXPECT_GT(behind, 200);
+    EXPECT_LT(behind, 600);
 }
 
 TEST(LedgerResting, AToolThatTouchesASheetFromBehindIsNoPenetration) {

@@ -43,6 +43,20 @@ inline Mesh make_sheet(int n, double edge) {
     return mesh;
 }
 
+/// Closed box with its centre in the origin, outer normals; corner i lies at +x, +y, +z for the bits 1, 2, 4 of i.
+inline Mesh make_box(const Vector3& size) {
+    Mesh mesh;
+    for (int i = 0; i < 8; ++i) {
+        mesh.points.emplace_back(size.cwiseProduct(Vector3((i & 1) - 0.5, ((i >> 1) & 1) - 0.5, ((i >> 2) & 1) - 0.5)));
+    }
+    for (const std::array<Index, 4>& q :
+         {std::array<Index, 4>{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
+        mesh.triangles.push_back({q[0], q[1], q[2]});
+        mesh.triangles.push_back({q[0], q[2], q[3]});
+    }
+    return mesh;
+}
+
 /// Closed shaft along z from the origin (a pointed or flat end there) up to `length`, outer normals.
 inline Mesh make_shaft(double radius, double length, int sides, double point_length) {
     Mesh mesh;
