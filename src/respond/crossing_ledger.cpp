@@ -210,10 +210,11 @@ void CrossingLedger::add_edge_samples(const Topology& topology, const Frame& fra
         for (const auto& edge : edges_of(topology, range.triangles)) {
             const double edge_length = length(frame.position, edge);
             if (!(edge_length > tissue_edge)) continue;
-            const double parts = std::min(std::ceil(2.0 * edge_length / tissue_edge), most_per_edge);
+            const auto parts = static_cast<int>(std::min(std::ceil(2.0 * edge_length / tissue_edge), most_per_edge));
             const auto first = static_cast<Index>(samples_.size());
-            for (double part = 1.0; part < parts; ++part) {
-                samples_.push_back({.vertex = edge[0], .other = edge[1], .fraction = part / parts, .body = body});
+            for (int part = 1; part < parts; ++part) {
+                samples_.push_back(
+                    {.vertex = edge[0], .other = edge[1], .fraction = static_cast<double>(part) / parts, .body = body});
             }
             edges_.push_back({edge[0], edge[1], {first, static_cast<Index>(samples_.size()) - first}});
         }
