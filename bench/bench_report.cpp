@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "geometry/whole_file.hpp"
 #include "measure/statistics.hpp"
 #include "report_writer.hpp"
 #include "session.hpp"

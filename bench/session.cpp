@@ -1,4 +1,4 @@
-#include "session.hpp"
+#include "geometry/whole_file.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "geometry/input_error.hpp"
+#include "geometry/whole_file.hpp"
 #include "measure/environment.hpp"
 #include "study/child_process.hpp"
 #include "study/runner.hpp"
