@@ -13,13 +13,14 @@ passed=0 failed=0 skipped=0 without_data=0
 
 # run_tests PRESET [ctest arguments]: runs on after a failure, so that one run tells everything.
 run_tests() {
-    local preset=$1
+    local preset=$1 folder
+    folder=$(folder_of "$1")
     shift
     say "tests, $preset"
-    local results=$PWD/build/$preset/results.xml
+    local results=$PWD/$folder/results-$preset.xml
     rm -f "$results"
-    ctest --preset "$preset" --output-junit "$results" -j2 "$@" >"build/$preset/tests.log" 2>&1 || true
-    [ -s "$results" ] || { cat "build/$preset/tests.log" >&2; echo "no test ran in $preset" >&2; exit 1; }
+    ctest --preset "$preset" --output-junit "$results" -j2 "$@" >"$folder/tests.log" 2>&1 || true
+    [ -s "$results" ] || { cat "$folder/tests.log" >&2; echo "no test ran in $preset" >&2; exit 1; }
     local head tests failures skips
     head=$(tr '\n\t' '  ' <"$results" | sed 's/<testcase.*//')
     tests=$(sed -E 's/.* tests="([0-9]+)".*/\1/' <<<"$head")
@@ -29,8 +30,8 @@ run_tests() {
         { echo "cannot read the counts in $results" >&2; exit 1; }
     passed=$((passed + tests - failures - skips)) failed=$((failed + failures)) skipped=$((skipped + skips))
     without_data=$((without_data + $(grep -c 'no data: ' "$results" || true)))
-    [ "$failures" -eq 0 ] || tail -n 200 "build/$preset/tests.log"
-    tail -n 3 "build/$preset/tests.log"
+    [ "$failures" -eq 0 ] || tail -n 200 "$folder/tests.log"
+    tail -n 3 "$folder/tests.log"
 }
 
 # check NAME command…: one more test that is not ctest's.
@@ -55,18 +56,24 @@ tidy_is_clean() {
             sort -u | grep -E '^(src|baselines)/.*\.cpp$' || true)
     fi
     [ -n "$files" ] || { echo "nothing changed"; return 0; }
+    # clang-tidy cannot read what GCC precompiled.
+    cmake --preset release -B build/tidy -DTROCAR_PRECOMPILED=OFF >/dev/null
     # Only files that this build compiles: a method whose library is absent has no compile command.
     local built=()
     for file in $files; do
-        grep -q "/$file\"" build/release/compile_commands.json && built+=("$file")
+        grep -q "/$file\"" build/tidy/compile_commands.json && built+=("$file")
     done
     [ ${#built[@]} -gt 0 ] || { echo "nothing built changed"; return 0; }
-    printf '%s\n' "${built[@]}" | xargs -P2 -n1 clang-tidy-14 --quiet -p build/release
+    printf '%s\n' "${built[@]}" | xargs -P2 -n1 clang-tidy-14 --quiet -p build/tidy
 }
 
 install_missing "${base_packages[@]}" "${check_packages[@]}"
 find_data
 started=$SECONDS
+
+configure bare
+build bare trocar_program contract_test
+run_tests bare -R Contract
 
 configure release
 build release
@@ -84,10 +91,6 @@ fi
 
 check "format" format_is_clean
 check "tidy" tidy_is_clean
-
-configure bare
-build bare trocar_program contract_test
-run_tests bare -R Contract
 
 if [ "$mode" = full ]; then
     configure clang

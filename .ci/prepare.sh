@@ -41,20 +41,28 @@ find_data() {
     fi
 }
 
+# Where a preset builds (CMakePresets.json).
+folder_of() {
+    case $1 in bare) echo build/release ;; *) echo "build/$1" ;; esac
+}
+
 # configure PRESET [cmake arguments]
 configure() {
-    local preset=$1
+    local preset=$1 folder
+    folder=$(folder_of "$1")
     shift
     say "configuring $preset"
-    mkdir -p "build/$preset"
-    cmake --preset "$preset" "$@" >"build/$preset/configure.log" 2>&1 ||
-        { cat "build/$preset/configure.log" >&2; exit 1; }
-    grep -E '^-- trocar:' "build/$preset/configure.log" || true
+    mkdir -p "$folder"
+    # A compiler cache cannot share what precompiled headers are in.
+    [ -n "${CMAKE_CXX_COMPILER_LAUNCHER:-}" ] || set -- -DTROCAR_PRECOMPILED=ON "$@"
+    cmake --preset "$preset" "$@" >"$folder/configure.log" 2>&1 || { cat "$folder/configure.log" >&2; exit 1; }
+    grep -E '^-- trocar:' "$folder/configure.log" || true
 }
 
 # build PRESET [targets]
 build() {
-    local preset=$1
+    local preset=$1 folder
+    folder=$(folder_of "$1")
     shift
     say "building $preset"
     local arguments=()
@@ -62,7 +70,7 @@ build() {
     if [ -t 1 ]; then
         cmake --build --preset "$preset" "${arguments[@]}"
     else
-        cmake --build --preset "$preset" "${arguments[@]}" >"build/$preset/build.log" 2>&1 ||
-            { grep -vE '^\[[0-9]+/[0-9]+\] (Building|Linking)' "build/$preset/build.log" | tail -n 100 >&2; exit 1; }
+        cmake --build --preset "$preset" "${arguments[@]}" >"$folder/build.log" 2>&1 ||
+            { grep -vE '^\[[0-9]+/[0-9]+\] (Building|Linking)' "$folder/build.log" | tail -n 100 >&2; exit 1; }
     fi
 }
