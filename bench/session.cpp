@@ -1,4 +1,4 @@
-#include "geometry/whole_file.hpp"
+#include "session.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
