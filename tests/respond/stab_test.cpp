@@ -376,6 +376,27 @@ TEST(StabScenes, ForceChangesPerTickNoFasterThanTheHardReferenceDoes) {
     }
 }
 
+TEST(StabScenes, SheetStaysBeforeANeedleThatIsFourTimesAsFast) {
+    // 2 m/s: what steadies the sheet under a dragged point must not take it along.
+    Scene scene = read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "i2t_stab.json", std::nullopt);
+    for (SceneBody& body : scene.bodies) {
+        if (!body.motion) continue;
+        std::vector<MotionKey>& keys = body.motion->keys;
+        const double start = keys.front().time;
+        const double earlier = 0.75 * (keys.at(1).time - start);
+        for (std::size_t i = 1; i < keys.size(); ++i) keys[i].time -= earlier;
+    }
+    RunSpec spec;
+    spec.mode = "closed_loop";
+    spec.detector = "ohc_clustered";
+    spec.response = "thesis:profile=corrected";
+    spec.contacts = "canonical";
+    spec.truth_stride = 1;
+    const Record record = run_closed_loop(scene, spec);
+    ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
+    for (const StepRow& row : record.rows) EXPECT_LE(row.max_depth, 1e-4) << "at " << row.time;
+}
+
 TEST(StabScenes, FaithfulStaysInTheTissueWhereTheToolStands) {
     EXPECT_GT(run_scene("i2t_stab_drag", "thesis").residual, 1e-3);
 }
