@@ -67,6 +67,41 @@ bool faces_below(const ThesisState& state, const Matrix3X& position, Index p, In
     return true;
 }
 
+/// How triangle b of a contact gets clear of triangle a.
+struct WayOut {
+    Vector3 direction = Vector3::Zero();  ///< unit
+    double depth = 0.0;                   ///< m
+};
+
+/// The shortest of the ways along the contact's own normal, the normal of a face of a closed body, and that of b. Where
+/// a flat tool lands on a flat sheet the first is nonsense: the triangles overlap by their whole width in the plane
+/// that they share, while nothing is inside.
+WayOut shortest_way_out(const Topology& topology, const Matrix3X& position, const Contact& contact) {
+    WayOut way{contact.normal, contact.depth};
+    const equations::Corners a = corners_of(topology, position, contact.a);
+    const equations::Corners b = corners_of(topology, position, contact.b);
+    const auto consider = [&way](const Vector3& direction, double depth) {
+        if (depth < way.depth) way = {direction, std::max(depth, 0.0)};
+    };
+    const Index body_a = topology.body_of_triangle[static_cast<std::size_t>(contact.a)];
+    if (topology.bodies[static_cast<std::size_t>(body_a)].closed) {
+        const Vector3 out = equations::unit_normal(a);
+        double depth = 0.0;
+        for (const Vector3& corner : b) depth = std::max(depth, out.dot(a[0] - corner));
+        consider(out, depth);
+    }
+    const Vector3 front = equations::unit_normal(b);
+    double behind = 0.0;
+    double before = 0.0;
+    for (const Vector3& corner : a) {
+        behind = std::max(behind, front.dot(b[0] - corner));
+        before = std::max(before, front.dot(corner - b[0]));
+    }
+    consider(-front, behind);
+    consider(front, before);
+    return way;
+}
+
 }  // namespace
 
 void HeldContacts::prepare() {
@@ -135,6 +170,15 @@ void HeldContacts::hold_edges(const ThesisState& state, const Frame& frame, Inde
         linear.reaction_point = a.blend(frame.position);
     }
     effect.contacts.push_back(linear);
+}
+
+void HeldContacts::hold_crossing(const ThesisState& state, const Frame& frame, const Contact& contact,
+                                 const LoadPoint& a, const LoadPoint& b, const EdgeKey* key, Effect& effect) {
+    const Topology& topology = *state.topology;
+    WayOut way{contact.interval_direction, contact.interval_length};
+    if (state.settings.edge_normal) way = shortest_way_out(topology, frame.position, contact);
+    const Index body_a = topology.body_of_triangle[static_cast<std::size_t>(contact.a)];
+    hold_edges(state, frame, body_a, a, b, way.direction, -way.depth, key, effect);
 }
 
 bool HeldContacts::hold_edges_apart(const ThesisState& state, const Frame& frame, Index body_a,

@@ -24,9 +24,10 @@ public:
     void prepare();
     /// A tissue vertex below a face of an instrument or bone.
     void hold_nearest(const ThesisState& state, const Frame& frame, VertexInFace v, Effect& effect);
-    /// Pushes tissue at `b` from `a` along `direction`. `key` names the edges where they are known.
-    void hold_edges(const ThesisState& state, const Frame& frame, Index body_a, const LoadPoint& a, const LoadPoint& b,
-                    const Vector3& direction, double gap, const EdgeKey* key, Effect& effect);
+    /// Pushes tissue at `b` from `a`, points of two triangles whose edges cross, along the shortest way by which they
+    /// get clear of each other. `key` names the edges where they are known.
+    void hold_crossing(const ThesisState& state, const Frame& frame, const Contact& contact, const LoadPoint& a,
+                       const LoadPoint& b, const EdgeKey* key, Effect& effect);
     /// The same for edges that are known, and only where they are what separates the two bodies, that is where a plane
     /// through both has the faces of one on one side and those of the other on the other. The direction is outwards
     /// from a closed body, else to where `side` says that it belongs (on which side of the tissue, +1: front), else
@@ -43,6 +44,8 @@ private:
         Index body_a = -1;
         Vector3 normal = Vector3::Zero();  ///< unit, pushes b from a
     };
+    void hold_edges(const ThesisState& state, const Frame& frame, Index body_a, const LoadPoint& a, const LoadPoint& b,
+                    const Vector3& direction, double gap, const EdgeKey* key, Effect& effect);
     void hold_vertex(const ThesisState& state, const Frame& frame, const VertexInFace& v, Effect& effect);
     void keep_vertices(const ThesisState& state, const Frame& frame, Effect& effect);
     void keep_edges(const ThesisState& state, const Frame& frame, Effect& effect);

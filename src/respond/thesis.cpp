@@ -330,8 +330,7 @@ private:
         if (tissue_b && settings().constrain) {
             const bool apart = pair != nullptr && held_.hold_edges_apart(state_, frame, body_a, side, *pair, effect);
             if (apart || side || (pair != nullptr && !pair->crosses)) return;
-            held_.hold_edges(state_, frame, body_a, a, b, direction, -depth, pair != nullptr ? &pair->key : nullptr,
-                             effect);
+            held_.hold_crossing(state_, frame, contact, a, b, pair != nullptr ? &pair->key : nullptr, effect);
             return;
         }
         LinearContact linear;
