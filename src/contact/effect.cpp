@@ -19,6 +19,7 @@ void Effect::clear() {
     skipped = 0;
     no_hit = 0;
     ruptures = 0;
+    repairs = -1;
     detached = 0;
     grasped = 0;
     tip = {};

@@ -145,6 +145,10 @@ void add_outcome(std::vector<SummaryFigure>& list) {
         {"detached", "1", Better::neither, "Grasped vertices that slipped or tore loose", told},
         {"max_strain", "1", Better::lower, "Largest edge strain of the tissue (1 = doubled length)", told},
         {"ruptures", "1", Better::neither, "Ruptures that the response declared", told},
+        {"repairs", "1", Better::lower,
+         "Samples whose side, kept by counting crossings, the response found wrong by the winding number and put right "
+         "(closed tissue alone has one; every sample is asked once in 64 ticks); n/a where it keeps no sides",
+         told},
         {"skipped", "1", Better::neither, "Contacts without a response, summed over the ticks", told},
         {"no_hit", "1", Better::lower, "Projections for which no contact point was found, summed over the ticks", told},
         {"limited_edges", "1", Better::lower, "Edges that the strain limiter acted on, summed over the ticks", told},

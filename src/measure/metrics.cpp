@@ -266,12 +266,14 @@ void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
     std::vector<Vector3> forces;
     double flips = 0.0;
     double ruptures = 0.0;
+    double repairs = not_known;
     double skipped = 0.0;
     double no_hit = 0.0;
     double limited = 0.0;
     for (std::size_t i = 0; i < rows.size(); ++i) {
         const StepRow& row = rows[i];
         ruptures += static_cast<double>(row.ruptures);
+        if (row.repairs >= 0) repairs = std::fmax(repairs, 0.0) + static_cast<double>(row.repairs);
         skipped += static_cast<double>(row.skipped);
         no_hit += static_cast<double>(row.no_hit);
         limited += static_cast<double>(row.limited_edges);
@@ -295,6 +297,7 @@ void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
     figures["force_above_30hz_rms_n"] = fast.rms;
     figures["force_above_30hz_share"] = fast.share;
     figures["ruptures"] = ruptures;
+    figures["repairs"] = repairs;
     figures["skipped"] = skipped;
     figures["no_hit"] = no_hit;
     figures["limited_edges"] = limited;

@@ -80,6 +80,7 @@ void visit_row(Row& row, Visit&& visit) {
     visit("saturated", row.saturated);
     visit("max_strain", row.max_strain);
     visit("ruptures", row.ruptures);
+    visit("repairs", row.repairs);
     visit("detached", row.detached);
     visit("grasped", row.grasped);
     visit("skipped", row.skipped);

@@ -22,6 +22,8 @@ constexpr std::size_t most_points = 6;
 constexpr double force_floor = 1e-4;
 constexpr double relative_floor = 0.005;
 constexpr double position_floor = 1e-6;  ///< m
+/// Below it differences shrink too slowly for a tight bound: refined further as long as the plan allows.
+constexpr double trusted_order = 0.5;
 
 /// Body whose force a run shows: the first instrument that has a motion, else the first instrument.
 Index shown_body(const Scene& scene) {
@@ -404,13 +406,14 @@ ReferenceSolution solve_law(const Scene& scene, ReferenceLaw law, const Referenc
     }
     const std::vector<Index> points = choose_points(scene, first);
     const double floor = force_floor_of(first, scene.dt);
-    // Refined until an order shows; what is far below the floor needs none.
+    // Refined until an order shows that can be trusted; what is far below the floor needs none.
     const auto settled = [&](const LawRuns::Triple& triple) {
         const double until = shortest(triple);
         if (until < least_until) return false;
         const double coarse = force_difference(*triple[0], *triple[1], scene.dt, until);
         const double fine = force_difference(*triple[1], *triple[2], scene.dt, until);
-        return observe_order(coarse, fine, 0.05 * floor).converges;
+        const Observed observed = observe_order(coarse, fine, 0.05 * floor);
+        return observed.converges && !(observed.order < trusted_order && fine > floor);
     };
     int stiffness = 0;
     const int most_stiffness = hard ? plan.more_gaps : plan.more_points;
@@ -525,7 +528,7 @@ Observed observe_order(double coarse, double fine, double floor) {
     observed.converges = ordered || std::max(coarse, fine) <= floor;
     observed.bound = std::max(coarse, fine);
     if (shrinks && fine == 0.0) observed.bound = 0.0;
-    if (ordered && fine > 0.0) observed.bound = fine / (std::exp2(std::clamp(observed.order, 0.5, 2.0)) - 1.0);
+    if (ordered && fine > 0.0) observed.bound = fine / (std::exp2(std::min(observed.order, 2.0)) - 1.0);
     return observed;
 }
 

@@ -28,8 +28,9 @@ using ReferenceProgress = std::function<void(const std::string&)>;
 
 /// Runs: with the step h and stiffness (rest gap g, or n points along a triangle's edge) of the plan: rest gaps 4g, 2g
 /// and g at step 2h, steps 4h, 2h and h at the finest gap; each is halved further, as often as the plan allows, until
-/// the force shows an order. The solution stored is the one of the finest step and stiffness, up to the moment until
-/// which both refinements converge. Origin holds the settings; the caller adds commit and command.
+/// the force shows an order of 0.5 or differs by less than the floor. The solution stored is the one of the finest step
+/// and stiffness, up to the moment until which both refinements converge. Origin holds the settings; the caller adds
+/// commit and command.
 Reference build_reference(const Scene& scene, const ReferencePlan& plan, const ReferenceProgress& progress = {});
 
 /// A law's observed order from three refinements and the bound on what is left: `coarse` and `fine` are the
@@ -37,7 +38,7 @@ Reference build_reference(const Scene& scene, const ReferencePlan& plan, const R
 /// `floor`; the bound is then the larger one. Order NaN where fine >= coarse.
 struct Observed {
     double order = ReferenceSolution::unset;
-    double bound = ReferenceSolution::unset;  ///< Richardson: fine / (2^order - 1), order at most 2 and at least 0.5
+    double bound = ReferenceSolution::unset;  ///< Richardson: fine / (2^order - 1), order at most 2
     bool converges = false;
 };
 Observed observe_order(double coarse, double fine, double floor);

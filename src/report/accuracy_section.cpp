@@ -283,6 +283,7 @@ void add_contacts_and_forces(Draft& draft) {
                      {"force flips (ticks)", true},
                      {"largest strain", true},
                      {"ruptures", true},
+                     {"sides put right", true},
                      {"same state in every process", false}};
     for (const std::string& scene : draft.results.scenes("closed_loop")) {
         std::map<std::string, std::string> seen;  // state hash -> label
@@ -296,7 +297,7 @@ void add_contacts_and_forces(Draft& draft) {
             if (twin != seen.end()) {
                 force.rows.push_back({.cells = {scene, code(contestant.label()),
                                                 format_number(f.pairs_mean) + " / " + count_text(f.pairs_max),
-                                                "identical to " + code(twin->second), "", "", "", "", "", same}});
+                                                "identical to " + code(twin->second), "", "", "", "", "", "", same}});
                 continue;
             }
             if (!hash.empty()) seen.emplace(contestant.response + hash, contestant.label());
@@ -309,9 +310,13 @@ void add_contacts_and_forces(Draft& draft) {
                      format_number(f.force_max),
                      (std::isnan(f.force_jump_p99) ? "n too small" : format_number(f.force_jump_p99)) + " / " +
                          format_number(f.force_jump_max),
-                     count_text(f.force_flips), format_number(f.strain_max), count_text(f.ruptures), same}});
+                     count_text(f.force_flips), format_number(f.strain_max), count_text(f.ruptures),
+                     count_text(f.repairs), same}});
         }
     }
+    force.note =
+        "Sides put right: a response that keeps the side of every sample by counting crossings asks the winding number "
+        "of closed tissue now and then; this is how often the count was wrong. n/a: it keeps no sides.";
     draft.add(std::move(force));
     course_charts(draft, contestants);
 }

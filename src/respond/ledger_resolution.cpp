@@ -212,7 +212,9 @@ void LedgerResolution::prepare(const Topology& topology, bool on_edges) {
 
 void LedgerResolution::respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts,
                                const SqueezedTissue& squeezed, Effect& effect) {
+    const std::int64_t repairs = ledger_.repairs();
     ledger_.update(*state.topology, state.surface, frame, contacts);
+    effect.repairs = ledger_.repairs() - repairs;
     for (Penetration& p : ledger_.penetrations()) {
         if (p.ruptured || follows_any(state, p)) continue;
         if (gives_up(state, frame, squeezed, p)) {

@@ -150,6 +150,7 @@ struct Simulation::State {
         if (!response || !outcome.ok()) return;
         show_load(row);
         row.ruptures = effect.ruptures;
+        row.repairs = effect.repairs;
         row.detached = effect.detached;
         row.grasped = effect.grasped;
         row.skipped = effect.skipped;

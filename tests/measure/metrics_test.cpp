@@ -51,11 +51,21 @@ TEST(Summary, PairFiguresFollowTheirDefinitions) {
 
 TEST(Summary, NothingJudgedIsNotZero) {
     const auto figures = summarize({row_of(0), row_of(1)});
-    for (const char* name : {"precision", "recall", "missing", "extra", "residual_max_m", "depth_error_max_m",
-                             "ticks_to_clear_max", "uncleared", "overshoot_max_m", "force_flips",
-                             "force_above_30hz_share", "force_jump_max_n", "max_strain", "wrong_side_last"}) {
+    for (const char* name :
+         {"precision", "recall", "missing", "extra", "residual_max_m", "depth_error_max_m", "ticks_to_clear_max",
+          "uncleared", "overshoot_max_m", "force_flips", "force_above_30hz_share", "force_jump_max_n", "max_strain",
+          "wrong_side_last", "repairs"}) {
         EXPECT_TRUE(std::isnan(figures.at(name))) << name;
     }
+}
+
+TEST(Summary, SidesPutRightAreSummedWhereAResponseKeepsSides) {
+    std::vector<StepRow> rows(3);
+    rows[0].repairs = 0;
+    EXPECT_EQ(summarize(rows).at("repairs"), 0.0);
+    rows[1].repairs = 2;
+    rows[2].repairs = 3;
+    EXPECT_EQ(summarize(rows).at("repairs"), 5.0);
 }
 
 TEST(Summary, TimesLeaveOutTheWarmUpAndFailedTicks) {
