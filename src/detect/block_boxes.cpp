@@ -1,7 +1,9 @@
 #include "detect/block_boxes.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 namespace trocar {
@@ -10,16 +12,19 @@ namespace {
 /// Bit for bit, so that a NaN equals itself and nothing is missed.
 bool same(const void* a, const void* b, std::size_t bytes) { return std::memcmp(a, b, bytes) == 0; }
 
+/// First vertex of a block that was not read yet: no vertex of a frame that can be read is like that.
+constexpr std::array<double, 3> unread{std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
+
 }  // namespace
 
-BlockBoxes::BlockBoxes(const ClusteredBody& clusters, const ClusterKernels& kernels)
+BlockBoxes::BlockBoxes(const ClusteredBody& clusters, const VertexKernels& kernels)
     : clusters_(clusters), kernels_(kernels) {
     const auto blocks = static_cast<std::size_t>(clusters.block_count);
     const auto regions = static_cast<std::size_t>(clusters.region_count);
     block_.resize(blocks);
     block_moved_at_.assign(blocks, 0);
-    state_.assign(blocks, State::unread);
-    first_.resize(blocks);
+    copied_.assign(blocks, 0);
+    first_.assign(blocks, unread);
     // Not touched before it is needed: the pages of blocks that always move are never there.
     copy_ = std::make_unique_for_overwrite<double[]>(3 * static_cast<std::size_t>(clusters.vertices.count));
     region_.resize(regions);
@@ -31,17 +36,19 @@ BlockBoxes::BlockBoxes(const ClusteredBody& clusters, const ClusterKernels& kern
 }
 
 bool BlockBoxes::read_all(const Frame& frame, std::int64_t now) {
-    // Two places at a time: memory gives a core more when more than one stream is open.
-    constexpr Index streams = 2;
-    const Index quarter = clusters_.block_count / streams;
     bool finite = true;
-    for (Index k = 0; k < quarter; ++k) {
-        for (Index stream = 0; stream < streams; ++stream) finite &= read_block(frame, stream * quarter + k, now);
+    Index block = 0;
+    if (clusters_.vertex_order.empty()) {
+        // A body that deforms moves in all its blocks: then no book of single blocks is kept.
+        block = kernels_.boxes_of_moved_runs(
+            frame.position.data() + 3 * static_cast<std::size_t>(clusters_.vertices.first),
+            clusters_.block_begin.data(), clusters_.block_count, first_.data(), block_.data(), finite);
+        std::fill_n(copied_.begin(), block, std::uint8_t{0});
+        if (block == clusters_.block_count) return finish(finite, true, now);
+        for (Index moved = 0; moved < block; ++moved) note_moved(moved, now);
     }
-    for (Index block = streams * quarter; block < clusters_.block_count; ++block) {
-        finite &= read_block(frame, block, now);
-    }
-    return finish(finite, now);
+    for (; block < clusters_.block_count; ++block) finite &= read_block(frame, block, now);
+    return finish(finite, moved_blocks_.size() == block_.size(), now);
 }
 
 bool BlockBoxes::read_swept(const Frame& frame, bool way, std::int64_t now) {
@@ -54,10 +61,8 @@ bool BlockBoxes::read_swept(const Frame& frame, bool way, std::int64_t now) {
             finite &= box_block(frame.previous.data(), block, before);
             block_[b].add(before);
         }
-        block_moved_at_[b] = now;
-        moved_blocks_.push_back(block);
     }
-    return finish(finite, now);
+    return finish(finite, true, now);
 }
 
 /// Box of a block; false when a number is not finite.
@@ -99,7 +104,7 @@ std::int64_t BlockBoxes::ask(std::span<const Range> ranges, std::int64_t now) {
 bool BlockBoxes::read_asked(const Frame& frame, std::int64_t now) {
     bool finite = true;
     for (const Index block : asked_) finite &= read_block(frame, block, now);
-    return finish(finite, now);
+    return finish(finite, moved_blocks_.size() == block_.size(), now);
 }
 
 /// A block whose first vertex moved has moved, which is all that a deforming body pays for this. Otherwise it is held
@@ -118,11 +123,11 @@ bool BlockBoxes::read_block(const Frame& frame, Index block, std::int64_t now) {
     constexpr std::size_t point_bytes = 3 * sizeof(double);
     const auto run_bytes = static_cast<std::size_t>(count) * point_bytes;
 
-    if (state_[b] == State::unread || !same(first_[b].data(), point(0), point_bytes)) {
+    if (!same(first_[b].data(), point(0), point_bytes)) {
         std::memcpy(first_[b].data(), point(0), point_bytes);
-        state_[b] = State::first_known;
+        copied_[b] = 0;
     } else {
-        if (state_[b] == State::copied) {
+        if (copied_[b] != 0) {
             bool rests = true;
             if (run) {
                 rests = same(copy, point(0), run_bytes);
@@ -136,20 +141,25 @@ bool BlockBoxes::read_block(const Frame& frame, Index block, std::int64_t now) {
         } else {
             for (Index k = 0; k < count; ++k) std::memcpy(copy + 3 * k, point(k), point_bytes);
         }
-        state_[b] = State::copied;
+        copied_[b] = 1;
     }
-    block_moved_at_[b] = now;
-    moved_blocks_.push_back(block);
+    note_moved(block, now);
     return run ? kernels_.box_of_run(point(0), count, block_[b])
                : kernels_.box_of_some(position, order, count, clusters_.vertices.count - begin, block_[b]);
 }
 
-/// Regions follow their blocks.
-bool BlockBoxes::finish(bool finite, std::int64_t now) {
+void BlockBoxes::note_moved(Index block, std::int64_t now) {
+    block_moved_at_[static_cast<std::size_t>(block)] = now;
+    moved_blocks_.push_back(block);
+}
+
+/// Regions follow their blocks, of which all or those in moved_blocks_ moved.
+bool BlockBoxes::finish(bool finite, bool all, std::int64_t now) {
     moved_regions_.clear();
     last_read_ = now;
     if (!finite) {
-        std::fill(state_.begin(), state_.end(), State::unread);
+        std::fill(first_.begin(), first_.end(), unread);
+        std::fill(copied_.begin(), copied_.end(), std::uint8_t{0});
         moved_blocks_.clear();
         return false;
     }
@@ -158,7 +168,7 @@ bool BlockBoxes::finish(bool finite, std::int64_t now) {
             moved_regions_.push_back(region);
         }
     };
-    if (moved_blocks_.size() == block_.size()) {
+    if (all) {
         all_moved_at_ = now;
         for (Index region = 0; region < clusters_.region_count; ++region) has_moved(region);
     } else {
@@ -169,10 +179,7 @@ bool BlockBoxes::finish(bool finite, std::int64_t now) {
     }
     moved_blocks_.clear();
     for (const Index region : moved_regions_) {
-        const Index* const end = clusters_.blocks_of_region.end(region);
-        Extent box;
-        for (const Index* b = clusters_.blocks_of_region.begin(region); b != end; ++b) box.add(block(*b));
-        region_[static_cast<std::size_t>(region)] = box;
+        region_[static_cast<std::size_t>(region)] = around(clusters_.blocks_of_region, region);
     }
     return true;
 }

@@ -2,20 +2,21 @@
 // the frame; blocks that did not move since they were last read cost a look and no more.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
 
-#include "detect/cluster_kernels.hpp"
 #include "detect/clusters.hpp"
+#include "detect/vertex_kernels.hpp"
 
 namespace trocar {
 
 /// Boxes of one body. Times are counted in reads, as the caller numbers them.
 class BlockBoxes {
 public:
-    BlockBoxes(const ClusteredBody& clusters, const ClusterKernels& kernels);
+    BlockBoxes(const ClusteredBody& clusters, const VertexKernels& kernels);
 
     /// Looks at all vertices. Returns false when a number is not finite; then nothing counts as read.
     bool read_all(const Frame& frame, std::int64_t now);
@@ -26,7 +27,8 @@ public:
     /// Looks at those blocks, all others are as they were.
     bool read_asked(const Frame& frame, std::int64_t now);
 
-    [[nodiscard]] const Extent& block(Index block) const { return block_[static_cast<std::size_t>(block)]; }
+    /// Box around the blocks of a group.
+    [[nodiscard]] Extent group(Index group) const { return around(clusters_.blocks_of_group, group); }
     /// Box around the blocks of a region.
     [[nodiscard]] const Extent& region(Index region) const { return region_[static_cast<std::size_t>(region)]; }
     /// When a vertex of the region last moved, counting one of its blocks as a whole.
@@ -38,19 +40,23 @@ public:
     [[nodiscard]] std::span<const Index> moved_regions() const { return moved_regions_; }
 
 private:
-    enum class State : std::uint8_t { unread, first_known, copied };
-
     bool read_block(const Frame& frame, Index block, std::int64_t now);
     bool box_block(const double* position, Index block, Extent& box) const;
-    bool finish(bool finite, std::int64_t now);
+    void note_moved(Index block, std::int64_t now);
+    bool finish(bool finite, bool all, std::int64_t now);
+    [[nodiscard]] Extent around(const Lists<Index>& blocks, Index list) const {
+        Extent box;
+        kernels_.box_of_boxes(block_.data(), blocks.begin(list), blocks.count(list), box);
+        return box;
+    }
 
     const ClusteredBody& clusters_;
-    const ClusterKernels& kernels_;
+    const VertexKernels& kernels_;
     std::vector<Extent> block_;
     std::vector<std::int64_t> block_moved_at_;
-    std::vector<State> state_;
-    std::vector<std::array<double, 3>> first_;  ///< each block's first vertex as last read
-    std::unique_ptr<double[]> copy_;            ///< its vertices as last read, filled where state is `copied`
+    std::vector<std::array<double, 3>> first_;  ///< each block's first vertex as last read, a NaN before
+    std::unique_ptr<double[]> copy_;            ///< its vertices as last read, where copied_ says so
+    std::vector<std::uint8_t> copied_;
     std::vector<Extent> region_;
     std::vector<std::int64_t> region_moved_at_;
     std::vector<Index> moved_regions_;

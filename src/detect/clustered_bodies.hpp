@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "detect/block_boxes.hpp"
-#include "detect/cluster_kernels.hpp"
 #include "detect/clustered_work.hpp"
 #include "detect/clusters.hpp"
+#include "detect/vertex_kernels.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
@@ -26,8 +26,8 @@ struct MovingBody {
 
 class ClusteredBodies {
 public:
-    ClusteredBodies(const ClusteredSettings& settings, const ClusterKernels& kernels, const ClusteredClock& clock)
-        : settings_(settings), kernels_(kernels), clock_(clock) {}
+    ClusteredBodies(const ClusteredSettings& settings, const ClusteredClock& clock)
+        : settings_(settings), kernels_(kernels_of(settings, vertex_kernels())), clock_(clock) {}
 
     /// Finds out who can hit anyone at all.
     void prepare(const Topology& topology);
@@ -56,7 +56,7 @@ public:
 
 private:
     const ClusteredSettings& settings_;
-    const ClusterKernels& kernels_;
+    const VertexKernels& kernels_;
     const ClusteredClock& clock_;
     const Topology* topology_ = nullptr;
     std::vector<bool> tested_;  ///< per body: may hit another

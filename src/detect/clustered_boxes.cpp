@@ -101,11 +101,7 @@ bool ClusteredBoxes::open_region(Index number) {
     }
     empty(opened.groups);
     for (Index g = first; g < end; ++g) {
-        Extent box;
-        for (const Index* b = clusters.blocks_of_group.begin(g); b != clusters.blocks_of_group.end(g); ++b) {
-            box.add(moving.boxes->block(*b));
-        }
-        const FloatBox in_float = to_float(box);
+        const FloatBox in_float = to_float(moving.boxes->group(g));
         for (std::size_t k = 0; k < 3; ++k) {
             opened.groups.low[k][static_cast<std::size_t>(g - first)] = in_float.low[k];
             opened.groups.high[k][static_cast<std::size_t>(g - first)] = in_float.high[k];
@@ -132,10 +128,10 @@ std::int32_t ClusteredBoxes::open_group(const Frame& frame, const MovingBody& mo
     if (!work_.spend(work_.counters.vertices_read, clock_.way ? 2 * count : count)) return -1;
     const Index* const vertices = clusters.vertices_of_group.begin(group);
     FloatPoint* const points = points_.data() + opened.points;
-    kernels_.to_floats(frame.position.data(), vertices, count, floats_, points, opened.box);
+    vertex_kernels_.to_floats(frame.position.data(), vertices, count, floats_, points, opened.box);
     if (clock_.way) {
         FloatBox before{};
-        kernels_.to_floats(frame.previous.data(), vertices, count, floats_, points + count, before);
+        vertex_kernels_.to_floats(frame.previous.data(), vertices, count, floats_, points + count, before);
         for (std::size_t k = 0; k < 3; ++k) {
             opened.box.low[k] = std::min(opened.box.low[k], before.low[k]);
             opened.box.high[k] = std::max(opened.box.high[k], before.high[k]);

@@ -29,9 +29,15 @@ public:
         std::uint32_t with_triangles = 0;  ///< bit per cluster: its triangle boxes are up to date
     };
 
-    ClusteredBoxes(const ClusteredSettings& settings, const ClusterKernels& kernels, const ClusteredBodies& bodies,
-                   ClusteredRegions& regions, const ClusteredClock& clock, OhcWork& work)
-        : settings_(settings), kernels_(kernels), bodies_(bodies), regions_(regions), clock_(clock), work_(work) {}
+    ClusteredBoxes(const ClusteredSettings& settings, const ClusteredBodies& bodies, ClusteredRegions& regions,
+                   const ClusteredClock& clock, OhcWork& work)
+        : settings_(settings),
+          kernels_(kernels_of(settings, cluster_kernels())),
+          vertex_kernels_(kernels_of(settings, vertex_kernels())),
+          bodies_(bodies),
+          regions_(regions),
+          clock_(clock),
+          work_(work) {}
 
     /// Forgets everything. Room for everything in small scenes and for an ordinary contact in large ones, so that ticks
     /// need not ask for memory.
@@ -96,6 +102,7 @@ private:
 
     const ClusteredSettings& settings_;
     const ClusterKernels& kernels_;
+    const VertexKernels& vertex_kernels_;
     const ClusteredBodies& bodies_;
     ClusteredRegions& regions_;
     const ClusteredClock& clock_;

@@ -28,8 +28,8 @@ void ClusteredDescent::pair_regions(const Frame& frame, const ClusteredRegions::
             const auto j = static_cast<std::size_t>(std::countr_zero(row));
             const Index other = second.number * fan + static_cast<Index>(j);
             if (!first_moved && !clock_.moved(second_body.boxes->group_moved_at(other))) continue;
-            const GroupRef p{first_body, group, FloatBox::of(first_groups, i)};
-            const GroupRef q{second_body, other, FloatBox::of(second_groups, j)};
+            const GroupRef p{first_body, group, box_of(first_groups, i)};
+            const GroupRef q{second_body, other, box_of(second_groups, j)};
             if (!pair_groups(frame, p, q)) return;
         }
     }
@@ -87,7 +87,7 @@ bool ClusteredDescent::pair_clusters(const ClusterRef& p, const ClusterRef& q) {
     if (!spend_box_tests(fan)) return false;
     const std::size_t first_cluster = static_cast<std::size_t>(p.group) * fan + p.number;
     const std::size_t second_cluster = static_cast<std::size_t>(q.group) * fan + q.number;
-    std::uint32_t near = kernels_.overlaps(first_boxes, FloatBox::of(q.opened.clusters, q.number));
+    std::uint32_t near = kernels_.overlaps(first_boxes, box_of(q.opened.clusters, q.number));
     if (!spend_box_tests(fan * std::popcount(near))) return false;
     const Index* const first_triangle = p.clusters.triangle.data() + first_cluster * fan;
     const Index* const second_triangle = q.clusters.triangle.data() + second_cluster * fan;

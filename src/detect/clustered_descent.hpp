@@ -17,9 +17,13 @@ namespace trocar {
 
 class ClusteredDescent {
 public:
-    ClusteredDescent(const ClusterKernels& kernels, const ClusteredRegions& regions, ClusteredBoxes& boxes,
+    ClusteredDescent(const ClusteredSettings& settings, const ClusteredRegions& regions, ClusteredBoxes& boxes,
                      const ClusteredClock& clock, OhcWork& work)
-        : kernels_(kernels), regions_(regions), boxes_(boxes), clock_(clock), work_(work) {}
+        : kernels_(kernels_of(settings, cluster_kernels())),
+          regions_(regions),
+          boxes_(boxes),
+          clock_(clock),
+          work_(work) {}
 
     /// Room for an ordinary contact.
     void build() { candidates_.reserve(ordinary_contact); }

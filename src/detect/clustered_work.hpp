@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "detect/clusters.hpp"
 #include "detect/shared_parameters.hpp"
@@ -17,6 +18,12 @@ struct ClusteredSettings : SharedSettings {
     ClusterOrder order = ClusterOrder::automatic;
     bool scalar = false;
 };
+
+/// The version of a kernel that the settings ask for, of versions_by_target.
+template <typename Kernels>
+const Kernels& kernels_of(const ClusteredSettings& settings, const std::vector<Kernels>& versions) {
+    return settings.scalar ? versions.back() : versions.front();
+}
 
 /// Times are counted in reads of a frame.
 struct ClusteredClock {

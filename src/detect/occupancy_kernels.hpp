@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "detect/cluster_kernels.hpp"
+#include "detect/vertex_kernels.hpp"
 #include "geometry/types.hpp"
 
 namespace trocar {

@@ -5,11 +5,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "detect/cluster_kernels.hpp"
 #include "detect/lattice.hpp"
 #include "detect/ohc_meeting.hpp"
 #include "detect/ohc_work.hpp"
 #include "detect/triangle_cells.hpp"
+#include "detect/vertex_kernels.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
@@ -92,7 +92,7 @@ private:
 
     const OhcSettings& settings_;
     const Topology* topology_ = nullptr;
-    const ClusterKernels& kernels_ = cluster_kernels().front();
+    const VertexKernels& kernels_ = vertex_kernels().front();
     std::vector<Index> order_;
     std::vector<Group> groups_;
     std::vector<Group> active_;

@@ -47,9 +47,7 @@ class OhcClustered final : public Detector {
 public:
     explicit OhcClustered(const ClusteredSettings& settings)
         : settings_(settings),
-          kernels_(settings.scalar ? cluster_kernels().back() : cluster_kernels().front()),
-          answer_(settings_, settings.scalar ? triangle_filters().back().decide : triangle_filters().front().decide,
-                  bodies_, clock_, work_) {
+          answer_(settings_, kernels_of(settings, triangle_filters()).decide, bodies_, clock_, work_) {
         work_.budget = settings.work_budget;
     }
 
@@ -147,15 +145,14 @@ private:
     }
 
     ClusteredSettings settings_;
-    const ClusterKernels& kernels_;
     const Topology* topology_ = nullptr;
     OhcWork work_;
     OhcWork after_update_;
     ClusteredClock clock_;
-    ClusteredBodies bodies_{settings_, kernels_, clock_};
+    ClusteredBodies bodies_{settings_, clock_};
     ClusteredRegions regions_{bodies_, clock_, work_};
-    ClusteredBoxes boxes_{settings_, kernels_, bodies_, regions_, clock_, work_};
-    ClusteredDescent descent_{kernels_, regions_, boxes_, clock_, work_};
+    ClusteredBoxes boxes_{settings_, bodies_, regions_, clock_, work_};
+    ClusteredDescent descent_{settings_, regions_, boxes_, clock_, work_};
     ClusteredAnswer answer_;
     bool ready_ = false;       ///< clusters are built
     bool known_ = false;       ///< block boxes are those of the last frame

@@ -10,9 +10,9 @@
 #include <span>
 #include <vector>
 
-#include "detect/cluster_kernels.hpp"
 #include "detect/occupancy_kernels.hpp"
 #include "detect/triangle_cells.hpp"
+#include "detect/vertex_kernels.hpp"
 #include "geometry/types.hpp"
 
 namespace trocar {

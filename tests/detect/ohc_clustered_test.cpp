@@ -64,51 +64,12 @@ TEST(ClusterKernels, EveryInstructionSetAgreesWithThePlainComparison) {
     }
 }
 
-TEST(ClusterKernels, BoxesOfVerticesAreExactAndNonFiniteNumbersAreSeen) {
-    std::mt19937 random(10);
-    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-    for (const ClusterKernels& kernels : cluster_kernels()) {
-        SCOPED_TRACE(kernels.target);
-        for (Index count = 1; count <= 70; ++count) {
-            Matrix3X points(3, count);
-            for (double& x : points.reshaped()) x = uniform(random);
-            // The largest last, the others in any order; behind them numbers that are foreseen, not read.
-            std::vector<Index> number(static_cast<std::size_t>(count));
-            std::iota(number.begin(), number.end(), 0);
-            std::shuffle(number.begin(), number.end() - 1, random);
-            const Index known = count + static_cast<Index>(random() % 100);
-            number.resize(static_cast<std::size_t>(known), count - 1);
-            for (int bad = -1; bad < 3 * count; bad += 1 + count / 4) {
-                Matrix3X changed = points;
-                if (bad >= 0) {
-                    changed.data()[bad] = bad % 2 == 0 ? std::numeric_limits<double>::quiet_NaN()
-                                                       : -std::numeric_limits<double>::infinity();
-                }
-                for (const bool run : {true, false}) {
-                    Extent box;
-                    const bool finite = run ? kernels.box_of_run(changed.data(), count, box)
-                                            : kernels.box_of_some(changed.data(), number.data(), count, known, box);
-                    ASSERT_EQ(finite, bad < 0) << count << " points, number " << bad;
-                    if (!finite) continue;
-                    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-                        EXPECT_EQ(box.low[static_cast<std::size_t>(axis)], points.row(axis).minCoeff());
-                        EXPECT_EQ(box.high[static_cast<std::size_t>(axis)], points.row(axis).maxCoeff());
-                    }
-                }
-            }
-            points.setConstant(1.7e308);  // finite, though sums are not
-            Extent box;
-            EXPECT_TRUE(kernels.box_of_some(points.data(), number.data(), count, known, box));
-            EXPECT_TRUE(kernels.box_of_run(points.data(), count, box));
-        }
-    }
-}
-
 TEST(ClusterKernels, FloatBoxesThatTouchInDoubleNeverLookApart) {
     std::mt19937 random(11);
     std::uniform_real_distribution<double> uniform(0.0, 1.0);
     const FloatFrame frame{.origin = {1e3, -1e3, 0.5}, .scale = 0.25};
-    for (const ClusterKernels& kernels : cluster_kernels()) {
+    for (std::size_t at = 0; at < cluster_kernels().size(); ++at) {
+        const ClusterKernels& kernels = cluster_kernels()[at];
         SCOPED_TRACE(kernels.target);
         for (int round = 0; round < 2000; ++round) {
             // Triangles 0 and 1 share exactly one coordinate plane: 0 ends where 1 begins.
@@ -128,7 +89,7 @@ TEST(ClusterKernels, FloatBoxesThatTouchInDoubleNeverLookApart) {
             const std::array<Index, 6> number{0, 1, 2, 3, 4, 5};
             std::array<FloatPoint, 6> floats{};
             FloatBox whole{};
-            kernels.to_floats(points.data(), number.data(), 6, frame, floats.data(), whole);
+            vertex_kernels()[at].to_floats(points.data(), number.data(), 6, frame, floats.data(), whole);
             for (std::size_t k = 0; k < 3; ++k) {
                 const auto less = [k](const FloatPoint& a, const FloatPoint& b) { return a.x[k] < b.x[k]; };
                 EXPECT_EQ(whole.low[k], std::min_element(floats.begin(), floats.end(), less)->x[k]);
@@ -140,8 +101,8 @@ TEST(ClusterKernels, FloatBoxesThatTouchInDoubleNeverLookApart) {
             }
             SixteenBoxes boxes;
             kernels.boxes_of_triangles(floats.data(), corners, boxes);
-            EXPECT_EQ(kernels.overlaps(boxes, FloatBox::of(boxes, 0)), 0xFFFFU);
-            EXPECT_EQ(kernels.overlaps(boxes, FloatBox::of(boxes, 8)), 0xFFFFU);
+            EXPECT_EQ(kernels.overlaps(boxes, box_of(boxes, 0)), 0xFFFFU);
+            EXPECT_EQ(kernels.overlaps(boxes, box_of(boxes, 8)), 0xFFFFU);
             SixteenBoxes of_places = boxes;
             const std::array<std::uint16_t, 3> places{0, 1, 2};
             kernels.box_of_places(floats.data(), places.data(), 3, 5, of_places);
