@@ -144,7 +144,9 @@ void add_table_2_1(Draft& draft) {
     if (none != measured.end()) add("in no row", "", "", none->second);
     table.note =
         "Time and depth belong together: a response that leaves the bodies inside each other can be fast. Left at "
-        "worst: greatest true depth after a tick; n/a where no run had both a depth and a truth.";
+        "worst: greatest true depth after a tick; n/a where no run had both a depth and a truth. Responses that edit "
+        "velocities or positions (impulse, reflection, position-based) act once at the start of a tick and are "
+        "judged at its end, after the tissue's sub-steps: with shorter ticks they leave less.";
     draft.add(std::move(table));
 }
 

@@ -676,7 +676,8 @@ std::vector<Shape> make_table() {
          make_sheet},
         {"disc",
          false,
-         "flat round sheet, centred on the origin, normal +z",
+         "flat round sheet of rings, centred on the origin, normal +z; its triangles are unequal (edges 1 to 1.5 x "
+         "edge) and so is its tension: membranes that are held against a formula are sheets",
          {radius, edge_parameter},
          nullptr,
          estimate_disc,
