@@ -20,17 +20,6 @@ double p99(const std::vector<double>& values) { return tail_quantile(values, 0.9
 
 using Figures = std::map<std::string, double>;
 
-/// ns; stages that are not present count for nothing.
-std::int64_t tick_ns(const StepRow& row, bool replay) {
-    std::int64_t sum = 0;
-    for (std::size_t i = 0; i < stage_count; ++i) {
-        const auto stage = static_cast<Stage>(i);
-        if (replay && stage != Stage::update && stage != Stage::detect) continue;
-        sum += std::max<std::int64_t>(0, row.stage_ns.at(i));
-    }
-    return sum;
-}
-
 void add_times(const std::vector<StepRow>& rows, bool replay, Figures& figures) {
     std::vector<double> total;
     std::array<std::vector<double>, stage_count> stages;
@@ -304,6 +293,16 @@ void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
 }
 
 }  // namespace
+
+std::int64_t tick_ns(const StepRow& row, bool replay) {
+    std::int64_t sum = 0;
+    for (std::size_t i = 0; i < stage_count; ++i) {
+        const auto stage = static_cast<Stage>(i);
+        if (replay && stage != Stage::update && stage != Stage::detect) continue;
+        sum += std::max<std::int64_t>(0, row.stage_ns.at(i));
+    }
+    return sum;
+}
 
 FastPart part_above(const std::vector<Vector3>& samples, double dt, double cutoff) {
     FastPart part;

@@ -53,6 +53,9 @@ std::map<std::string, double> summarize(const std::vector<StepRow>& rows, const 
 /// Figures about contacts between frames, from the events; NaN without any event.
 std::map<std::string, double> summarize(const std::vector<ContactEvent>& events);
 
+/// Time of one tick as the summary counts it, ns: update + detect in a replay, else every stage that is present.
+std::int64_t tick_ns(const StepRow& row, bool replay);
+
 /// Part of a signal that lies above `cutoff` Hz: its root mean square, and its share of the signal's energy after the
 /// straight line through first and last sample is taken off (by Parseval's sum over the slow Fourier terms). NaN for
 /// fewer than two samples. `dt`: s between samples.

@@ -42,10 +42,27 @@ using Statistic = std::function<double(std::vector<double>)>;
 Bounds bootstrap(const std::vector<double>& values, const Statistic& statistic, std::uint64_t seed,
                  int resamples = 1000);
 
-/// The same for ticks grouped by process: processes are resampled, and within each circular blocks of `block` ticks,
-/// since neighbouring ticks are not independent (Politis and Romano 1992).
-Bounds bootstrap_processes(const std::vector<std::vector<double>>& processes, const Statistic& statistic,
-                           std::int64_t block, std::uint64_t seed, int resamples = 1000);
+/// Correlation of neighbouring values; 0 for a constant series and fewer than three values.
+double lag_one_correlation(const std::vector<double>& series);
+
+/// How many neighbours are resampled together so that their dependence is kept: the best length for the variance of a
+/// mean of `count` values of a first-order autoregressive series (Politis and White 2004, circular blocks, with G and D
+/// in closed form), from 1 to count / 4.
+std::int64_t block_length(std::int64_t count, double lag_one);
+
+/// One number for each resample and each process drawn in it.
+using Resamples = std::vector<std::vector<double>>;
+
+/// Quantiles over the ticks of every process, resampled. Ticks are one factor that all processes share, processes the
+/// other: each resample draws processes, and circular blocks of ticks that are the same for all of them (Owen 2007;
+/// Politis and Romano 1992). Calls with the same seed, block and sizes draw alike, so that two contestants are paired
+/// tick by tick. One Resamples per quantile; empty when the processes have unequal numbers of ticks or none.
+std::vector<Resamples> resampled_quantiles(const std::vector<std::vector<double>>& processes,
+                                           const std::vector<double>& quantiles, std::int64_t block, std::uint64_t seed,
+                                           int resamples = 1000);
+
+/// 95 % interval of the median over processes; NaN for no resample or where a number is NaN.
+Bounds bounds_of_median(const Resamples& resamples);
 
 /// 95 % interval of the ratio statistic(a) / statistic(b); ticks of the same frame are resampled together, so a and b
 /// must have as many processes and ticks.

@@ -28,9 +28,10 @@ using ReferenceProgress = std::function<void(const std::string&)>;
 
 /// Runs: with the step h and stiffness (rest gap g, or n points along a triangle's edge) of the plan: rest gaps 4g, 2g
 /// and g at step 2h, steps 4h, 2h and h at the finest gap; each is halved further, as often as the plan allows, until
-/// the force shows an order of 0.5 or differs by less than the floor. The solution stored is the one of the finest step
-/// and stiffness, up to the moment until which both refinements converge. Origin holds the settings; the caller adds
-/// commit and command.
+/// the force shows an order. The solution stored is the one of the finest step and stiffness, up to the moment until
+/// which both refinements converge. Where an order is below 0.5 and the plan names no step, all this is done once more
+/// with h / 4: the stored solution is that one if its orders are not, else the first with a bound that covers both.
+/// Origin holds the settings; the caller adds commit and command.
 Reference build_reference(const Scene& scene, const ReferencePlan& plan, const ReferenceProgress& progress = {});
 
 /// A law's observed order from three refinements and the bound on what is left: `coarse` and `fine` are the

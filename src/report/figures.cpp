@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 
-#include "measure/statistics.hpp"
+#include "measure/metrics.hpp"
 
 namespace trocar {
 namespace {
@@ -105,6 +105,33 @@ double noise_between(const std::vector<RunFigures>& runs) {
     return spreads.empty() ? not_known : std::exp(quantile(spreads, 0.95));
 }
 
+using TickTimes = std::vector<std::vector<double>>;  // ns, by process and tick
+
+/// Timed ticks of a replay; empty when the processes did not time the same ticks.
+TickTimes replayed_ticks(const SceneResult& result) {
+    TickTimes times;
+    for (const RunFigures& run : result.runs) {
+        times.emplace_back();
+        const std::vector<StepRow>& rows = run.record->rows;
+        for (std::size_t i = static_cast<std::size_t>(warm_up_ticks); i < rows.size(); ++i) {
+            times.back().push_back(static_cast<double>(tick_ns(rows[i], true)));
+        }
+        if (times.back().empty() || times.back().size() != times.front().size()) return {};
+    }
+    return times;
+}
+
+/// What is common to all processes: the course of the ticks without what the machine did to one of them.
+std::vector<double> median_over_processes(const TickTimes& times) {
+    std::vector<double> course;
+    std::vector<double> tick(times.size());
+    for (std::size_t t = 0; t < times.front().size(); ++t) {
+        for (std::size_t p = 0; p < times.size(); ++p) tick[p] = times[p][t];
+        course.push_back(median(tick));
+    }
+    return course;
+}
+
 }  // namespace
 
 RunFigures figures_of(const Record& record) {
@@ -151,6 +178,15 @@ Estimate across_processes(const std::vector<double>& by_process) {
     return result;
 }
 
+Estimate across_processes(const std::vector<double>& by_process, const Resamples& resamples) {
+    Estimate result = across_processes(by_process);
+    if (resamples.empty() || std::isnan(result.value)) return result;
+    const Bounds bounds = bounds_of_median(resamples);
+    result.low = bounds.low;
+    result.high = bounds.high;
+    return result;
+}
+
 std::string Contestant::label() const {
     std::string text = detector;
     if (!response.empty()) text += (text.empty() ? "" : " + ") + response;
@@ -172,7 +208,13 @@ bool SceneResult::not_applicable() const {
 Estimate SceneResult::of(double RunFigures::*figure) const {
     std::vector<double> values;
     for (const RunFigures& run : runs) values.push_back(run.*figure);
-    return across_processes(values);
+    return across_processes(values, resamples_of(figure));
+}
+
+const Resamples& SceneResult::resamples_of(double RunFigures::*figure) const {
+    static const Resamples none;
+    if (figure == &RunFigures::tick_p50) return p50_resamples;
+    return figure == &RunFigures::tick_p99 ? p99_resamples : none;
 }
 
 double SceneResult::first(double RunFigures::*figure) const { return runs.empty() ? not_known : runs.front().*figure; }
@@ -208,6 +250,32 @@ Results::Results(const std::vector<Record>& records) {
         }
     }
     noise_floor_ = noise_between(runs_);
+    for (const std::string& scene : scenes("replay")) resample_ticks(scene);
+}
+
+void Results::resample_ticks(const std::string& scene) {
+    std::vector<std::pair<SceneResult*, TickTimes>> replayed;
+    std::int64_t block = 1;
+    for (auto& [contestant, scenes] : by_contestant_) {
+        const auto found = scenes.find(scene);
+        if (contestant.mode != "replay" || found == scenes.end() || !found->second.ok() ||
+            found->second.runs.size() < static_cast<std::size_t>(processes_for_interval)) {
+            continue;
+        }
+        TickTimes times = replayed_ticks(found->second);
+        if (times.empty()) continue;
+        // The longest of all, so that every contestant is drawn alike and none too finely.
+        const std::vector<double> common = median_over_processes(times);
+        block = std::max(block, block_length(static_cast<std::int64_t>(common.size()), lag_one_correlation(common)));
+        replayed.emplace_back(&found->second, std::move(times));
+    }
+    for (auto& [result, times] : replayed) {
+        constexpr std::size_t most_values = 2'000'000;  // sorted per process: a report is a matter of minutes
+        const auto resamples = static_cast<int>(std::clamp<std::size_t>(most_values / times.front().size(), 200, 1000));
+        auto resampled = resampled_quantiles(times, {0.5, 0.99}, block, 1, resamples);
+        result->p50_resamples = std::move(resampled[0]);
+        result->p99_resamples = std::move(resampled[1]);
+    }
 }
 
 std::vector<Contestant> Results::contestants(std::string_view mode) const {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "measure/record.hpp"
+#include "measure/statistics.hpp"
 
 namespace trocar {
 
@@ -92,7 +93,8 @@ RunFigures figures_of(const Record& record);
 /// sees.
 double as_printed(double value);
 
-/// The same figure from several processes: the median, and 95 % (from 10 processes up) or minimum to maximum.
+/// The same figure from several processes: the median, and 95 % (from 10 processes up) or minimum to maximum. Median
+/// and 99 % of the ticks of a replay, which all processes share, have theirs over processes and blocks of ticks.
 struct Estimate {
     double value = not_known;
     double low = not_known;
@@ -100,6 +102,9 @@ struct Estimate {
     int processes = 0;
 };
 Estimate across_processes(const std::vector<double>& by_process);
+
+/// The same with another interval: 95 % of the median over the processes resampled. Unchanged without a resample.
+Estimate across_processes(const std::vector<double>& by_process, const Resamples& resamples);
 
 /// Who is compared: everything of a specification but scene and repetition.
 struct Contestant {
@@ -115,10 +120,16 @@ struct Contestant {
 /// One contestant on one scene: its processes in order of repetition.
 struct SceneResult {
     std::vector<RunFigures> runs;
+    /// Of a replay with processes enough: tick_p50 and tick_p99 resampled over processes and blocks of ticks, drawn
+    /// alike for all contestants of the scene. Empty otherwise.
+    Resamples p50_resamples;
+    Resamples p99_resamples;
     [[nodiscard]] bool ok() const;
     /// Not made or not applicable (absent, unsupported): neither a number nor a failure.
     [[nodiscard]] bool not_applicable() const;
     [[nodiscard]] Estimate of(double RunFigures::*figure) const;
+    /// p50_resamples, p99_resamples, or none for another figure.
+    [[nodiscard]] const Resamples& resamples_of(double RunFigures::*figure) const;
     /// Of the first process: for figures that do not depend on the clock.
     [[nodiscard]] double first(double RunFigures::*figure) const;
     /// True when every process ended on the same state and the same pairs.
@@ -148,6 +159,9 @@ public:
     [[nodiscard]] double noise_floor() const { return noise_floor_; }
 
 private:
+    /// Fills the resamples of every contestant that replayed the scene.
+    void resample_ticks(const std::string& scene);
+
     std::vector<RunFigures> runs_;
     std::map<Contestant, std::map<std::string, SceneResult>> by_contestant_;
     std::map<std::string, std::string> class_of_scene_;

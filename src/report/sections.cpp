@@ -107,7 +107,12 @@ std::pair<std::string, std::vector<std::string>> Draft::headline_scenes() const 
 std::string Draft::interval_note(const std::string& of_mode) const {
     const int processes = most_processes(of_mode);
     if (processes >= processes_for_interval) {
-        return fmt::format("Brackets: 95 % bootstrap interval of the median over {} processes.", processes);
+        return fmt::format(
+            "Brackets: 95 % bootstrap interval over {} processes. Of a replay it is over blocks of ticks too, as long "
+            "as "
+            "neighbouring ticks depend on each other and drawn alike for all detectors of a scene, so that ratios are "
+            "paired frame by frame; in a closed loop every method makes ticks of its own.",
+            processes);
     }
     if (processes > 1) {
         return fmt::format(

@@ -11,6 +11,7 @@
 
 #include "measure/statistics.hpp"
 #include "report/chart.hpp"
+#include "report/over_scenes.hpp"
 
 namespace trocar {
 namespace {
@@ -26,28 +27,6 @@ void take_larger(double& largest, double value) {
     if (!std::isnan(value)) largest = std::isnan(largest) ? value : std::max(largest, value);
 }
 
-/// Geometric mean over scenes for each process, then across processes. n/a as soon as one value is.
-Estimate over_scenes(const std::vector<std::vector<double>>& by_scene) {
-    std::size_t processes = by_scene.empty() ? 0 : by_scene.front().size();
-    for (const auto& scene : by_scene) processes = std::min(processes, scene.size());
-    std::vector<double> by_process;
-    for (std::size_t process = 0; process < processes; ++process) {
-        std::vector<double> values;
-        values.reserve(by_scene.size());
-        for (const auto& scene : by_scene) values.push_back(scene[process]);
-        const bool known = std::none_of(values.begin(), values.end(), [](double v) { return std::isnan(v); });
-        by_process.push_back(known ? geometric_mean(values) : not_known);
-    }
-    return across_processes(by_process);
-}
-
-std::vector<double> by_process(const SceneResult& result, double RunFigures::*figure) {
-    std::vector<double> values;
-    values.reserve(result.runs.size());
-    for (const RunFigures& run : result.runs) values.push_back(run.*figure);
-    return values;
-}
-
 VerdictRow make_row(const Results& results, const Contestant& contestant, const std::string& reference,
                     const std::vector<std::string>& scenes) {
     VerdictRow row;
@@ -59,9 +38,9 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
     yardstick.detector = reference;
     if (contestant.mode == "closed_loop") yardstick.contacts = "canonical";
 
-    std::vector<std::vector<double>> p50;
-    std::vector<std::vector<double>> p99;
-    std::vector<std::vector<double>> ratio;
+    std::vector<ProcessSample> p50;
+    std::vector<ProcessSample> p99;
+    std::vector<ProcessSample> ratio;
     std::vector<double> depth_errors;
     std::vector<double> left;
     for (const std::string& scene : scenes) {
@@ -98,19 +77,14 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
             depth_errors.push_back(value);
         }
         if (const double value = result->first(&RunFigures::left_p50); !std::isnan(value)) left.push_back(value);
-        p50.push_back(by_process(*result, &RunFigures::tick_p50));
-        p99.push_back(by_process(*result, &RunFigures::tick_p99));
+        p50.push_back(sample_of(*result, &RunFigures::tick_p50));
+        p99.push_back(sample_of(*result, &RunFigures::tick_p99));
         const SceneResult* other = reference.empty() ? nullptr : results.find(yardstick, scene);
-        std::vector<double> ratios;
         if (other != nullptr && other->ok()) {
-            const std::vector<double> base = by_process(*other, &RunFigures::tick_p50);
-            for (std::size_t i = 0; i < std::min(base.size(), p50.back().size()); ++i) {
-                ratios.push_back(p50.back()[i] / base[i]);
-            }
+            ratio.push_back(ratio_of(p50.back(), sample_of(*other, &RunFigures::tick_p50)));
         } else {
-            ratios.assign(p50.back().size(), not_known);
+            ratio.push_back({.by_process = std::vector(p50.back().by_process.size(), not_known), .resamples = {}});
         }
-        ratio.push_back(ratios);
     }
     row.depth_error_p50 = quantile(depth_errors, 0.5);
     row.left_p50 = quantile(left, 0.5);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <random>
 #include <stdexcept>
@@ -63,17 +64,91 @@ TEST(Bootstrap, IntervalOfTheMeanIsThatOfTheory) {
     EXPECT_NE(bounds.low, bootstrap(values, mean, 2, 4000).low);
 }
 
+/// First-order autoregressive series of deviation 1.
+std::vector<double> autoregressive(std::size_t count, double rho, std::mt19937_64& random) {
+    std::normal_distribution<double> normal;
+    std::vector<double> series{normal(random)};
+    while (series.size() < count) series.push_back(rho * series.back() + std::sqrt(1.0 - rho * rho) * normal(random));
+    return series;
+}
+
+TEST(Bootstrap, BlocksOfTicksGiveTheIntervalOfADependentSeries) {
+    // The median of n values of a Gaussian series has the variance sum arcsin(rho^|k|) / n: the signs of two normal
+    // values of correlation r are correlated by 2/pi arcsin r. Independent ticks would have pi/2 / n.
+    constexpr std::size_t count = 2000;
+    constexpr double rho = 0.8;
+    double sum = std::numbers::pi / 2.0;
+    for (int k = 1; k < 200; ++k) sum += 2.0 * std::asin(std::pow(rho, k));
+    const double theory = 2.0 * 1.96 * std::sqrt(sum / static_cast<double>(count));
+    std::mt19937_64 random(11);
+    double blocks = 0.0;
+    double single = 0.0;
+    double correlation = 0.0;
+    constexpr int series = 12;
+    for (int i = 0; i < series; ++i) {
+        // All processes see the same ticks and differ in nothing else.
+        const std::vector<std::vector<double>> processes(10, autoregressive(count, rho, random));
+        const double lag_one = lag_one_correlation(processes.front());
+        const auto width = [&](std::int64_t block) {
+            const Bounds bounds = bounds_of_median(resampled_quantiles(processes, {0.5}, block, 1, 400).front());
+            return (bounds.high - bounds.low) / series;
+        };
+        correlation += lag_one / series;
+        blocks += width(block_length(count, lag_one));
+        single += width(1);
+    }
+    EXPECT_NEAR(correlation, rho, 0.02);
+    EXPECT_NEAR(blocks, theory, 0.2 * theory);
+    EXPECT_LT(single, 0.5 * theory);  // what forgetting the blocks would give
+}
+
+TEST(Bootstrap, BlocksHaveTheLengthOfPolitisAndWhite) {
+    for (const double rho : {0.1, 0.5, 0.9}) {
+        double g = 0.0;
+        double spectrum = 1.0;
+        for (int k = 1; k < 2000; ++k) {
+            g += 2.0 * k * std::pow(rho, k);
+            spectrum += 2.0 * std::pow(rho, k);
+        }
+        const double best = std::cbrt(2.0 * g * g / (4.0 / 3.0 * spectrum * spectrum) * 5000.0);
+        EXPECT_NEAR(static_cast<double>(block_length(5000, rho)), best, 0.51) << rho;
+    }
+    EXPECT_EQ(block_length(5000, 0.0), 1);
+    EXPECT_EQ(block_length(5000, -0.5), 1);
+    EXPECT_EQ(block_length(100, 1.0), 25);
+    EXPECT_EQ(block_length(2, 0.9), 1);
+    EXPECT_EQ(lag_one_correlation({3.0, 3.0, 3.0}), 0.0);
+}
+
 TEST(Bootstrap, DifferencesBetweenProcessesWidenTheInterval) {
     // Within a process nothing varies; the processes differ: pooling the ticks would give a far too small interval.
     std::vector<std::vector<double>> processes;
     for (int p = 0; p < 10; ++p) processes.emplace_back(100, 10.0 + p);
-    const Bounds bounds = bootstrap_processes(
-        processes, [](std::vector<double> v) { return median(std::move(v)); }, 10, 1);
+    const Bounds bounds = bounds_of_median(resampled_quantiles(processes, {0.5}, 10, 1).front());
     EXPECT_LE(bounds.low, 12.5);
     EXPECT_GE(bounds.high, 16.5);
-    EXPECT_TRUE(std::isnan(bootstrap_processes(
-                               {}, [](std::vector<double> v) { return median(std::move(v)); }, 10, 1)
-                               .low));
+    EXPECT_TRUE(resampled_quantiles({}, {0.5}, 10, 1).empty());
+    EXPECT_TRUE(resampled_quantiles({{1.0, 2.0}, {1.0}}, {0.5}, 10, 1).empty());
+    EXPECT_TRUE(std::isnan(bounds_of_median({}).low));
+}
+
+TEST(Bootstrap, TwoContestantsAreDrawnAlike) {
+    std::mt19937_64 random(5);
+    std::vector<std::vector<double>> ours;
+    std::vector<std::vector<double>> theirs;
+    for (int p = 0; p < 10; ++p) {
+        ours.push_back(autoregressive(60, 0.5, random));
+        theirs.push_back(ours.back());
+        for (double& value : theirs.back()) value = 3.0 * value + 7.0;  // keeps the order: quantiles follow
+    }
+    const auto a = resampled_quantiles(ours, {0.5, 0.99}, 4, 9, 50);
+    const auto b = resampled_quantiles(theirs, {0.5, 0.99}, 4, 9, 50);
+    ASSERT_EQ(a.size(), 2U);
+    for (std::size_t q = 0; q < 2; ++q) {
+        for (std::size_t r = 0; r < 50; ++r) {
+            for (std::size_t p = 0; p < 10; ++p) EXPECT_NEAR(b[q][r][p], 3.0 * a[q][r][p] + 7.0, 1e-9);
+        }
+    }
 }
 
 TEST(Bootstrap, RatioOfProportionalTicksIsSharp) {

@@ -99,6 +99,36 @@ TEST(Processes, TenOrMoreGetAnIntervalInsideTheRange) {
     EXPECT_LT(estimate.high, 20.0);
 }
 
+TEST(Processes, IntervalsOfAReplayTellOfItsTicksToo) {
+    // Twelve processes that differ in nothing: over processes alone the interval would be a point. Ticks go up from
+    // 100 µs by 1 µs each, the second detector takes twice as long in every one.
+    std::vector<Record> records;
+    for (std::int64_t process = 0; process < 12; ++process) {
+        records.push_back(synthetic({.mode = "replay", .detector = "theirs", .repetition = process, .step_us = 1}));
+        records.push_back(synthetic(
+            {.mode = "replay", .detector = "mine", .repetition = process, .first_tick_us = 200, .step_us = 2}));
+    }
+    const Results results(records);
+    const Verdict verdict = make_verdict(results, "theirs", "replay", {"poke"});
+    ASSERT_EQ(verdict.rows.size(), 2U);
+    const VerdictRow& theirs = verdict.rows[0].reference ? verdict.rows[0] : verdict.rows[1];
+    const VerdictRow& mine = verdict.rows[0].reference ? verdict.rows[1] : verdict.rows[0];
+    // 1100 timed ticks from 110 µs on: median 659.5 µs. A quarter of the ticks is a block: four draws decide.
+    EXPECT_DOUBLE_EQ(theirs.p50.value, 659.5e3);
+    EXPECT_LT(theirs.p50.low, 500e3);
+    EXPECT_GT(theirs.p50.high, 800e3);
+    EXPECT_GE(theirs.p50.low, 110e3);
+    EXPECT_LE(theirs.p50.high, 1209e3);
+    EXPECT_NEAR(mine.p50.low, 2.0 * theirs.p50.low, 1e-6);
+    // Paired by frame, the ratio is sharp all the same.
+    EXPECT_EQ(estimate_text(mine.ratio, 1.0), "2.00 [2.00–2.00]");
+    // A closed loop makes ticks of its own: processes alone.
+    for (Record& record : records) record.spec.mode = "closed_loop";
+    const Results loops(records);
+    EXPECT_EQ(make_verdict(loops, "theirs", "closed_loop", {"poke"}).rows[0].p50.low,
+              make_verdict(loops, "theirs", "closed_loop", {"poke"}).rows[0].p50.high);
+}
+
 TEST(Verdict, RowsAreSortedByErrorThenTime) {
     const std::vector<Record> records = three_contestants();
     const Results results(records);

@@ -1,0 +1,61 @@
+#include "report/over_scenes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar {
+namespace {
+
+/// Geometric mean over scenes for each process. n/a as soon as one value is.
+std::vector<double> mean_over_scenes(const std::vector<const std::vector<double>*>& by_scene) {
+    std::size_t processes = by_scene.empty() ? 0 : by_scene.front()->size();
+    for (const auto* scene : by_scene) processes = std::min(processes, scene->size());
+    std::vector<double> by_process;
+    std::vector<double> values(by_scene.size());
+    for (std::size_t process = 0; process < processes; ++process) {
+        for (std::size_t s = 0; s < by_scene.size(); ++s) values[s] = (*by_scene[s])[process];
+        const bool known = std::none_of(values.begin(), values.end(), [](double v) { return std::isnan(v); });
+        by_process.push_back(known ? geometric_mean(values) : not_known);
+    }
+    return by_process;
+}
+
+std::vector<double> divided(const std::vector<double>& a, const std::vector<double>& b) {
+    std::vector<double> ratios;
+    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) ratios.push_back(a[i] / b[i]);
+    return ratios;
+}
+
+}  // namespace
+
+ProcessSample sample_of(const SceneResult& result, double RunFigures::*figure) {
+    ProcessSample sample{.by_process = {}, .resamples = result.resamples_of(figure)};
+    for (const RunFigures& run : result.runs) sample.by_process.push_back(run.*figure);
+    return sample;
+}
+
+ProcessSample ratio_of(const ProcessSample& a, const ProcessSample& b) {
+    ProcessSample ratio{.by_process = divided(a.by_process, b.by_process), .resamples = {}};
+    for (std::size_t r = 0; r < std::min(a.resamples.size(), b.resamples.size()); ++r) {
+        ratio.resamples.push_back(divided(a.resamples[r], b.resamples[r]));
+    }
+    return ratio;
+}
+
+Estimate over_scenes(const std::vector<ProcessSample>& by_scene) {
+    std::vector<const std::vector<double>*> measured;
+    std::size_t count = by_scene.empty() ? 0 : by_scene.front().resamples.size();
+    for (const ProcessSample& scene : by_scene) {
+        measured.push_back(&scene.by_process);
+        count = std::min(count, scene.resamples.size());
+    }
+    Resamples resamples;
+    for (std::size_t r = 0; r < count; ++r) {
+        std::vector<const std::vector<double>*> drawn;
+        for (const ProcessSample& scene : by_scene) drawn.push_back(&scene.resamples[r]);
+        resamples.push_back(mean_over_scenes(drawn));
+    }
+    return across_processes(mean_over_scenes(measured), resamples);
+}
+
+}  // namespace trocar
