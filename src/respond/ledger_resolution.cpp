@@ -211,13 +211,13 @@ void LedgerResolution::prepare(const Topology& topology, bool on_edges) {
 }
 
 void LedgerResolution::respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts,
-                               const SqueezedTissue& squeezed, Effect& effect) {
+                               const SqueezedTissue& squeezed, const TornTissue& torn, Effect& effect) {
     const std::int64_t repairs = ledger_.repairs();
     ledger_.update(*state.topology, state.surface, frame, contacts);
     effect.repairs = ledger_.repairs() - repairs;
     for (Penetration& p : ledger_.penetrations()) {
         if (p.ruptured || follows_any(state, p)) continue;
-        if (gives_up(state, frame, squeezed, p)) {
+        if (gives_up(state, frame, squeezed, torn, p)) {
             p.ruptured = true;
             ++effect.ruptures;
             continue;
@@ -244,11 +244,11 @@ std::optional<double> LedgerResolution::side_of(const Topology& topology, Index 
     return side;
 }
 
-/// Rupture: too deep, too old, pressed for tear_time by tissue around the anchor that is stretched as far as it can be
-/// (its strain limiter holds what the way out would stretch further), or not getting better with tissue that is
-/// squeezed, close to its strain limit or held wherever it is.
+/// Rupture: too deep, too old, in torn tissue, pressed for tear_time by tissue around the anchor that is stretched as
+/// far as it can be (its strain limiter holds what the way out would stretch further), or not getting better with
+/// tissue that is squeezed, close to its strain limit or held wherever it is.
 bool LedgerResolution::gives_up(const ThesisState& state, const Frame& frame, const SqueezedTissue& squeezed,
-                                Penetration& p) {
+                                const TornTissue& torn, Penetration& p) {
     constexpr double clear = 1e-4;       // m
     constexpr double longest_age = 2.0;  // s
     constexpr double stall_time = 0.1;   // s
@@ -264,7 +264,7 @@ bool LedgerResolution::gives_up(const ThesisState& state, const Frame& frame, co
         p.least_depth = std::numeric_limits<double>::infinity();
         return false;
     }
-    if (static_cast<double>(p.age) * state.dt > longest_age) return true;
+    if (static_cast<double>(p.age) * state.dt > longest_age || torn.holds(*state.topology, p.triangle)) return true;
     // Against the least depth so far, and not the last tick's: tissue at its limit swings a little.
     if (p.depth < p.least_depth * (1.0 - 1e-3)) {
         p.least_depth = p.depth;

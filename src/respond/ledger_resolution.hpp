@@ -14,6 +14,7 @@
 #include "respond/crossing_ledger.hpp"
 #include "respond/squeezed_tissue.hpp"
 #include "respond/thesis_state.hpp"
+#include "respond/torn_tissue.hpp"
 
 namespace trocar {
 
@@ -21,7 +22,7 @@ class LedgerResolution {
 public:
     void prepare(const Topology& topology, bool on_edges);
     void respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts,
-                 const SqueezedTissue& squeezed, Effect& effect);
+                 const SqueezedTissue& squeezed, const TornTissue& torn, Effect& effect);
     [[nodiscard]] const std::vector<Penetration>& penetrations() const { return ledger_.penetrations(); }
     /// On which side of a tissue body (+1: front) this triangle belongs, where the ledger knows it of a corner or of
     /// a point on its edges; 0 where one has been given up.
@@ -29,7 +30,7 @@ public:
 
 private:
     [[nodiscard]] static bool gives_up(const ThesisState& state, const Frame& frame, const SqueezedTissue& squeezed,
-                                       Penetration& p);
+                                       const TornTissue& torn, Penetration& p);
 
     CrossingLedger ledger_;
     /// Per body: 1 = anchor=faces counts for what presses on it. Not where tissue presses on tissue: both give way, and

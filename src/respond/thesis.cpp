@@ -12,7 +12,7 @@
 //   §3.4.5     back_projection        resolution=back_projection, n_back, l_max
 //   §5         contact_reduction      reduction
 //   §9.2       ledger_resolution      resolution=ledger, samples, anchor, settle_time, clear_speed, slip_damping
-//              rupture                tear_time, d_max
+//              rupture, torn_tissue   tear_time, d_max
 //   §9.2       squeezed_tissue        squeeze
 //   §10        grasp                  grasp, grasp_k, grasp_slip, release_time
 //   §8         show_tip_forces        tip and the device's parameters
@@ -34,6 +34,7 @@
 #include "respond/thesis_state.hpp"
 #include "respond/tip_proxy.hpp"
 #include "respond/tissue_contacts.hpp"
+#include "respond/torn_tissue.hpp"
 
 namespace trocar {
 namespace {
@@ -52,6 +53,7 @@ public:
         reduction_.prepare(topology);
         held_.prepare();
         squeezed_.prepare(topology);
+        torn_.prepare(topology);
         rigid_.prepare(topology);
         proxies_.prepare(topology, materials, TipProxies::default_radius);
         if (state_.has_tissue && settings().resolution == Resolution::ledger)
@@ -67,7 +69,7 @@ public:
         effect.contacts_explicit = settings().contacts_explicit;
         state_.begin(frame, dt);
         if (state_.grasps()) hold_grasped(frame, contacts, effect);
-        if (by_ledger()) ledger_.respond(state_, frame, contacts, squeezed_, effect);
+        if (by_ledger()) ledger_.respond(state_, frame, contacts, squeezed_, torn_, effect);
         if (settings().tip_proxy) respond_to_tips(frame, effect);
         for (const Contact& contact : contacts.contacts) respond_to(frame, contact, effect);
         if (settings().reduce) respond_to_reduced(frame, effect);
@@ -77,6 +79,7 @@ public:
         rigid_.respond(state_, frame, beside_tip, effect);
         if (state_.has_tissue && settings().constrain) held_.keep_resting(state_, frame, effect);
         if (state_.has_tissue && settings().share_squeeze) squeezed_.share(state_, contacts, effect);
+        if (state_.has_tissue && settings().constrain) torn_.judge(state_, frame, effect);
         if (state_.has_tissue && settings().resolution == Resolution::back_projection) {
             back_projection_.respond(state_, frame, effect);
         }
@@ -221,11 +224,11 @@ private:
                    state_.stiffness(v.face_body, v.vertex_body, materials_->mean_stiffness[at(v.vertex)], v.vertex),
                    effect);
         } else if (vertex_tissue) {
-            if (state_.fixed(v.vertex)) {
-                ++effect.skipped;
-            } else if (settings().constrain) {
+            const bool fixed = state_.fixed(v.vertex);
+            if (fixed) ++effect.skipped;
+            if (settings().constrain) {
                 held_.hold_nearest(state_, frame, v, effect);
-            } else {
+            } else if (!fixed) {
                 project(frame, v, effect);
             }
         } else if (face_tissue) {
@@ -466,6 +469,7 @@ private:
     RigidContacts rigid_;
     HeldContacts held_;
     SqueezedTissue squeezed_;
+    TornTissue torn_;
     LedgerResolution ledger_;
     BackProjection back_projection_;
     std::vector<RestingTouch> touches_;

@@ -101,7 +101,8 @@ std::vector<Parameter> thesis_parameters() {
                     "times tick; 0 = off; auto: 4 with anchor=faces, 40 with anchor=blend",
          .words = {"auto"}},
         number("tear_time", "s", "0.005", 0.0, 1e3,
-               "time for which a vertex presses on tissue at its strain limit until the ledger reports rupture"),
+               "time for which a vertex presses on tissue at its strain limit, or something is inside tissue that its "
+               "pins or that limit hold, until it ruptures"),
         number("d_max", "m", "0.015", 0.0, 1e3, "depth at which the ledger reports rupture"),
         choice("grasp", {"off", "follow", "spring"},
                "grasped tissue: follows the tool (faithful), or on springs that slip at 2 N (corrected)"),

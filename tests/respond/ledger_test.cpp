@@ -356,12 +356,12 @@ TEST(LedgerRupture, DeeperThanDMaxAtOnce) {
 }
 
 TEST(LedgerRupture, WhereNothingCanGiveWayWithinTwoHundredMillisecondsOfTheLastKey) {
-    // Through a cell all of whose corners are pinned: no strain, no way out, and not deeper than d_max. The tool stands
-    // from 0.1 s on.
+    // Through a cell all of whose corners are pinned: no strain, no way out, and not deeper than d_max. The tool is
+    // 0.1 mm deep at 0.022 s, from where on the tear time of 5 ms counts, and stands from 0.1 s on.
     const Ending pinned =
         run_stab("thesis:profile=corrected", make_sheet(1, 0.02), Vector3(0.0031, 0.0017, 0), 0.05, 0.004, 2200);
     EXPECT_GT(pinned.ruptures, 0);
-    EXPECT_GT(pinned.first_tick, 100);
+    EXPECT_GE(pinned.first_tick, 26);
     EXPECT_LT(pinned.first_tick, 300);
     EXPECT_EQ(pinned.strain, 0.0);
 }

@@ -25,12 +25,14 @@ struct Course {
     double last_depth = 0.0;   ///< m
     double force = 0.0;        ///< N, largest on the tool
     std::int64_t ruptures = 0;
+    int deep_untold = 0;  ///< most ticks in a row deeper than `clear` before the first rupture
 };
 
 /// Body 0 is the tool.
 Course run(ClosedLoop& loop, int ticks) {
     Course course;
     DepthTruth truth(loop.topology, loop.frame);
+    int deep = 0;
     for (int tick = 0; tick < ticks; ++tick) {
         if (!loop.step()) {
             ADD_FAILURE() << "tick " << tick << ": " << loop.outcome.message;
@@ -40,6 +42,8 @@ Course run(ClosedLoop& loop, int ticks) {
         course.worst_depth = std::max(course.worst_depth, course.last_depth);
         course.force = std::max(course.force, loop.tool_force(0).norm());
         course.ruptures += loop.effect.ruptures;
+        deep = course.last_depth > clear && course.ruptures == 0 ? deep + 1 : 0;
+        course.deep_untold = std::max(course.deep_untold, deep);
     }
     return course;
 }
@@ -64,6 +68,45 @@ TEST(CorrectedLanding, FlatEndThatComesToStandExactlyInTheSheetsPlaneThrowsNothi
         EXPECT_LE(course.worst_depth, clear) << depth;
         EXPECT_EQ(course.ruptures, 0) << depth;
     }
+}
+
+/// What a sheet of the loop's material carries at its strain limit round a tool with all triangles that it touches, N:
+/// tension E h (preload + limit) times the way round.
+double strength(double radius, double edge) { return 38000.0 * 0.003 * (0.2 + 1.0) * 6.2832 * (radius + edge); }
+
+TEST(CorrectedRim, ToolOverAPinnedRimTearsItAndIsNotPressedHarderThanTissueCanPress) {
+    // Pins hold the rim at x = 30 mm where the tool must pass: dragged out over it, pressed on it, dragged in from
+    // beyond it, all 3 mm below the sheet's plane.
+    struct Way {
+        const char* name;
+        std::function<Vector3(double)> offset;
+        int last_key;  ///< tick
+    };
+    const double down = -0.003;
+    const auto drag = [](double from, double to, double t) {
+        return from + (to - from) * std::clamp((t - 0.1) / 0.5, 0.0, 1.0);
+    };
+    const Way ways[] = {
+        {"out", [&](double t) { return Vector3(drag(0.015, 0.045, t), 0.0007, std::max(0.005 - 0.1 * t, down)); }, 600},
+        {"on it", [&](double t) { return Vector3(0.0302, 0.0007, std::max(0.005 - 0.05 * t, down)); }, 160},
+        {"in", [&](double t) { return Vector3(drag(0.05, 0.02, t), 0.0007, down); }, 600}};
+    for (const Way& way : ways) {
+        ClosedLoop loop = loop_of(make_shaft(0.004, 0.05, 10, 0.003), way.offset, make_sheet(12, 0.005));
+        const Course course = run(loop, way.last_key + 200);
+        EXPECT_GT(course.ruptures, 0) << way.name;
+        EXPECT_LE(course.deep_untold, 100) << way.name;
+        EXPECT_LE(course.force, strength(0.004, 0.005)) << way.name;
+    }
+}
+
+TEST(CorrectedRim, ToolBesideAPinnedRimIsHeldWithoutTearing) {
+    // The tool's side is 2 mm from the rim: triangles that it touches have pinned corners and can still follow.
+    ClosedLoop loop = loop_of(
+        make_shaft(0.004, 0.05, 10, 0.003),
+        [](double t) { return Vector3(0.024, 0.0007, std::max(0.002 - 0.05 * t, -0.003)); }, make_sheet(12, 0.005));
+    const Course course = run(loop, 300);
+    EXPECT_LE(course.worst_depth, clear);
+    EXPECT_EQ(course.ruptures, 0);
 }
 
 }  // namespace
