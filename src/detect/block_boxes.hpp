@@ -36,6 +36,8 @@ public:
         return region_moved_at_[static_cast<std::size_t>(region)];
     }
     [[nodiscard]] std::int64_t group_moved_at(Index group) const;
+    /// When all blocks last moved in one read.
+    [[nodiscard]] std::int64_t all_moved_at() const { return all_moved_at_; }
     /// Regions whose boxes the last read changed.
     [[nodiscard]] std::span<const Index> moved_regions() const { return moved_regions_; }
 
@@ -62,8 +64,8 @@ private:
     std::vector<Index> moved_regions_;
     std::vector<Index> moved_blocks_;
     std::int64_t last_read_ = -1;
-    std::int64_t all_moved_at_ = 0;  ///< when all blocks last moved at once
-    std::vector<Index> asked_;       ///< blocks of moved ranges
+    std::int64_t all_moved_at_ = 0;
+    std::vector<Index> asked_;  ///< blocks of moved ranges
     std::vector<std::int64_t> asked_at_;
 };
 

@@ -9,6 +9,7 @@
 // foreach_target.h must come first
 #include <hwy/highway.h>
 
+#include "detect/by_axis-inl.hpp"
 #include "geometry/simd_targets.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -65,20 +66,6 @@ void box_of_places(const FloatPoint* points, const std::uint16_t* place, Index c
         result.low[axis][i] = numbers[axis];
         result.high[axis][i] = numbers[4 + axis];
     }
-}
-
-/// Four points become four x, four y and four z.
-template <typename Vector>
-HWY_INLINE void store_by_axis(const Vector& a, const Vector& b, const Vector& c, const Vector& e,
-                              std::array<std::array<float, fan>, 3>& result, std::size_t first) {
-    const Four d;
-    const auto xy_even = hn::InterleaveLower(d, a, c);
-    const auto xy_odd = hn::InterleaveLower(d, b, e);
-    const auto z_even = hn::InterleaveUpper(d, a, c);
-    const auto z_odd = hn::InterleaveUpper(d, b, e);
-    hn::Store(hn::InterleaveLower(d, xy_even, xy_odd), d, &result[0][first]);
-    hn::Store(hn::InterleaveUpper(d, xy_even, xy_odd), d, &result[1][first]);
-    hn::Store(hn::InterleaveLower(d, z_even, z_odd), d, &result[2][first]);
 }
 
 void boxes_of_triangles(const FloatPoint* points, const ClusterCorners& corners, SixteenBoxes& result) {

@@ -52,7 +52,7 @@ bool ClusteredAnswer::full(std::size_t count) {
 }
 
 void ClusteredAnswer::keep_unmoved_pairs(ContactSet& contacts) const {
-    if (clock_.answered_at == ClusteredClock::never) return;
+    if (clock_.answered_at == ClusteredClock::never || !bodies_.two_rest_in_part()) return;
     for (const TrianglePair& pair : last_pairs_) {
         if (!bodies_.in_moved_group(pair.a) && !bodies_.in_moved_group(pair.b)) contacts.pairs.push_back(pair);
     }

@@ -15,7 +15,7 @@ namespace trocar {
 
 class ClusteredAnswer {
 public:
-    ClusteredAnswer(const ClusteredSettings& settings, TriangleFilter filter, const ClusteredBodies& bodies,
+    ClusteredAnswer(const ClusteredSettings& settings, const TriangleFilter& filter, const ClusteredBodies& bodies,
                     const ClusteredClock& clock, OhcWork& work)
         : settings_(settings), filter_(filter), bodies_(bodies), clock_(clock), work_(work) {}
 
@@ -37,7 +37,7 @@ private:
     bool full(std::size_t count);
 
     const ClusteredSettings& settings_;
-    TriangleFilter filter_;
+    const TriangleFilter& filter_;
     const ClusteredBodies& bodies_;
     const ClusteredClock& clock_;
     OhcWork& work_;

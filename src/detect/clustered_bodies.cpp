@@ -75,6 +75,11 @@ std::int64_t ClusteredBodies::ask(const std::vector<Range>& ranges) {
     return vertices;
 }
 
+bool ClusteredBodies::two_rest_in_part() const {
+    return std::count_if(bodies_.begin(), bodies_.end(),
+                         [this](const MovingBody& moving) { return !clock_.moved(moving.boxes->all_moved_at()); }) > 1;
+}
+
 bool ClusteredBodies::read(const Frame& frame, bool whole) {
     bool all_finite = true;
     for (const Range& range : whole ? unused_vertices_ : unused_moved_) all_finite &= finite(frame, range);

@@ -46,6 +46,8 @@ public:
     [[nodiscard]] const MovingBody& moving(Index owner) const { return bodies_[static_cast<std::size_t>(owner)]; }
     [[nodiscard]] std::size_t region_count() const { return region_count_; }
     [[nodiscard]] std::size_t group_count() const { return group_count_; }
+    /// Whether there are two bodies of which not all moved since the last answer.
+    [[nodiscard]] bool two_rest_in_part() const;
     /// Whether the triangle's group moved since the last answer. Precondition: its body takes part.
     [[nodiscard]] bool in_moved_group(Index triangle) const {
         const Index body = topology_->body_of_triangle[static_cast<std::size_t>(triangle)];

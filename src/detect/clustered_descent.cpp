@@ -4,6 +4,17 @@
 #include <cstdint>
 
 namespace trocar {
+namespace {
+
+/// Of sixteen bits; std::popcount is a call where the instruction is not sure to exist.
+constexpr std::int64_t bits_set(std::uint32_t bits) {
+    bits -= (bits >> 1U) & 0x5555U;
+    bits = (bits & 0x3333U) + ((bits >> 2U) & 0x3333U);
+    bits = (bits + (bits >> 4U)) & 0x0F0FU;
+    return (bits + (bits >> 8U)) & 0x1FU;
+}
+
+}  // namespace
 
 void ClusteredDescent::pair_regions(const Frame& frame, const ClusteredRegions::Pair& pair) {
     if (!boxes_.open_region(pair.first) || !boxes_.open_region(pair.second)) return;
@@ -15,7 +26,7 @@ void ClusteredDescent::pair_regions(const Frame& frame, const ClusteredRegions::
     const SixteenBoxes& second_groups = boxes_.groups_of(pair.second);
     if (!spend_box_tests(fan)) return;
     std::uint32_t near = kernels_.overlaps(first_groups, boxes_.to_float(regions_.extent_of(second)));
-    if (!spend_box_tests(fan * std::popcount(near))) return;
+    if (!spend_box_tests(fan * bits_set(near))) return;
     SixteenRows rows;
     kernels_.rows(first_groups, near, second_groups, rows);
     for (; near != 0; near &= near - 1) {
@@ -62,7 +73,7 @@ bool ClusteredDescent::pair_groups(const Frame& frame, const GroupRef& p, const 
     const SixteenBoxes& p_clusters = boxes_.clusters_of(p.moving.clusters, p.number, p_open);
     const SixteenBoxes& q_clusters = boxes_.clusters_of(q.moving.clusters, q.number, q_open);
     std::uint32_t near = kernels_.overlaps(p_clusters, q_open.box);
-    if (!spend_box_tests(fan * std::popcount(near))) return false;
+    if (!spend_box_tests(fan * bits_set(near))) return false;
     SixteenRows rows;
     kernels_.rows(p_clusters, near, q_clusters, rows);
     for (; near != 0; near &= near - 1) {
@@ -88,7 +99,7 @@ bool ClusteredDescent::pair_clusters(const ClusterRef& p, const ClusterRef& q) {
     const std::size_t first_cluster = static_cast<std::size_t>(p.group) * fan + p.number;
     const std::size_t second_cluster = static_cast<std::size_t>(q.group) * fan + q.number;
     std::uint32_t near = kernels_.overlaps(first_boxes, box_of(q.opened.clusters, q.number));
-    if (!spend_box_tests(fan * std::popcount(near))) return false;
+    if (!spend_box_tests(fan * bits_set(near))) return false;
     const Index* const first_triangle = p.clusters.triangle.data() + first_cluster * fan;
     const Index* const second_triangle = q.clusters.triangle.data() + second_cluster * fan;
     SixteenRows rows;

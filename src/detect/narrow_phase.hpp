@@ -23,6 +23,6 @@ TriangleTest triangle_test_from(std::string_view word);
 /// answer, only to the time.
 void test_pairs(TriangleTest test, const Topology& topology, const Frame& frame,
                 std::span<const TrianglePair> candidates, std::vector<TrianglePair>& pairs,
-                TriangleFilter filter = triangle_filters().front().decide);
+                const TriangleFilter& filter = triangle_filters().front());
 
 }  // namespace trocar

@@ -46,8 +46,7 @@ namespace {
 class OhcClustered final : public Detector {
 public:
     explicit OhcClustered(const ClusteredSettings& settings)
-        : settings_(settings),
-          answer_(settings_, kernels_of(settings, triangle_filters()).decide, bodies_, clock_, work_) {
+        : settings_(settings), answer_(settings_, kernels_of(settings, triangle_filters()), bodies_, clock_, work_) {
         work_.budget = settings.work_budget;
     }
 

@@ -32,6 +32,7 @@
 // foreach_target.h must come first
 #include <hwy/highway.h>
 
+#include "detect/by_axis-inl.hpp"
 #include "geometry/simd_targets.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -180,6 +181,69 @@ HWY_INLINE void decide_lanes(const TriangleBatch& batch, std::size_t first, std:
     apart = bits_of(hn::Or(separated, hn::And(in_range, all_apart)));
 }
 
+#if HWY_TARGET == HWY_SCALAR || HWY_MAX_BYTES < 32
+
+/// Difference of two corners, rounded once in double and once to float.
+void put_difference(const double* to, const double* from, std::size_t lane, TriangleBatch::Lanes& lanes) {
+    lanes[0][lane] = static_cast<float>(to[0] - from[0]);
+    lanes[1][lane] = static_cast<float>(to[1] - from[1]);
+    lanes[2][lane] = static_cast<float>(to[2] - from[2]);
+}
+
+void gather(const double* position, const Index* corners, const TrianglePair* pairs, std::size_t count,
+            TriangleBatch& batch) {
+    const auto corner = [position, corners](Index triangle, std::size_t k) {
+        return position + 3 * static_cast<std::size_t>(corners[3 * static_cast<std::size_t>(triangle) + k]);
+    };
+    for (std::size_t lane = 0; lane < count; ++lane) {
+        const auto [first, second] = pairs[lane];
+        const double* const p = corner(first, 0);
+        const double* const q = corner(second, 0);
+        put_difference(corner(first, 1), p, lane, batch.u1);
+        put_difference(corner(first, 2), p, lane, batch.v1);
+        put_difference(corner(second, 1), q, lane, batch.u2);
+        put_difference(corner(second, 2), q, lane, batch.v2);
+        put_difference(p, q, lane, batch.w);
+    }
+}
+
+#else
+
+void gather(const double* position, const Index* corners, const TrianglePair* pairs, std::size_t count,
+            TriangleBatch& batch) {
+    const hn::FixedTag<double, 4> d;
+    const hn::FixedTag<float, 4> floats;
+    const auto xyz = hn::FirstN(d, 3);
+    const auto corner = [&](Index triangle, std::size_t k) HWY_ATTR {
+        const auto vertex = static_cast<std::size_t>(corners[3 * static_cast<std::size_t>(triangle) + k]);
+        return hn::MaskedLoad(xyz, d, position + 3 * vertex);
+    };
+    for (std::size_t first = 0; first < count; first += 4) {
+        hn::Vec<hn::FixedTag<float, 4> > u1[4];
+        hn::Vec<hn::FixedTag<float, 4> > v1[4];
+        hn::Vec<hn::FixedTag<float, 4> > u2[4];
+        hn::Vec<hn::FixedTag<float, 4> > v2[4];
+        hn::Vec<hn::FixedTag<float, 4> > w[4];
+        for (std::size_t k = 0; k < 4; ++k) {
+            const auto [a, b] = pairs[HWY_MIN(first + k, count - 1)];
+            const auto p = corner(a, 0);
+            const auto q = corner(b, 0);
+            u1[k] = hn::DemoteTo(floats, hn::Sub(corner(a, 1), p));
+            v1[k] = hn::DemoteTo(floats, hn::Sub(corner(a, 2), p));
+            u2[k] = hn::DemoteTo(floats, hn::Sub(corner(b, 1), q));
+            v2[k] = hn::DemoteTo(floats, hn::Sub(corner(b, 2), q));
+            w[k] = hn::DemoteTo(floats, hn::Sub(p, q));
+        }
+        store_by_axis(u1[0], u1[1], u1[2], u1[3], batch.u1, first);
+        store_by_axis(v1[0], v1[1], v1[2], v1[3], batch.v1, first);
+        store_by_axis(u2[0], u2[1], u2[2], u2[3], batch.u2, first);
+        store_by_axis(v2[0], v2[1], v2[2], v2[3], batch.v2, first);
+        store_by_axis(w[0], w[1], w[2], w[3], batch.w, first);
+    }
+}
+
+#endif
+
 TriangleVerdicts decide(const TriangleBatch& batch, std::size_t count) {
     const Floats d;
     TriangleVerdicts verdicts;
@@ -203,11 +267,13 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace trocar {
 
+HWY_EXPORT(gather);
 HWY_EXPORT(decide);
 
-const std::vector<TriangleFilterTarget>& triangle_filters() {
-    static const std::vector<TriangleFilterTarget> filters = versions_by_target([](const char* target) {
-        return TriangleFilterTarget{.decide = &HWY_DYNAMIC_DISPATCH(decide), .target = target};
+const std::vector<TriangleFilter>& triangle_filters() {
+    static const std::vector<TriangleFilter> filters = versions_by_target([](const char* target) {
+        return TriangleFilter{
+            .gather = &HWY_DYNAMIC_DISPATCH(gather), .decide = &HWY_DYNAMIC_DISPATCH(decide), .target = target};
     });
     return filters;
 }

@@ -7,6 +7,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "contact/contact.hpp"
+#include "geometry/types.hpp"
+
 namespace trocar {
 
 /// Up to 64 pairs of triangles p0 p1 p2 and q0 q1 q2 as differences of corners, taken in double and then rounded to
@@ -27,15 +30,17 @@ struct TriangleVerdicts {
     std::uint64_t undecided = 0;
 };
 
-/// Decides the first `count` pairs; the others hold any numbers.
-using TriangleFilter = TriangleVerdicts (*)(const TriangleBatch& batch, std::size_t count);
-
-struct TriangleFilterTarget {
-    TriangleFilter decide = nullptr;
+struct TriangleFilter {
+    /// Fills a batch with `count` <= TriangleBatch::most pairs. `position`: x y z by vertex, m; `corners`: three
+    /// vertices by triangle.
+    void (*gather)(const double* position, const Index* corners, const TrianglePair* pairs, std::size_t count,
+                   TriangleBatch& batch) = nullptr;
+    /// Decides the first `count` pairs; the others hold any numbers.
+    TriangleVerdicts (*decide)(const TriangleBatch& batch, std::size_t count) = nullptr;
     const char* target = "";  ///< instruction set, as Highway names it
 };
 
 /// One for each instruction set that was built and that this CPU has, the best first, the plainest last.
-const std::vector<TriangleFilterTarget>& triangle_filters();
+const std::vector<TriangleFilter>& triangle_filters();
 
 }  // namespace trocar

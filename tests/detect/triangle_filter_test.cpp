@@ -82,15 +82,15 @@ double hold_against_truth(const Pairs& pairs) {
         } else {
             ++open;
         }
-        for (const TriangleFilterTarget& filter : triangle_filters()) {
+        for (const TriangleFilter& filter : triangle_filters()) {
             const TriangleVerdicts verdicts = filter.decide(batch, 1);
             EXPECT_EQ(verdicts.meet, plain.meet) << filter.target << ", pair " << i;
             EXPECT_EQ(verdicts.undecided, plain.undecided) << filter.target << ", pair " << i;
         }
     }
-    for (const TriangleFilterTarget& filter : triangle_filters()) {
+    for (const TriangleFilter& filter : triangle_filters()) {
         std::vector<TrianglePair> found;
-        test_pairs(TriangleTest::exact, world.topology, world.frame, world.candidates, found, filter.decide);
+        test_pairs(TriangleTest::exact, world.topology, world.frame, world.candidates, found, filter);
         EXPECT_EQ(found, expected) << filter.target;
     }
     return static_cast<double>(open) / static_cast<double>(pairs.first.size());
@@ -259,7 +259,7 @@ TEST(TriangleFilter, LeavesNumbersBeyondFloatOpen) {
         TriangleBatch batch = batch_of({Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(0, 1, 0)},
                                        {Vector3(0, 0, 5), Vector3(1, 0, 5), Vector3(0, 1, 5)});
         batch.w[2].fill(bad);
-        for (const TriangleFilterTarget& filter : triangle_filters()) {
+        for (const TriangleFilter& filter : triangle_filters()) {
             EXPECT_EQ(filter.decide(batch, 64).undecided, ~std::uint64_t{0}) << filter.target;
         }
     }
