@@ -9,9 +9,12 @@
 // * update=rebuild builds a tree of `quality` each tick: low (Morton codes) or medium (surface area heuristic).
 // * boxes are rounded outward to float: Embree stores float boxes, and nothing may be missed.
 // * leaf=cluster puts runs of `cluster_size` consecutive triangles into one primitive, the hybrid a sceptic asks for.
+// * Embree takes subnormal numbers for zero while it runs; in its callback they count again, or our test would err.
+// * coordinates beyond 1.8e18 make the tick `unsupported`: Embree leaves such boxes out without a word.
 // * errors of the device end the tick as outcome `threw`; a library of another version than its header is refused.
 #include <embree3/rtcore.h>
 #include <fmt/format.h>
+#include <xmmintrin.h>
 
 #include <algorithm>
 #include <array>
@@ -30,6 +33,7 @@ using baselines::box_of_body;
 using baselines::FloatBox;
 
 constexpr Index largest_cluster = 64;
+constexpr double largest_coordinate = 1.8e18;  // just below the library's own 1.844e18
 
 /// One body as Embree sees it. Address is stable: bounds callbacks hold it.
 struct EmbreeBody {
@@ -65,6 +69,21 @@ void primitive_bounds(const RTCBoundsFunctionArguments* arguments) {
     bounds.upper_z = box.high[2];
 }
 
+/// The processor's numbers as IEEE 754 has them, for as long as it lives.
+class SubnormalsCount {
+public:
+    SubnormalsCount() : outside_(_mm_getcsr()) { _mm_setcsr(outside_ & ~flush_and_zero); }
+    ~SubnormalsCount() { _mm_setcsr(outside_); }
+    SubnormalsCount(const SubnormalsCount&) = delete;
+    SubnormalsCount& operator=(const SubnormalsCount&) = delete;
+    SubnormalsCount(SubnormalsCount&&) = delete;
+    SubnormalsCount& operator=(SubnormalsCount&&) = delete;
+
+private:
+    static constexpr unsigned int flush_and_zero = 0x8040;  // results flushed to zero, operands taken as zero
+    unsigned int outside_;
+};
+
 struct Query {
     const EmbreeBody* a = nullptr;
     const EmbreeBody* b = nullptr;
@@ -92,6 +111,7 @@ struct RunBoxes {
 };
 
 void on_collisions(void* user, RTCCollision* collisions, unsigned int count) {
+    const SubnormalsCount subnormals;
     const Query& query = *static_cast<const Query*>(user);
     const Topology& topology = *query.a->topology;
     const Frame& frame = *query.a->frame;
@@ -182,6 +202,12 @@ public:
         if (device_ == nullptr) {
             contacts.outcome = {OutcomeKind::unsupported,
                                 "Embree could not make a device, or is another version than its header"};
+            return;
+        }
+        for (const auto& body : bodies_) {
+            if (body->box.min.minCoeff() >= -largest_coordinate && body->box.max.maxCoeff() <= largest_coordinate)
+                continue;
+            contacts.outcome = {OutcomeKind::unsupported, "Embree leaves out what lies beyond 1.8e18"};
             return;
         }
         for (auto [a, b] : topology_->body_pairs) {

@@ -119,5 +119,39 @@ TEST(OdeTrimesh, WithoutMergingNoPairIsLost) {
     }
 }
 
+TEST(EmbreeCollide, SubnormalCoordinatesAreDecidedExactly) {
+    if (!is_here("embree_collide")) GTEST_SKIP() << "Embree is absent";
+    World world = make_world(
+        "two soups", {{BodyKind::instrument, soup(40, 0.03, 0.05, 3)}, {BodyKind::tissue, soup(40, 0.03, 0.05, 4)}});
+    world.frame.position *= 1e-308;
+    world.frame.previous = world.frame.position;
+    std::vector<TrianglePair> expected;
+    true_pairs(world.topology, world.frame, expected);
+    ASSERT_FALSE(expected.empty());
+    for (const char* leaf : {"triangle", "cluster"}) {
+        EXPECT_EQ(answer(world, "embree_collide", {{"leaf", leaf}}).pairs, expected) << leaf;
+    }
+}
+
+TEST(EmbreeCollide, CoordinatesThatTheLibraryLeavesOutAreUnsupportedNotMissed) {
+    if (!is_here("embree_collide")) GTEST_SKIP() << "Embree is absent";
+    for (const double scale : {1e17, 1e30, 1e200}) {
+        World world = make_world("two spheres",
+                                 {{BodyKind::instrument, sphere(1.0, 6)},
+                                  {BodyKind::tissue, sphere(1.0, 6).rotate({1, 2, 3}, 0.4).move({0.7, 0.3, 0.2})}});
+        world.frame.position *= scale;
+        world.frame.previous = world.frame.position;
+        std::vector<TrianglePair> expected;
+        true_pairs(world.topology, world.frame, expected);
+        ASSERT_FALSE(expected.empty());
+        const ContactSet contacts = answer(world, "embree_collide", {});
+        if (scale < 1e18) {
+            EXPECT_EQ(contacts.pairs, expected);
+        } else {
+            EXPECT_EQ(contacts.outcome.kind, OutcomeKind::unsupported) << scale;
+        }
+    }
+}
+
 }  // namespace
 }  // namespace trocar::test
