@@ -45,9 +45,11 @@ struct Mark {
     double error = not_known;          ///< mm, or pairs
     double force_equal_k = not_known;  ///< N RMS
     double force_hard = not_known;     ///< N RMS
+    double force = not_known;          ///< N RMS: of these, the one that the chart compares by
     double substeps = not_known;
     std::string outcome = {};  ///< empty: ok
     bool dominated = false;
+    bool force_dominated = false;
 };
 
 /// All curves over one knob on one scene.
@@ -55,10 +57,20 @@ struct Chart {
     std::string scene;
     std::string knob;
     bool replay = false;
-    std::vector<Mark> marks = {};  ///< curve by curve, each in the order of its points
+    std::vector<Mark> marks = {};    ///< curve by curve, each in the order of its points
+    std::string reference = {};      ///< what the records tell of the scene's reference
+    bool by_hard = false;            ///< forces are compared with hard contact, else with that of equal stiffness
+    double force_bound = not_known;  ///< N RMS, of that reference: errors below it are alike
     [[nodiscard]] const char* unit() const { return knob == "dt" ? " s" : knob == "k" ? " N/m" : ""; }
     [[nodiscard]] const char* error_title() const {
         return replay ? "pairs missed + extra" : "left after the tick, worst (mm)";
+    }
+    [[nodiscard]] const char* law() const { return by_hard ? "hard contact" : "contact of equal stiffness"; }
+    /// What the reference can tell apart, N.
+    [[nodiscard]] double told_apart(double force) const { return as_printed(std::fmax(force, force_bound)); }
+    /// False where every error lies within the bound, or none is known.
+    [[nodiscard]] bool ranks_forces() const {
+        return std::any_of(marks.begin(), marks.end(), [this](const Mark& mark) { return mark.force > force_bound; });
     }
 };
 
@@ -84,15 +96,41 @@ Mark make_mark(const std::string& curve, const std::string& point, const std::ve
 }
 
 /// Another point is at least as fast and as good, and better in one: in time only beyond the noise.
-void mark_dominated(std::vector<Mark>& marks, double noise_floor) {
+template <typename Error>
+bool is_dominated(const Mark& mark, const std::vector<Mark>& marks, double noise, Error error_of) {
+    const double error = error_of(mark);
+    return std::any_of(marks.begin(), marks.end(), [&](const Mark& other) {
+        const double other_error = error_of(other);
+        return other.time <= mark.time && other_error <= error &&
+               (other.time * noise < mark.time || other_error < error);
+    });
+}
+
+void mark_dominated(Chart& chart, double noise_floor) {
     const double noise = std::isnan(noise_floor) ? 1.0 : noise_floor;
-    for (Mark& mark : marks) {
-        const double error = as_printed(mark.error);
-        mark.dominated = std::any_of(marks.begin(), marks.end(), [&](const Mark& other) {
-            const double other_error = as_printed(other.error);
-            return other.time <= mark.time && other_error <= error &&
-                   (other.time * noise < mark.time || other_error < error);
-        });
+    for (Mark& mark : chart.marks) {
+        mark.dominated = is_dominated(mark, chart.marks, noise, [](const Mark& m) { return as_printed(m.error); });
+        mark.force_dominated = std::isnan(mark.force) || is_dominated(mark, chart.marks, noise, [&](const Mark& m) {
+                                   return std::isnan(m.force) ? not_known : chart.told_apart(m.force);
+                               });
+    }
+}
+
+/// The law that forces of a chart are compared by: that of equal stiffness, unless it is not known or the stiffness is
+/// what is turned.
+void choose_law(const std::vector<const Record*>& runs, Chart& chart) {
+    const auto largest = [&runs](const char* key) {
+        double bound = not_known;
+        for (const Record* run : runs) bound = std::fmax(bound, summary_of(*run, key));
+        return bound;
+    };
+    const double equal_k = largest("force_bound_equal_k");
+    chart.by_hard = chart.knob == "k" || std::isnan(equal_k);
+    chart.force_bound = chart.by_hard ? largest("force_bound_hard") : equal_k;
+    for (Mark& mark : chart.marks) mark.force = chart.by_hard ? mark.force_hard : mark.force_equal_k;
+    for (const Record* run : runs) {
+        const auto told = run->environment.find("reference");
+        if (told != run->environment.end()) chart.reference = told->second;
     }
 }
 
@@ -119,13 +157,16 @@ std::vector<Chart> charts_of(const Draft& draft) {
     std::vector<Chart> charts;
     for (const auto& [where, by_name] : curves) {
         Chart chart{.scene = where.first, .knob = where.second};
+        std::vector<const Record*> all;
         for (const auto& [name, curve] : by_name) {
             for (const auto& [point, runs] : curve) {
                 chart.replay = runs.front()->spec.response.empty();
                 chart.marks.push_back(make_mark(name, point.text, runs, chart.replay));
+                all.insert(all.end(), runs.begin(), runs.end());
             }
         }
-        mark_dominated(chart.marks, draft.results.noise_floor());
+        if (!chart.replay) choose_law(all, chart);
+        mark_dominated(chart, draft.results.noise_floor());
         charts.push_back(std::move(chart));
     }
     return charts;
@@ -134,6 +175,7 @@ std::vector<Chart> charts_of(const Draft& draft) {
 /// Least error and fastest point of a chart; null when it has none.
 struct Ends {
     const Mark* exact = nullptr;
+    const Mark* force = nullptr;  ///< least force error; null where the reference cannot rank
     const Mark* fast = nullptr;
 };
 
@@ -145,6 +187,9 @@ Ends ends_of(const Chart& chart) {
         const auto by_time = [](const Mark& m) { return std::pair(m.time, m.error); };
         if (ends.exact == nullptr || by_error(mark) < by_error(*ends.exact)) ends.exact = &mark;
         if (ends.fast == nullptr || by_time(mark) < by_time(*ends.fast)) ends.fast = &mark;
+        const auto by_force = [&chart](const Mark& m) { return std::pair(chart.told_apart(m.force), m.time); };
+        if (std::isnan(mark.force) || !chart.ranks_forces()) continue;
+        if (ends.force == nullptr || by_force(mark) < by_force(*ends.force)) ends.force = &mark;
     }
     return ends;
 }
@@ -153,64 +198,103 @@ std::string mark_text(const Chart& chart, const Mark& mark) {
     return fmt::format("{} at {}{}", code(mark.curve), mark.point, chart.unit());
 }
 
+std::string force_text(const Chart& chart, double force) {
+    if (std::isnan(force)) return "n/a";
+    return force <= chart.force_bound ? "≤ " + scaled(chart.force_bound) : scaled(force);
+}
+
 Table ends_table(const std::vector<Chart>& charts) {
     Table table;
-    table.caption = "The most exact and the fastest point of every chart";
+    table.caption = "The ends of every chart: least error, least force error, fastest";
     table.columns = {{"scene", false},
                      {"knob", false},
-                     {"least error", false},
+                     {"least left behind, or fewest pairs wrong", false},
                      {"its error", true},
+                     {"its time per simulated ms (µs)", true},
+                     {"least force error", false},
+                     {"its force error (N RMS)", true},
                      {"its time per simulated ms (µs)", true},
                      {"fastest", false},
                      {"its error", true},
                      {"its time per simulated ms (µs)", true}};
+    table.note =
+        "Force errors below the reference's own bound (≤) cannot be told apart: the fastest of them stands here. "
+        "not ranked: no reference, or all errors lie within its bound.";
     for (const Chart& chart : charts) {
-        const auto [exact, fast] = ends_of(chart);
+        const auto [exact, force, fast] = ends_of(chart);
         if (exact == nullptr) continue;
         const std::string unit = chart.replay ? " pairs" : " mm";
         table.rows.push_back(
             {.cells = {chart.scene, chart.knob, mark_text(chart, *exact), scaled(exact->error) + unit,
-                       scaled(exact->time), mark_text(chart, *fast), scaled(fast->error) + unit, scaled(fast->time)}});
+                       scaled(exact->time),
+                       force != nullptr ? mark_text(chart, *force) : std::string(chart.replay ? "" : "not ranked"),
+                       force != nullptr ? force_text(chart, force->force) : std::string(),
+                       force != nullptr ? scaled(force->time) : std::string(), mark_text(chart, *fast),
+                       scaled(fast->error) + unit, scaled(fast->time)}});
     }
     return table;
 }
 
+/// Why a force error of the chart is n/a, and how far the others can be trusted.
+std::string reference_note(const Chart& chart) {
+    std::string note = "Force errors are root mean squares below 30 Hz against the scene's reference. " +
+                       (chart.reference.empty() ? "It has none." : chart.reference);
+    if (chart.knob == "k") {
+        note +=
+            " Equal k is n/a wherever k is not the scene's own: that reference was solved for the scene's stiffness, "
+            "and for another one it would call the difference in stiffness an error. Hard contact has no stiffness and "
+            "judges every k.";
+    }
+    return note;
+}
+
 Table points_table(const Chart& chart) {
-    const bool forces = std::any_of(chart.marks.begin(), chart.marks.end(), [](const Mark& mark) {
-        return !std::isnan(mark.force_equal_k) || !std::isnan(mark.force_hard);
-    });
     Table table;
     table.caption = fmt::format("{}: {}", chart.scene, chart.knob);
     table.columns = {{"method", false}, {chart.knob, true}};
     if (!chart.replay) table.columns.push_back({"sub-steps per tick", true});
     table.columns.push_back({"time per simulated ms (µs)", true});
     table.columns.push_back({chart.error_title(), true});
-    if (forces) table.columns.push_back({"force error, equal k / hard (N RMS)", true});
+    if (!chart.replay) table.columns.push_back({"force error, equal k / hard (N RMS)", true});
     table.columns.push_back({"outcome", false});
     table.folded = true;
+    if (!chart.replay) table.note = reference_note(chart);
     for (const Mark& mark : chart.marks) {
-        std::vector<std::string> cells{code(mark.curve), mark.point + chart.unit() + (mark.dominated ? " †" : "")};
+        const auto starred = [](const std::string& text, bool dominated) { return text + (dominated ? " †" : ""); };
+        std::vector<std::string> cells{code(mark.curve), mark.point + chart.unit()};
         if (!chart.replay) cells.push_back(count_text(mark.substeps));
         cells.push_back(scaled(mark.time));
-        cells.push_back(scaled(mark.error));
-        if (forces) cells.push_back(scaled(mark.force_equal_k) + " / " + scaled(mark.force_hard));
+        cells.push_back(starred(scaled(mark.error), mark.dominated));
+        if (!chart.replay) {
+            cells.push_back(starred(scaled(mark.force_equal_k) + " / " + scaled(mark.force_hard),
+                                    mark.force_dominated && !std::isnan(mark.force)));
+        }
         cells.push_back(mark.outcome.empty() ? "ok" : mark.outcome);
         table.rows.push_back({.cells = std::move(cells)});
         if (!mark.outcome.empty()) table.rows.back().style = TableRow::Style::failed;
-        if (mark.dominated) table.rows.back().style = TableRow::Style::dominated;
+        if (mark.dominated && mark.force_dominated) table.rows.back().style = TableRow::Style::dominated;
     }
     return table;
 }
 
+/// What a drawing shows on its upright axis.
+struct Panel {
+    double Mark::*error;
+    bool Mark::*dominated;
+    std::string title;
+    const char* unit;
+};
+
 /// Empty when no point has a place on a curve.
-std::string drawing_of(const Chart& chart) {
+std::string drawing_of(const Chart& chart, const Panel& panel) {
     ScatterChart drawing;
     drawing.x_title = fmt::format("time per simulated ms (µs), {}, {}", chart.scene, chart.knob);
-    drawing.y_title = chart.error_title();
+    drawing.y_title = panel.title;
     drawing.x_limit = 1000.0;
     drawing.x_limit_name = "1 ms";
     for (const Mark& mark : chart.marks) {
-        if (std::isnan(mark.time) || std::isnan(mark.error)) continue;
+        const double error = mark.*panel.error;
+        if (std::isnan(mark.time) || std::isnan(error)) continue;
         if (drawing.series.empty() || drawing.series.back().name != mark.curve) {
             const int style = static_cast<int>(drawing.series.size());
             drawing.series.push_back(
@@ -218,12 +302,11 @@ std::string drawing_of(const Chart& chart) {
         }
         drawing.series.back().points.push_back(
             {.x = mark.time,
-             .y = mark.error,
-             .name =
-                 fmt::format("{}, {} = {}{}: {} µs, {} {}", mark.curve, chart.knob, mark.point, chart.unit(),
-                             format_number(mark.time), format_number(mark.error), chart.replay ? "pairs wrong" : "mm"),
+             .y = error,
+             .name = fmt::format("{}, {} = {}{}: {} µs, {} {}", mark.curve, chart.knob, mark.point, chart.unit(),
+                                 format_number(mark.time), format_number(error), panel.unit),
              .label = mark.point});
-        if (!mark.dominated) drawing.front.emplace_back(mark.time, mark.error);
+        if (!(mark.*panel.dominated)) drawing.front.emplace_back(mark.time, error);
     }
     std::sort(drawing.front.begin(), drawing.front.end());
     return drawing.series.empty() ? std::string() : draw(drawing);
@@ -233,14 +316,14 @@ std::string drawing_of(const Chart& chart) {
 
 std::string work_precision_sentence(const Draft& draft) {
     for (const Chart& chart : charts_of(draft)) {
-        const auto [exact, fast] = ends_of(chart);
-        if (chart.replay || exact == nullptr) continue;
+        const Ends ends = ends_of(chart);
+        if (chart.replay || ends.exact == nullptr) continue;
         const auto tell = [&chart](const Mark& mark) {
             return fmt::format("{} ({} mm at worst, {} µs per simulated ms)", mark_text(chart, mark),
                                scaled(mark.error), scaled(mark.time));
         };
         return fmt::format("On {} over {}, least is left by {}; fastest is {}.", chart.scene, code(chart.knob),
-                           tell(*exact), tell(*fast));
+                           tell(*ends.exact), tell(*ends.fast));
     }
     return {};
 }
@@ -250,21 +333,37 @@ void add_work_precision(Draft& draft) {
     if (charts.empty()) return;
     draft.heading(2, "Work and precision");
     draft.paragraph(
-        "One connected curve per method, by turning one knob: time to compute one simulated millisecond against the "
-        "error. † and grey: another point of the same chart is at least as fast and as good, and better in one of the "
-        "two (in time beyond the noise floor, where several processes show one). The dashed line is the front of the "
-        "points that are not dominated; to the right of 1 ms no haptic loop can follow. A point that failed has no "
-        "place on a curve and stays in the table.");
+        "One connected curve per method, by turning one knob: time to compute one simulated millisecond against what "
+        "is "
+        "left behind and, where the scene has a reference, against the error of the force. † : another point of the "
+        "same chart is at least as fast and as good, and better in one of the two (in time beyond the noise floor, "
+        "where "
+        "several processes show one; in force beyond the reference's bound); grey: so in every error that is known. "
+        "The "
+        "dashed line is the front of the points without †; to the right of 1 ms no haptic loop can follow. A point "
+        "that "
+        "failed has no place on a curve and stays in the table.");
     draft.add(ends_table(charts));
     int number = 0;
     for (const Chart& chart : charts) {
-        const std::string drawing = drawing_of(chart);
+        std::vector<Panel> panels{
+            {&Mark::error, &Mark::dominated, chart.error_title(), chart.replay ? "pairs wrong" : "mm"}};
+        if (chart.ranks_forces()) {
+            panels.push_back({&Mark::force, &Mark::force_dominated,
+                              fmt::format("force error against {} (N RMS)", chart.law()), "N"});
+        }
         const std::string unit = chart.unit();
-        if (!drawing.empty()) {
-            draft.figure(
-                fmt::format("work_precision_{}", ++number), drawing,
-                fmt::format("Work and precision on {} over {}{}; labels are the knob's values.", code(chart.scene),
-                            code(chart.knob), unit.empty() ? "" : " (" + unit.substr(1) + ")"));
+        ++number;
+        for (const Panel& panel : panels) {
+            const std::string drawing = drawing_of(chart, panel);
+            if (drawing.empty()) continue;
+            const bool force = panel.error == &Mark::force;
+            draft.figure(fmt::format("work_precision_{}{}", number, force ? "_force" : ""), drawing,
+                         fmt::format("{} on {} over {}{}; labels are the knob's values.{}",
+                                     force ? "Work and force error" : "Work and precision", code(chart.scene),
+                                     code(chart.knob), unit.empty() ? "" : " (" + unit.substr(1) + ")",
+                                     force ? fmt::format(" The reference knows {} N.", scaled(chart.force_bound))
+                                           : std::string()));
         }
         draft.add(points_table(chart));
     }

@@ -200,7 +200,9 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
         plain.overrides.clear();
         Record record = make_run(turned, plain, limits);
         record.spec.overrides = spec.overrides;
-        if (override_value(spec.overrides, "k") > 0.0) {
+        const double k = override_value(spec.overrides, "k");
+        const auto& laws = scene.materials.contact_laws;
+        if (k > 0.0 && std::any_of(laws.begin(), laws.end(), [k](const ContactLaw& law) { return law.k != k; })) {
             // The reference of equal stiffness was made for the scene's own: against another it says nothing.
             for (auto& [name, value] : record.summary) {
                 if (name.ends_with("_equal_k")) value = std::nan("");

@@ -50,6 +50,14 @@ std::string unreadable(const StudyMethod& response, const std::string& contacts)
     return {};
 }
 
+/// Why the two cannot work on contacts of this source; empty when they can, and for a detector alone.
+std::string why_without_contacts(const StudyMethod& detector, const StudyMethod& response,
+                                 const std::string& contacts) {
+    if (response.text.empty()) return {};
+    if (contacts == "native" && !has_native_contacts(detector)) return "the detector has no contacts of its own";
+    return unreadable(response, contacts);
+}
+
 PlannedRun planned(const Study& study, const std::string& mode, const std::string& scene_file, std::int64_t ticks,
                    std::int64_t truth_stride, std::int64_t repetition, const StudyMethod& detector,
                    const StudyMethod& response, const std::string& contacts) {
@@ -87,6 +95,8 @@ void add_sweeps(const Study& study, std::int64_t repetition, std::vector<Planned
         for (const std::string& scene : sweep.scenes) {
             for (const StudyMethod& detector : sweep.detectors) {
                 for (const StudyMethod& response : responses) {
+                    if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
+                    const std::string reason = why_without_contacts(detector, response, sweep.contacts);
                     for (const std::string& value : sweep.values) {
                         PlannedRun run =
                             planned(study, "work_precision", scene, part.ticks, part.truth_stride, repetition,
@@ -96,6 +106,7 @@ void add_sweeps(const Study& study, std::int64_t repetition, std::vector<Planned
                         if (owner == sweep.knob) run.spec.overrides = sweep.knob + "=" + value;
                         run.spec.knob = sweep.knob;
                         run.spec.point = value;
+                        if (!run.settled && !reason.empty()) run.settled = Outcome{OutcomeKind::unsupported, reason};
                         if (!run.settled || repetition == 0) runs.push_back(std::move(run));
                     }
                 }

@@ -68,6 +68,31 @@ TEST(Analytic, PointOnAPlaneSpringRestsWhereTheSpringsBalance) {
     }
 }
 
+TEST(Analytic, HandAtRestOnTissueHoldsTheForceOfItsSpring) {
+    // i2t_operator_press: from 0.5 s to 0.8 s the hand stands 6 mm past the sheet. What rests has no sum of forces, so
+    // the contact carries 300 N/m times the way that the shaft stays behind the hand, whatever the response.
+    const Scene scene = read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes/i2t_operator_press.json", {});
+    const Range tool = scene.topology.bodies[0].vertices;
+    for (const char* method : {corrected, faithful, "penalty", "impulse"}) {
+        const MethodSpec spec = parse_method(method);
+        Simulation simulation(scene, make_detector("ohc"), make_response(spec.name, spec.parameters),
+                              ContactSource::canonical);
+        StepRow row;
+        double force = 0.0;
+        double spring = 0.0;
+        for (int tick = 0; tick < 780; ++tick) {
+            row = simulation.step();
+            ASSERT_EQ(row.outcome, OutcomeKind::ok) << method;
+            if (tick < 680) continue;
+            force += row.tool_force.z() / 100.0;
+            const double tip = simulation.frame().position.row(2).segment(tool.first, tool.count).minCoeff();
+            spring += 300.0 * (tip + 0.006) / 100.0;
+        }
+        EXPECT_GT(spring, 0.1) << method;
+        EXPECT_NEAR(force, spring, 0.01 * spring) << method;
+    }
+}
+
 struct Impact {
     double press, k, mu;
 };

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 
@@ -439,18 +440,49 @@ TEST(Report, SettledScenesAreTheWorstOverTheDetectorsAndMotionsAreToldOnce) {
 TEST(Report, WorkAndPrecisionMarksDominatedPoints) {
     const Report report = make_report(sweep());
     const std::string& markdown = report.files.at("report.md");
-    EXPECT_NE(markdown.find("| `mine + soft` | 50 N/m | n/a | 100 | 2.00 | ok |"), std::string::npos) << markdown;
+    EXPECT_NE(markdown.find("| `mine + soft` | 50 N/m | n/a | 100 | 2.00 | n/a / n/a | ok |"), std::string::npos)
+        << markdown;
     EXPECT_NE(markdown.find("| `mine + soft` | 100 N/m | n/a | 200 | 0.500 |"), std::string::npos);
-    EXPECT_NE(markdown.find("| `mine + slow` | 100 N/m † | n/a | 300 | 0.750 |"), std::string::npos);
-    EXPECT_NE(markdown.find(
-                  "| poke | k | `mine + soft` at 100 N/m | 0.500 mm | 200 | `mine + soft` at 50 N/m | 2.00 mm | 100 |"),
-              std::string::npos);
+    EXPECT_NE(markdown.find("| `mine + slow` | 100 N/m | n/a | 300 | 0.750 † | n/a / n/a | ok |"), std::string::npos);
+    EXPECT_NE(
+        markdown.find(
+            "| poke | k | `mine + soft` at 100 N/m | 0.500 mm | 200 | not ranked |  |  | `mine + soft` at 50 N/m | "
+            "2.00 mm | 100 |"),
+        std::string::npos);
     EXPECT_NE(
         markdown.find("> On poke over `k`, least is left by `mine + soft` at 100 N/m (0.500 mm at worst, 200 µs per "),
         std::string::npos);
     const std::string& chart = report.files.at("charts/work_precision_1.svg");
     EXPECT_NE(chart.find("mine + soft, k = 50 N/m: 100 µs, 2.00 mm"), std::string::npos);
     EXPECT_NE(chart.find("1 ms"), std::string::npos);
+}
+
+TEST(Report, ForceErrorsAreRankedBeyondTheBoundOfTheReferenceOnly) {
+    std::vector<Record> records = sweep();
+    const auto with_forces = [&records](double first, double second, double third) {
+        const std::array<double, 3> errors{first, second, third};
+        for (std::size_t i = 0; i < records.size(); ++i) {
+            records[i].environment["reference"] = "hard contact: order in step 1.0; bound 0.02 N RMS.";
+            records[i].summary["force_error_rms_hard"] = errors.at(i);
+            records[i].summary["force_bound_hard"] = 0.02;
+        }
+        return make_report(records);
+    };
+    // soft at 50 and at 100 N/m, slow at 100 N/m: two lie within the bound, so the faster of them stands first.
+    const Report ranked = with_forces(0.5, 0.019, 0.001);
+    const std::string& markdown = ranked.files.at("report.md");
+    EXPECT_NE(markdown.find("| 200 | `mine + soft` at 100 N/m | ≤ 0.0200 | 200 | `mine + soft` at 50 N/m |"),
+              std::string::npos)
+        << markdown;
+    EXPECT_NE(markdown.find("| `mine + slow` | 100 N/m | n/a | 300 | 0.750 † | n/a / 0.00100 † | ok |"),
+              std::string::npos);
+    EXPECT_NE(markdown.find("| `mine + soft` | 50 N/m | n/a | 100 | 2.00 | n/a / 0.500 | ok |"), std::string::npos);
+    EXPECT_NE(markdown.find("bound 0.02 N RMS. Equal k is n/a wherever k is not the scene's own"), std::string::npos);
+    EXPECT_NE(ranked.files.at("charts/work_precision_1_force.svg").find("force error against hard contact"),
+              std::string::npos);
+    const Report alike = with_forces(0.02, 0.019, 0.001);
+    EXPECT_NE(alike.files.at("report.md").find("| not ranked |"), std::string::npos);
+    EXPECT_FALSE(alike.files.contains("charts/work_precision_1_force.svg"));
 }
 
 TEST(Report, ASettingThatAStudyTurnsIsNobodysDefault) {
@@ -474,7 +506,7 @@ TEST(Report, AHalvedTickCostsTwiceAsMuchPerSimulatedTime) {
         record.environment["run.dt_s"] = record.spec.point;
     }
     const std::string markdown = make_report(records).files.at("report.md");
-    EXPECT_NE(markdown.find("| `mine + soft` | 0.0005 s † | n/a | 200 | 2.00 |"), std::string::npos) << markdown;
+    EXPECT_NE(markdown.find("| `mine + soft` | 0.0005 s | n/a | 200 | 2.00 † |"), std::string::npos) << markdown;
 }
 
 TEST(Report, KnobsThatAreTurnedAreNoNoise) {

@@ -97,6 +97,27 @@ TEST_F(StudyFile, KnobsBecomeRunsOfTheirOwn) {
     EXPECT_EQ(runs, expected);
 }
 
+TEST_F(StudyFile, ASweepRunsAMethodOnItsScenesAndTellsWhatHasNoContactsOfItsOwn) {
+    const Study study = read(R"({"format":"trocar-study-1","name":"s","work_precision":{"sweeps":[
+       {"scenes":["a.json","b.json"],"detectors":["ohc"],
+        "responses":["thesis",{"method":"penalty","scenes":["b.json"]}],"knob":"k","values":[5]},
+       {"scenes":["a.json"],"detectors":["ohc","fcl_bvh"],"responses":["penalty","thesis"],"contacts":"native",
+        "knob":"k","values":[5]}]}})");
+    std::map<std::string, std::string> ends;
+    for (const PlannedRun& run : make_plan(study)) {
+        const RunSpec& spec = run.spec;
+        ends[spec.scene + "|" + spec.detector + "|" + spec.response + "|" + spec.contacts] =
+            run.settled ? std::string(name_of(run.settled->kind)) : "to do";
+    }
+    if (ends.at("a|fcl_bvh|penalty|native") == "absent") GTEST_SKIP() << "without FCL";
+    const std::map<std::string, std::string> expected{
+        {"a|ohc|thesis|canonical", "to do"},       {"b|ohc|thesis|canonical", "to do"},
+        {"b|ohc|penalty|canonical", "to do"},      {"a|ohc|penalty|native", "unsupported"},
+        {"a|ohc|thesis|native", "unsupported"},    {"a|fcl_bvh|penalty|native", "to do"},
+        {"a|fcl_bvh|thesis|native", "unsupported"}};
+    EXPECT_EQ(ends, expected);
+}
+
 TEST_F(StudyFile, ANewTickKeepsTheTimeOfTheRun) {
     for (PlannedRun& run : make_plan(read(knobs))) {
         complete_run({.name = run.spec.scene, .hash = "0", .pair_class = "I2T", .ticks = 300, .dt = 0.001}, run);
