@@ -130,9 +130,6 @@ void CrossingLedger::prepare(const Topology& topology, bool on_edges) {
             tissue.body = body;
             tissue.closed = range.closed;
             tissue.blocks.prepare(topology, range.triangles);
-            tissue.near.resize(at(range.triangles.count));
-            std::iota(tissue.near.begin(), tissue.near.end(), range.triangles.first);
-            tissue.grid.prepare(topology, tissue.near);
             tissues_.push_back(std::move(tissue));
         }
         const bool meets_tissue =
@@ -387,35 +384,54 @@ void CrossingLedger::check_closed(const Topology& topology, const Frame& frame, 
 
 void CrossingLedger::count_crossings(const Topology& topology, const Frame& frame, Tissue& tissue) {
     const Index bodies = topology.body_count();
-    const Vector3 margin = margin_of(tissue.largest_move);
-    for (std::size_t s = 0; s < samples_.size(); ++s) {
-        const LedgerSample& sample = samples_[s];
-        if (tested_[at(sample.body * bodies + tissue.body)] == 0) continue;
-        const Vector3 from = sample.of(last_) + hair;
-        const Vector3 to = sample.of(frame.position) + hair;
-        Box path;
-        path.add(from);
-        path.add(to);
-        Box box = path;
+    const auto tested = [&](std::size_t s) { return tested_[at(samples_[s].body * bodies + tissue.body)] != 0; };
+    const std::size_t vertices = edges_.empty() ? samples_.size() : at(edges_.front().samples.first);
+    for (std::size_t s = 0; s < vertices; ++s) {
+        if (tested(s)) count_crossings_of(s, topology, frame, tissue);
+    }
+    constexpr double rounding = 1e-12;  // m, of a point between the ends of its edge
+    const Vector3 margin = margin_of(tissue.largest_move) + Vector3::Constant(rounding);
+    for (const SampledEdge& edge : edges_) {
+        if (!tested(at(edge.samples.first))) continue;
+        Box box;
+        for (const Matrix3X* positions : {static_cast<const Matrix3X*>(&last_), &frame.position}) {
+            for (const Index end : {edge.u, edge.v}) box.add(positions->col(end) + hair);
+        }
         box.min -= margin;
         box.max += margin;
-        int change = 0;
-        tissue.grid.visit(box, [&](Index t) {
-            std::array<Index, 3> number{};
-            for (int i = 0; i < 3; ++i) number[at(i)] = topology.triangles(i, t);
-            const equations::Corners before = corners_of(topology, last_, t);
-            const equations::Corners after = corners_of(topology, frame.position, t);
-            Box here;
-            for (const Vector3& corner : after) here.add(corner);
-            if (here.overlaps(path)) change += segment_crossing(from, to, after[0], after[1], after[2]);
-            if (before == after) return;
-            for (const Vector3& corner : before) here.add(corner);
-            Box point;
-            point.add(from);
-            if (here.overlaps(point)) change += sweep_crossing(from, number, before, after);
-        });
-        if (change != 0) tissue.count[s] = static_cast<std::int16_t>(tissue.count[s] + change);
+        if (!box.overlaps(tissue.grid.bounds())) continue;
+        for (Index s = edge.samples.first; s < edge.samples.end(); ++s) {
+            count_crossings_of(at(s), topology, frame, tissue);
+        }
     }
+}
+
+void CrossingLedger::count_crossings_of(std::size_t s, const Topology& topology, const Frame& frame, Tissue& tissue) {
+    const Vector3 from = samples_[s].of(last_) + hair;
+    const Vector3 to = samples_[s].of(frame.position) + hair;
+    Box path;
+    path.add(from);
+    path.add(to);
+    Box box = path;
+    const Vector3 margin = margin_of(tissue.largest_move);
+    box.min -= margin;
+    box.max += margin;
+    int change = 0;
+    tissue.grid.visit(box, [&](Index t) {
+        std::array<Index, 3> number{};
+        for (int i = 0; i < 3; ++i) number[at(i)] = topology.triangles(i, t);
+        const equations::Corners before = corners_of(topology, last_, t);
+        const equations::Corners after = corners_of(topology, frame.position, t);
+        Box here;
+        for (const Vector3& corner : after) here.add(corner);
+        if (here.overlaps(path)) change += segment_crossing(from, to, after[0], after[1], after[2]);
+        if (before == after) return;
+        for (const Vector3& corner : before) here.add(corner);
+        Box point;
+        point.add(from);
+        if (here.overlaps(point)) change += sweep_crossing(from, number, before, after);
+    });
+    if (change != 0) tissue.count[s] = static_cast<std::int16_t>(tissue.count[s] + change);
 }
 
 /// Per body the box of all that its samples ask of the tissue's grid in this tick, with a few cells to spare for the
@@ -427,6 +443,7 @@ void CrossingLedger::find_regions(const Topology& topology, const Frame& frame, 
     tissue.regions.clear();
     Index last_body = -1;
     for (const LedgerSample& sample : samples_) {
+        if (sample.other >= 0) break;  // points of edges lie between the vertices, which come before them
         if (tested_[at(sample.body * bodies + tissue.body)] == 0) continue;
         if (sample.body != last_body) tissue.regions.emplace_back();
         last_body = sample.body;
@@ -447,26 +464,28 @@ void CrossingLedger::find_regions(const Topology& topology, const Frame& frame, 
 void CrossingLedger::fill_near(const Topology& topology, const Frame& frame, Tissue& tissue) {
     const Range vertices = topology.bodies[at(tissue.body)].vertices;
     double largest_square = 0.0;
+    double not_finite = 0.0;  // a finite number times zero is zero; infinities and NaN give NaN
     for (const Range& range : moved_) {
         const Index end = std::min(range.end(), vertices.end());
         for (Index v = std::max(range.first, vertices.first); v < end; ++v) {
-            largest_square = std::max(largest_square, (frame.position.col(v) - last_.col(v)).squaredNorm());
+            const double square = (frame.position.col(v) - last_.col(v)).squaredNorm();
+            largest_square = std::max(largest_square, square);
+            not_finite += 0.0 * square;
         }
     }
     tissue.largest_move = std::sqrt(largest_square);
+    const double bound = margin_of(tissue.largest_move).x();
+    tissue.blocks.move(not_finite == 0.0 ? bound : std::numeric_limits<double>::infinity());
     find_regions(topology, frame, tissue);
-    tissue.blocks.refresh(frame.position, moved_);
     tissue.blocks.collect(topology, frame.position, tissue.regions, tissue.near);
-    tissue.grid.prepare(topology, tissue.near);
-    tissue.grid.fill(topology, frame.position);
+    tissue.grid.fill(topology, frame.position, tissue.near);
     tissue.whole = false;
 }
 
 void CrossingLedger::fill_whole(const Topology& topology, const Frame& frame, Tissue& tissue) {
     tissue.near.resize(at(topology.bodies[at(tissue.body)].triangles.count));
     std::iota(tissue.near.begin(), tissue.near.end(), topology.bodies[at(tissue.body)].triangles.first);
-    tissue.grid.prepare(topology, tissue.near);
-    tissue.grid.fill(topology, frame.position);
+    tissue.grid.fill(topology, frame.position, tissue.near);
     tissue.whole = true;
 }
 

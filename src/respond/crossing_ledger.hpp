@@ -108,6 +108,7 @@ private:
                                        const Vector3& from, const Vector3& to);
     void check_closed(const Topology& topology, const Frame& frame, Tissue& tissue);
     void count_crossings(const Topology& topology, const Frame& frame, Tissue& tissue);
+    void count_crossings_of(std::size_t s, const Topology& topology, const Frame& frame, Tissue& tissue);
     [[nodiscard]] const Tissue* tissue_of(Index body) const;
     void find_regions(const Topology& topology, const Frame& frame, Tissue& tissue);
     void fill_near(const Topology& topology, const Frame& frame, Tissue& tissue);

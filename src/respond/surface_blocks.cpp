@@ -1,6 +1,8 @@
 #include "respond/surface_blocks.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace trocar {
 namespace {
@@ -28,20 +30,11 @@ void SurfaceBlocks::prepare(const Topology& topology, Range triangles) {
         first_.push_back(static_cast<std::uint32_t>(vertex_.size()));
     }
     box_.assign(first_.size() - 1, Box{});
-    stale_.assign(box_.size(), 0);
-    first_block_.assign(static_cast<std::size_t>(topology.vertex_count) + 1, 0);
-    for (const Index v : vertex_) ++first_block_[static_cast<std::size_t>(v) + 1];
-    for (std::size_t v = 1; v < first_block_.size(); ++v) first_block_[v] += first_block_[v - 1];
-    block_.resize(vertex_.size());
-    std::vector<std::uint32_t> next(first_block_.begin(), first_block_.end() - 1);
-    for (std::uint32_t b = 0; b < box_.size(); ++b) {
-        for (std::uint32_t e = first_[b]; e < first_[b + 1]; ++e) {
-            block_[next[static_cast<std::size_t>(vertex_[e])]++] = b;
-        }
-    }
+    travelled_at_.assign(box_.size(), -std::numeric_limits<double>::infinity());
+    travelled_ = 0.0;
 }
 
-void SurfaceBlocks::refresh_block(const Matrix3X& position, std::size_t block) {
+void SurfaceBlocks::refresh(const Matrix3X& position, std::size_t block) {
     Box box;
     for (std::uint32_t e = first_[block]; e < first_[block + 1]; ++e) {
         const auto p = position.col(vertex_[e]);
@@ -52,28 +45,36 @@ void SurfaceBlocks::refresh_block(const Matrix3X& position, std::size_t block) {
         }
     }
     box_[block] = box;
+    travelled_at_[block] = travelled_;
 }
 
 void SurfaceBlocks::refresh_all(const Matrix3X& position) {
-    for (std::size_t b = 0; b < box_.size(); ++b) refresh_block(position, b);
+    for (std::size_t b = 0; b < box_.size(); ++b) refresh(position, b);
 }
 
-void SurfaceBlocks::refresh(const Matrix3X& position, const std::vector<Range>& moved) {
-    for (const Range& range : moved) {
-        const std::uint32_t end = first_block_[static_cast<std::size_t>(range.end())];
-        for (std::uint32_t e = first_block_[static_cast<std::size_t>(range.first)]; e < end; ++e) stale_[block_[e]] = 1;
+void SurfaceBlocks::move(double furthest) {
+    if (std::isfinite(furthest)) {
+        travelled_ += furthest;
+    } else {
+        std::fill(travelled_at_.begin(), travelled_at_.end(), -std::numeric_limits<double>::infinity());
     }
-    for (std::size_t b = 0; b < box_.size(); ++b) {
-        if (stale_[b] == 0) continue;
-        stale_[b] = 0;
-        refresh_block(position, b);
-    }
+}
+
+/// False only where no vertex can have come near since the box was renewed.
+bool SurfaceBlocks::may_meet(std::size_t block, const std::vector<Box>& boxes) const {
+    constexpr double rounding = 1e-9;  // of all moves
+    const double way = (travelled_ - travelled_at_[block]) + rounding * travelled_;
+    if (!std::isfinite(way)) return true;
+    const Vector3 around = Vector3::Constant(way);
+    return meets({.min = box_[block].min - around, .max = box_[block].max + around}, boxes);
 }
 
 void SurfaceBlocks::collect(const Topology& topology, const Matrix3X& position, const std::vector<Box>& boxes,
-                            std::vector<Index>& near) const {
+                            std::vector<Index>& near) {
     near.clear();
     for (std::size_t b = 0; b < box_.size(); ++b) {
+        if (!may_meet(b, boxes)) continue;
+        if (travelled_at_[b] != travelled_) refresh(position, b);
         if (!meets(box_[b], boxes)) continue;
         const Index start = triangles_.first + static_cast<Index>(b) * block_size;
         for (Index t = start; t < std::min(start + block_size, triangles_.end()); ++t) {

@@ -1,5 +1,5 @@
-// Boxes of small groups of a surface's triangles, renewed where vertices moved: tells which triangles lie near a place
-// without a look at all of them.
+// Boxes of small groups of a surface's triangles: tells which triangles lie near a place without a look at all of them.
+// A box is renewed only when what its vertices may have moved since then could bring it near.
 #pragma once
 
 #include <cstdint>
@@ -15,22 +15,22 @@ public:
     void prepare(const Topology& topology, Range triangles);
     /// Boxes at these positions (3×N, m); triangles with a non-finite corner are nowhere.
     void refresh_all(const Matrix3X& position);
-    /// The same where only vertices in `moved` have moved since the last call.
-    void refresh(const Matrix3X& position, const std::vector<Range>& moved);
+    /// No vertex has moved further than this since the last call (m; infinite: nobody knows).
+    void move(double furthest);
     /// Replaces `near` by all triangles whose box meets one of the boxes, in ascending order.
     void collect(const Topology& topology, const Matrix3X& position, const std::vector<Box>& boxes,
-                 std::vector<Index>& near) const;
+                 std::vector<Index>& near);
 
 private:
-    void refresh_block(const Matrix3X& position, std::size_t block);
+    void refresh(const Matrix3X& position, std::size_t block);
+    [[nodiscard]] bool may_meet(std::size_t block, const std::vector<Box>& boxes) const;
 
     Range triangles_;
-    std::vector<Box> box_;                    ///< per block
-    std::vector<std::uint32_t> first_;        ///< blocks + 1, into vertex_
-    std::vector<Index> vertex_;               ///< of each block, each once
-    std::vector<std::uint32_t> first_block_;  ///< N + 1, into block_
-    std::vector<std::uint32_t> block_;        ///< of each vertex
-    std::vector<std::uint8_t> stale_;         ///< per block
+    std::vector<Box> box_;              ///< per block, when it was last renewed
+    std::vector<double> travelled_at_;  ///< m, per block: travelled_ then; -infinity: unknown
+    std::vector<std::uint32_t> first_;  ///< blocks + 1, into vertex_
+    std::vector<Index> vertex_;         ///< of each block, each once
+    double travelled_ = 0.0;            ///< m, all moves up to now, one after the other
 };
 
 }  // namespace trocar

@@ -38,8 +38,7 @@ GodObject::Nearest GodObject::nearest(const Topology& topology, const Matrix3X& 
 }
 
 void GodObject::start(const Topology& topology, const Matrix3X& position, const Vector3& device) {
-    grid_.prepare(topology, triangles_);
-    grid_.fill(topology, position);
+    grid_.fill(topology, position, triangles_);
     large_.clear();
     for (const Index t : triangles_) {
         const equations::Corners c = corners_of(topology, position, t);

@@ -16,20 +16,22 @@ constexpr std::int64_t most_cells = 4096;
 
 }  // namespace
 
-void TriangleGrid::prepare(const Topology& /*topology*/, const std::vector<Index>& triangles) {
-    triangles_.assign(triangles.begin(), triangles.end());
-    boxes_.resize(triangles.size());
-    cells_.resize(triangles.size());
-    seen_.assign(triangles.size(), 0);
+/// Brings all arrays to the number of triangles.
+void TriangleGrid::resize() {
+    boxes_.resize(triangles_.size());
+    cells_.resize(triangles_.size());
+    seen_.assign(triangles_.size(), 0);
     stamp_ = 0;
     int bits = 4;
-    while ((std::size_t{1} << bits) < 2 * triangles.size() && bits < 24) ++bits;
+    while ((std::size_t{1} << bits) < 2 * triangles_.size() && bits < 24) ++bits;
     shift_ = 64 - bits;
     first_.assign((std::size_t{1} << bits) + 1, 0);
-    next_.assign(first_.size(), 0);
+    next_.resize(first_.size());
 }
 
-void TriangleGrid::fill(const Topology& topology, const Matrix3X& position) {
+void TriangleGrid::fill(const Topology& topology, const Matrix3X& position, const std::vector<Index>& triangles) {
+    triangles_.assign(triangles.begin(), triangles.end());
+    resize();
     bounds_ = Box{};
     double edges = 0.0;
     for (std::size_t i = 0; i < triangles_.size(); ++i) {
@@ -59,7 +61,6 @@ void TriangleGrid::fill(const Topology& topology, const Matrix3X& position) {
             }
         }
     };
-    std::fill(first_.begin(), first_.end(), 0U);
     for (std::size_t i = 0; i < triangles_.size(); ++i) {
         const bool finite = boxes_[i].min.x() <= boxes_[i].max.x();
         cells_[i] = finite ? Cells{cell_of(boxes_[i].min), cell_of(boxes_[i].max)} : Cells{};

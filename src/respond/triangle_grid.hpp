@@ -13,10 +13,9 @@ namespace trocar {
 
 class TriangleGrid {
 public:
-    /// `triangles` are the numbers to search; cells are 1.5 mean edges of the given positions wide.
-    void prepare(const Topology& topology, const std::vector<Index>& triangles);
-    /// Enters all triangles at these positions (3×N, m). Non-finite triangles are left out.
-    void fill(const Topology& topology, const Matrix3X& position);
+    /// Enters the triangles with these numbers, and only these, at these positions (3×N, m), in cells 1.5 mean edges
+    /// wide. Non-finite triangles are left out.
+    void fill(const Topology& topology, const Matrix3X& position, const std::vector<Index>& triangles);
     [[nodiscard]] const Box& bounds() const { return bounds_; }
     [[nodiscard]] double cell() const { return cell_; }
 
@@ -43,6 +42,8 @@ public:
     }
 
 private:
+    void resize();
+
     using Cell = std::array<std::int32_t, 3>;
     struct Cells {
         Cell low{0, 0, 0};
