@@ -26,6 +26,11 @@ void unite(const SixteenBoxes& other, SixteenBoxes& boxes) {
     }
 }
 
+/// Floats are within 2^-24 of what they stand for, or lost below the smallest of them.
+TickPart part_of_meeting_in_float(const BoxOnWay<FloatBox>& p, const BoxOnWay<FloatBox>& q) {
+    return part_of_meeting(p, q, 0x1p-23, 0x1p-148);
+}
+
 }  // namespace
 
 void ClusteredBoxes::build() {
@@ -40,6 +45,7 @@ void ClusteredBoxes::build() {
     }
     regions_opened_.reserve(bodies_.region_count());
     groups_opened_.reserve(std::min<std::size_t>(bodies_.group_count(), 512));
+    cluster_ways_.reserve(settings_.swept ? groups_opened_.capacity() : 0);
     triangle_boxes_.reserve(std::min<std::size_t>(clusters, 2048));
     points_.reserve(std::min<std::size_t>(points, 65536));
 }
@@ -78,6 +84,7 @@ void ClusteredBoxes::forget() {
     std::fill(place_of_group_.begin(), place_of_group_.end(), -1);
     regions_opened_.clear();
     groups_opened_.clear();
+    cluster_ways_.clear();
     points_.clear();
     triangle_boxes_.clear();
 }
@@ -118,6 +125,7 @@ std::int32_t ClusteredBoxes::open_group(const Frame& frame, const MovingBody& mo
     if (place < 0) {
         place = static_cast<std::int32_t>(groups_opened_.size());
         Group& fresh = groups_opened_.emplace_back();
+        if (settings_.swept) cluster_ways_.emplace_back();
         fresh.points = points_.size();
         fresh.triangles.fill(-1);
         points_.resize(points_.size() + static_cast<std::size_t>(settings_.swept ? 2 * count : count));
@@ -132,6 +140,7 @@ std::int32_t ClusteredBoxes::open_group(const Frame& frame, const MovingBody& mo
     if (clock_.way) {
         FloatBox before{};
         vertex_kernels_.to_floats(frame.previous.data(), vertices, count, floats_, points + count, before);
+        opened.way = {before, opened.box};
         for (std::size_t k = 0; k < 3; ++k) {
             opened.box.low[k] = std::min(opened.box.low[k], before.low[k]);
             opened.box.high[k] = std::max(opened.box.high[k], before.high[k]);
@@ -143,12 +152,24 @@ std::int32_t ClusteredBoxes::open_group(const Frame& frame, const MovingBody& mo
     return place;
 }
 
-void ClusteredBoxes::box_clusters(const ClusteredBody& clusters, Index group, Group& opened) const {
+bool ClusteredBoxes::may_meet_on_way(std::int32_t first, std::int32_t second) const {
+    return !part_of_meeting_in_float(groups_opened_[at(first)].way, groups_opened_[at(second)].way).empty();
+}
+
+bool ClusteredBoxes::may_meet_on_way(std::int32_t first, std::size_t i, std::int32_t second, std::size_t j) const {
+    const BoxOnWay<SixteenBoxes>& p = cluster_ways_[at(first)];
+    const BoxOnWay<SixteenBoxes>& q = cluster_ways_[at(second)];
+    return !part_of_meeting_in_float({box_of(p.start, i), box_of(p.end, i)}, {box_of(q.start, j), box_of(q.end, j)})
+                .empty();
+}
+
+void ClusteredBoxes::box_clusters(const ClusteredBody& clusters, Index group, std::int32_t place) {
+    Group& opened = groups_opened_[at(place)];
     const FloatPoint* const points = points_.data() + opened.points;
     const Index first = group * fan;
     const Index end = std::min(first + fan, clusters.cluster_count);
-    if (end - first < fan) empty(opened.clusters);
     const auto box_all = [&](const FloatPoint* from, SixteenBoxes& boxes) {
+        if (end - first < fan) empty(boxes);
         for (Index c = first; c < end; ++c) {
             kernels_.box_of_places(from, clusters.vertices_of_cluster.begin(c), clusters.vertices_of_cluster.count(c),
                                    static_cast<std::size_t>(c - first), boxes);
@@ -156,10 +177,10 @@ void ClusteredBoxes::box_clusters(const ClusteredBody& clusters, Index group, Gr
     };
     box_all(points, opened.clusters);
     if (clock_.way) {
-        SixteenBoxes before;
-        empty(before);
-        box_all(points + clusters.vertices_of_group.count(group), before);
-        unite(before, opened.clusters);
+        BoxOnWay<SixteenBoxes>& way = cluster_ways_[at(place)];
+        box_all(points + clusters.vertices_of_group.count(group), way.start);
+        way.end = opened.clusters;
+        unite(way.start, opened.clusters);
     }
     opened.with_clusters = true;
 }

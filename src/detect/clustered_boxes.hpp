@@ -12,6 +12,7 @@
 #include "detect/clustered_regions.hpp"
 #include "detect/clustered_work.hpp"
 #include "detect/ohc_work.hpp"
+#include "detect/tick_part.hpp"
 
 namespace trocar {
 
@@ -22,6 +23,7 @@ public:
         SixteenBoxes clusters;
         std::array<std::int32_t, fan> triangles{};  ///< places of its clusters' triangle boxes, -1 if none
         FloatBox box;
+        BoxOnWay<FloatBox> way;  ///< swept: the box at both ends of the tick
         std::size_t points = 0;  ///< where its vertices start in points_; swept: after them those of the frame before
         std::int64_t opened_at = -1;
         std::int64_t asked_at = -1;
@@ -69,12 +71,16 @@ public:
     }
     /// Place of the group, with its vertices in float and their box up to date; -1 when the work would be too much.
     std::int32_t open_group(const Frame& frame, const MovingBody& moving, Index group);
+    /// False when two open groups, or their clusters i and j, are never in the same place at the same time.
+    /// Precondition: swept, and for clusters that clusters_of was asked for both.
+    [[nodiscard]] bool may_meet_on_way(std::int32_t first, std::int32_t second) const;
+    [[nodiscard]] bool may_meet_on_way(std::int32_t first, std::size_t i, std::int32_t second, std::size_t j) const;
     /// Valid until the next open_group.
     [[nodiscard]] Group& group(std::int32_t place) { return groups_opened_[static_cast<std::size_t>(place)]; }
     /// Boxes of the clusters of an open group.
-    const SixteenBoxes& clusters_of(const ClusteredBody& clusters, Index group, Group& opened) const {
-        if (!opened.with_clusters) box_clusters(clusters, group, opened);
-        return opened.clusters;
+    const SixteenBoxes& clusters_of(const ClusteredBody& clusters, Index group, std::int32_t place) {
+        if (!groups_opened_[at(place)].with_clusters) box_clusters(clusters, group, place);
+        return groups_opened_[at(place)].clusters;
     }
 
     /// Place of the triangle boxes of an open group's cluster i.
@@ -92,12 +98,13 @@ private:
         SixteenBoxes groups;
     };
 
+    static std::size_t at(std::int32_t place) { return static_cast<std::size_t>(place); }
     void choose_floats();
     void forget();
     float to_float(double x, std::size_t axis) const {
         return static_cast<float>((x - floats_.origin[axis]) * floats_.scale);
     }
-    void box_clusters(const ClusteredBody& clusters, Index group, Group& opened) const;
+    void box_clusters(const ClusteredBody& clusters, Index group, std::int32_t place);
     void box_triangles(const ClusteredBody& clusters, Index group, Group& opened, std::size_t i);
 
     const ClusteredSettings& settings_;
@@ -112,7 +119,8 @@ private:
     std::vector<std::int32_t> place_of_group_;   ///< in groups_opened_, as MovingBody::first_group tells; -1 if none
     std::vector<Region> regions_opened_;
     std::vector<Group> groups_opened_;
-    std::size_t groups_asked_ = 0;  ///< of them, since the last tick began
+    std::vector<BoxOnWay<SixteenBoxes>> cluster_ways_;  ///< swept: of each of those, its clusters at both ends
+    std::size_t groups_asked_ = 0;                      ///< of them, since the last tick began
     std::vector<FloatPoint> points_;
     std::vector<SixteenBoxes> triangle_boxes_;
 };

@@ -1,7 +1,11 @@
 #include "detect/clustered_descent.hpp"
 
+#include <algorithm>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
+
+#include "detect/swept.hpp"
 
 namespace trocar {
 namespace {
@@ -17,6 +21,24 @@ constexpr std::int64_t bits_set(std::uint32_t bits) {
 }  // namespace
 
 void ClusteredDescent::pair_regions(const Frame& frame, const ClusteredRegions::Pair& pair) {
+    const std::size_t known = candidates_.size();
+    descend(frame, pair);
+    if (clock_.way) drop_apart(frame, known);
+}
+
+/// Takes back the candidates from number `known` on that are never in the same place at the same time, or all of them
+/// when the work would be too much.
+void ClusteredDescent::drop_apart(const Frame& frame, std::size_t known) {
+    const auto fresh = candidates_.begin() + static_cast<std::ptrdiff_t>(known);
+    const bool spent = !spend_box_tests(candidates_.end() - fresh);
+    candidates_.erase(std::remove_if(fresh, candidates_.end(),
+                                     [&](const TrianglePair& candidate) {
+                                         return spent || !may_meet_on_way(regions_.topology(), frame, candidate);
+                                     }),
+                      candidates_.end());
+}
+
+void ClusteredDescent::descend(const Frame& frame, const ClusteredRegions::Pair& pair) {
     if (!boxes_.open_region(pair.first) || !boxes_.open_region(pair.second)) return;
     const ClusteredRegions::Region& first = regions_.region(pair.first);
     const ClusteredRegions::Region& second = regions_.region(pair.second);
@@ -57,8 +79,7 @@ bool ClusteredDescent::pair_groups(const Frame& frame, const GroupRef& p, const 
     if (place < 0) return false;
     if (!spend_box_tests(fan)) return false;
     const auto clear_of = [&](const FloatBox& box) {
-        return kernels_.overlaps(boxes_.clusters_of(first.moving.clusters, first.number, boxes_.group(place)), box) ==
-               0;
+        return kernels_.overlaps(boxes_.clusters_of(first.moving.clusters, first.number, place), box) == 0;
     };
     if (clear_of(second.box)) return true;
     const std::int32_t other_place = boxes_.open_group(frame, second.moving, second.number);
@@ -66,12 +87,18 @@ bool ClusteredDescent::pair_groups(const Frame& frame, const GroupRef& p, const 
     // Its vertices make a tighter box than its blocks.
     if (!spend_box_tests(fan)) return false;
     if (clear_of(boxes_.group(other_place).box)) return true;
+    if (clock_.way) {
+        if (!spend_box_tests(1)) return false;
+        if (!boxes_.may_meet_on_way(place, other_place)) return true;
+    }
 
-    ClusteredBoxes::Group& p_open = boxes_.group(p_first ? place : other_place);
-    ClusteredBoxes::Group& q_open = boxes_.group(p_first ? other_place : place);
+    const std::int32_t p_place = p_first ? place : other_place;
+    const std::int32_t q_place = p_first ? other_place : place;
+    ClusteredBoxes::Group& p_open = boxes_.group(p_place);
+    ClusteredBoxes::Group& q_open = boxes_.group(q_place);
     if (!spend_box_tests(fan)) return false;
-    const SixteenBoxes& p_clusters = boxes_.clusters_of(p.moving.clusters, p.number, p_open);
-    const SixteenBoxes& q_clusters = boxes_.clusters_of(q.moving.clusters, q.number, q_open);
+    const SixteenBoxes& p_clusters = boxes_.clusters_of(p.moving.clusters, p.number, p_place);
+    const SixteenBoxes& q_clusters = boxes_.clusters_of(q.moving.clusters, q.number, q_place);
     std::uint32_t near = kernels_.overlaps(p_clusters, q_open.box);
     if (!spend_box_tests(fan * bits_set(near))) return false;
     SixteenRows rows;
@@ -80,6 +107,10 @@ bool ClusteredDescent::pair_groups(const Frame& frame, const GroupRef& p, const 
         const auto i = static_cast<std::size_t>(std::countr_zero(near));
         for (std::uint32_t row = rows[i]; row != 0; row &= row - 1) {
             const auto j = static_cast<std::size_t>(std::countr_zero(row));
+            if (clock_.way) {
+                if (!spend_box_tests(1)) return false;
+                if (!boxes_.may_meet_on_way(p_place, i, q_place, j)) continue;
+            }
             if (!pair_clusters({p.moving.clusters, p.number, p_open, i}, {q.moving.clusters, q.number, q_open, j})) {
                 return false;
             }

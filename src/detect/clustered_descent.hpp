@@ -50,6 +50,8 @@ private:
         std::size_t number;
     };
 
+    void descend(const Frame& frame, const ClusteredRegions::Pair& pair);
+    void drop_apart(const Frame& frame, std::size_t known);
     bool spend_box_tests(std::int64_t amount) { return work_.spend(work_.counters.box_tests, amount); }
     // Inline, and defined where alone they are called: the levels become one function.
     [[gnu::always_inline]] inline bool pair_groups(const Frame& frame, const GroupRef& p, const GroupRef& q);

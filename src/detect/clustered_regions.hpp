@@ -54,6 +54,7 @@ public:
     [[nodiscard]] Sized median_meeting() { return median_size(); }
 
     [[nodiscard]] const Region& region(Index number) const { return regions_[static_cast<std::size_t>(number)]; }
+    [[nodiscard]] const Topology& topology() const { return bodies_.topology(); }
     [[nodiscard]] const MovingBody& owner_of(const Region& region) const { return bodies_.moving(region.owner); }
     [[nodiscard]] const BlockBoxes& boxes_of(const Region& region) const { return *owner_of(region).boxes; }
     [[nodiscard]] const Extent& extent_of(const Region& region) const { return boxes_of(region).region(region.number); }

@@ -116,6 +116,11 @@ private:
             OhcMaps::any_bodies, [] { return true; }, candidates_);
         maps_.gather_huge(frame, OhcMaps::any_bodies, candidates_);
         candidates_.settle();
+        if (bodies_.cells().way()) {
+            work_.counters.box_tests += static_cast<std::int64_t>(candidates_.once.size());
+            std::erase_if(candidates_.once,
+                          [&](const TrianglePair& pair) { return !may_meet_on_way(*topology_, frame, pair); });
+        }
         const auto tests = static_cast<std::int64_t>(candidates_.once.size());
         work_.counters.triangle_tests += tests;
         test_pairs(settings_.test, *topology_, frame, candidates_.once, contacts.pairs);

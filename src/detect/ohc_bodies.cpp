@@ -124,6 +124,7 @@ double OhcBodies::edge_length(const Frame& frame, Range triangles) const {
 bool OhcBodies::read_boxes(const Frame& frame) {
     if (frame.position.cols() != topology_->vertex_count) return false;
     cells_.set_way(settings_.swept && has_way(*topology_, frame));
+    ways_.assign(cells_.way() ? boxes_.size() : 0, {});
     bool finite = true;
     for (std::size_t number = 0; number < boxes_.size(); ++number) {
         const Range vertices = topology_->bodies[number].vertices;
@@ -132,12 +133,39 @@ bool OhcBodies::read_boxes(const Frame& frame) {
         const std::size_t first = 3 * at(vertices.first);
         finite &= kernels_.box_of_run(frame.position.data() + first, vertices.count, boxes_[number]);
         if (cells_.way()) {
-            Extent before;
-            finite &= kernels_.box_of_run(frame.previous.data() + first, vertices.count, before);
-            boxes_[number].add(before);
+            BoxOnWay<Extent>& way = ways_[number];
+            finite &= kernels_.box_of_run(frame.previous.data() + first, vertices.count, way.start);
+            way.end = boxes_[number];
+            boxes_[number].add(way.start);
         }
     }
+    if (finite && cells_.way()) find_parts();
     return finite;
+}
+
+/// Of bodies that go far: which part of their way passes others. The hull of it, and for all others the whole way.
+void OhcBodies::find_parts() {
+    constexpr double far = 2.0;  // times their own size
+    parts_.assign(ways_.size(), {});
+    for (const Index body : order_) {
+        const BoxOnWay<Extent>& way = ways_[at(body)];
+        double size = 0.0;
+        double length = 0.0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            size = std::max(size, way.end.high[k] - way.end.low[k]);
+            length = std::max(length, std::abs(way.end.low[k] - way.start.low[k]));
+        }
+        if (length <= far * size) continue;
+        TickPart hull{1.0, 0.0};
+        for (const Index other : order_) {
+            if (other == body || !may_hit(body, other)) continue;
+            const TickPart part = part_of_meeting(way, ways_[at(other)]);
+            if (part.empty()) continue;
+            hull = {std::min(hull.first, part.first), std::max(hull.last, part.last)};
+        }
+        parts_[at(body)] = hull.empty() ? TickPart{0.0, 0.0} : hull;
+    }
+    cells_.set_way(true, parts_);
 }
 
 bool OhcBodies::read_box(const Frame& frame, Index number) {

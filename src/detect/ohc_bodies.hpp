@@ -8,6 +8,7 @@
 #include "detect/lattice.hpp"
 #include "detect/ohc_meeting.hpp"
 #include "detect/ohc_work.hpp"
+#include "detect/tick_part.hpp"
 #include "detect/triangle_cells.hpp"
 #include "detect/vertex_kernels.hpp"
 #include "scene/world.hpp"
@@ -87,6 +88,7 @@ private:
     void make_groups();
     [[nodiscard]] double edge_length(const Frame& frame, Range triangles) const;
     CellRange place_all();
+    void find_parts();
     [[nodiscard]] Extent wide_box(Index body) const;
     [[nodiscard]] CellRange cells_of(const Extent& box) const;
 
@@ -101,6 +103,8 @@ private:
     std::vector<std::uint8_t> takes_part_;  ///< per body
     std::vector<std::uint8_t> kept_;        ///< per body
     std::vector<Extent> boxes_;             ///< per body, m
+    std::vector<BoxOnWay<Extent>> ways_;    ///< per body, where the way counts
+    std::vector<TickPart> parts_;           ///< per body: when it may meet another
     std::vector<Extent> wide_boxes_;        ///< with the margin around them, as triangles' boxes have it
     std::vector<Index> meeting_bodies_;     ///< those that are not kept
     MeetingBoxes meeting_;

@@ -27,6 +27,10 @@ void OhcLimits::detect(const Frame& frame, OhcCandidates& candidates, ContactSet
         for (const TrianglePair& pair : candidates.once) {
             const auto place = std::lower_bound(tested_.begin(), tested_.end(), pair);
             if (place != tested_.end() && *place == pair) continue;
+            if (bodies_.cells().way()) {
+                if (!work_.spend(work_.counters.box_tests, 1)) return false;
+                if (!may_meet_on_way(topology, frame, pair)) continue;
+            }
             if (static_cast<std::int64_t>(contacts.pairs.size()) >= settings_.max_pairs) work_.truncated = true;
             if (work_.truncated || !work_.spend(work_.counters.triangle_tests, 1)) return false;
             tested_.insert(place, pair);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "detect/tick_part.hpp"
+#include "detect/vertex_kernels.hpp"
 #include "geometry/continuous.hpp"
 #include "geometry/exact.hpp"
 
@@ -26,7 +28,26 @@ bool moved(const Topology& topology, const Frame& frame, Index triangle) {
     return false;
 }
 
+BoxOnWay<Extent> box_on_way(const Topology& topology, const Frame& frame, Index triangle) {
+    BoxOnWay<Extent> box;
+    for (const Index v : topology.triangles.col(triangle)) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double start = frame.previous(static_cast<Eigen::Index>(axis), v);
+            const double end = frame.position(static_cast<Eigen::Index>(axis), v);
+            box.start.low[axis] = std::min(box.start.low[axis], start);
+            box.start.high[axis] = std::max(box.start.high[axis], start);
+            box.end.low[axis] = std::min(box.end.low[axis], end);
+            box.end.high[axis] = std::max(box.end.high[axis], end);
+        }
+    }
+    return box;
+}
+
 }  // namespace
+
+bool may_meet_on_way(const Topology& topology, const Frame& frame, const TrianglePair& pair) {
+    return !part_of_meeting(box_on_way(topology, frame, pair.a), box_on_way(topology, frame, pair.b)).empty();
+}
 
 bool either_moved(const Topology& topology, const Frame& frame, const TrianglePair& pair) {
     return moved(topology, frame, pair.a) || moved(topology, frame, pair.b);

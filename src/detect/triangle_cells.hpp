@@ -7,8 +7,10 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <span>
 
 #include "detect/lattice.hpp"
+#include "detect/tick_part.hpp"
 #include "geometry/types.hpp"
 #include "scene/world.hpp"
 
@@ -43,8 +45,12 @@ public:
         topology_ = &topology;
         margin_ = margin;
     }
-    /// way: triangles stand for all places between the frame before and this one.
-    void set_way(bool way) { way_ = way; }
+    /// way: triangles stand for all places between the frame before and this one, large ones for those within the part
+    /// of the tick that counts for their body (in `parts`, which stays there).
+    void set_way(bool way, std::span<const TickPart> parts = {}) {
+        way_ = way;
+        parts_ = parts;
+    }
     [[nodiscard]] bool way() const { return way_; }
     /// A vertex stands for its position and nothing around it.
     [[nodiscard]] bool plain() const { return margin_ == 0.0 && !way_; }
@@ -94,7 +100,7 @@ public:
             use(p.range);
             return true;
         }
-        const Cut cut = cut_of(frame, p.triangle);
+        const Cut cut = cut_of(frame, p);
         if (cut.pieces() > std::min(most_pieces, 0.05 * topology_->triangle_count() + 16.0)) return false;
         for_each_piece(frame, p, cut, use);
         return true;
@@ -111,11 +117,14 @@ private:
         int apex = 0;  ///< corner between the two long edges
         double slabs = 1.0;
         double columns = 1.0;
-        double steps = 1.0;  ///< parts of the way from the frame before
+        double steps = 1.0;  ///< parts of the way from the frame before, as far as it counts
         [[nodiscard]] double pieces() const { return slabs * columns * steps; }
     };
-    [[nodiscard]] Cut cut_of(const Frame& frame, Index triangle) const {
-        const auto v = topology_->triangles.col(triangle);
+    [[nodiscard]] TickPart part_of(Index body) const {
+        return parts_.empty() ? TickPart{} : parts_[static_cast<std::size_t>(body)];
+    }
+    [[nodiscard]] Cut cut_of(const Frame& frame, const Primitive& p) const {
+        const auto v = topology_->triangles.col(p.triangle);
         std::array<double, 3> opposite{};  // largest extent of the edge opposite to each corner, in cells
         for (int k = 0; k < 3; ++k) {
             opposite[static_cast<std::size_t>(k)] =
@@ -132,7 +141,8 @@ private:
             for (int k = 0; k < 3; ++k) {
                 way = std::max(way, (frame.position.col(v(k)) - frame.previous.col(v(k))).cwiseAbs().maxCoeff());
             }
-            cut.steps = std::max(1.0, std::ceil(way / lattice_.edge() / 2.0));
+            const TickPart part = part_of(p.body);
+            cut.steps = std::max(1.0, std::ceil((part.last - part.first) * way / lattice_.edge() / 2.0));
         }
         return cut;
     }
@@ -164,6 +174,7 @@ private:
         // Counts are small here: a triangle with many pieces does not come this way.
         const int slabs = static_cast<int>(cut.slabs);
         const int steps = static_cast<int>(cut.steps);
+        const TickPart counts = part_of(p.body);
         for (int i = 0; i < slabs; ++i) {
             // A slab nearer to the apex is narrower and needs fewer columns.
             const int columns = std::max(1, static_cast<int>(std::ceil(cut.columns * (i + 1) / slabs)));
@@ -179,7 +190,7 @@ private:
                 for (int step = 0; step < steps; ++step) {
                     Box box;
                     for (const int end : {step, step + 1}) {
-                        const double part = static_cast<double>(end) / steps;
+                        const double part = counts.first + (counts.last - counts.first) * end / steps;
                         for (std::size_t k = 0; k < 4; ++k) box.add(start[k] + part * way[k]);
                     }
                     // No point of the triangle lies outside the cells between its corners'.
@@ -193,6 +204,7 @@ private:
     const Topology* topology_ = nullptr;
     double margin_ = 0.0;
     bool way_ = false;
+    std::span<const TickPart> parts_;
     Lattice lattice_;
 };
 

@@ -73,6 +73,16 @@ World& arriving(World& world, std::size_t body, const Vector3& by, double angle 
     return world;
 }
 
+/// A ball that goes through a sheet at an angle, `length` within the tick.
+World passing(double length, int ball, int tissue) {
+    const Vector3 way = length * Vector3(1.0, 0.7, 0.9).normalized();
+    World world =
+        make_world("pass", {{BodyKind::instrument, sphere(0.01, ball).move({0.5 * way[0], 0.5 * way[1], 0.5 * way[2]})},
+                            {BodyKind::tissue, sheet(0.08, tissue).shake(0.0004, 1)}});
+    arriving(world, 0, way);
+    return world;
+}
+
 std::vector<World> fast_scenes() {
     std::vector<World> worlds;
     worlds.push_back(
@@ -92,6 +102,7 @@ std::vector<World> fast_scenes() {
     worlds.push_back(make_world("far away", {{BodyKind::instrument, sphere(0.01, 6).move({1e4, -2e4, 1e4 - 0.03})},
                                              {BodyKind::tissue, sheet(0.05, 6).move({1e4, -2e4, 1e4})}}));
     arriving(worlds.back(), 0, {0.0, 0.002, -0.07});
+    worlds.push_back(passing(1000.0, 3, 6));
     return worlds;
 }
 
@@ -172,6 +183,17 @@ TEST_P(Swept, TipThroughASheetMeetsItAtTheKnownTime) {
     EXPECT_EQ(std::count_if(contacts.swept.begin(), contacts.swept.end(),
                             [&](const SweptContact& c) { return c.time == first && c.kind == SweptKind::vertex_face; }),
               1);
+}
+
+TEST_P(Swept, AJumpOfAKilometreIsNoMoreWorkThanAPass) {
+    const WorkCounters pass = answer(passing(0.2, 8, 24), GetParam()).work;
+    const WorkCounters jump = answer(passing(1000.0, 8, 24), GetParam()).work;
+    EXPECT_LE(jump.work(), 2 * pass.work());
+    EXPECT_LE(jump.triangle_tests, 2 * pass.triangle_tests);
+    const World world = passing(1000.0, 8, 24);
+    const std::int64_t every_pair =
+        std::int64_t{world.topology.bodies[0].triangles.count} * world.topology.bodies[1].triangles.count;
+    EXPECT_LT(jump.triangle_tests, every_pair / 20);
 }
 
 TEST_P(Swept, LimitsAreKeptAndTold) {
