@@ -44,7 +44,9 @@ void add_events(const Record& record, Shares& shares) {
         Share& share = shares.at(static_cast<std::size_t>(static_cast<int>(bin) - lowest_bin));
         share.events += 1;
         share.missed += event.missed() ? 1.0 : 0.0;
-        share.expected += std::max(0.0, 1.0 - 1.0 / ratio);
+        constexpr double rounding = 1e-9;  // a contact of exactly one tick is never missed
+        const double chance = 1.0 - 1.0 / ratio;
+        share.expected += chance > rounding ? chance : 0.0;
         share.log_ratio += std::log2(std::min(ratio, std::exp2(highest_bin)));
     }
 }

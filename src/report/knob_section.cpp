@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <map>
@@ -37,19 +38,27 @@ struct Point {
 
 using Curve = std::map<Point, std::vector<const Record*>>;
 
+constexpr std::size_t equal_k = 0;
+constexpr std::size_t hard = 1;
+/// The two laws of contact that a reference is solved for.
+struct Law {
+    std::size_t number;
+    const char* name;
+    const char* ending;  ///< of its figures
+};
+constexpr std::array laws{Law{equal_k, "contact of equal k", "_equal_k"}, Law{hard, "hard contact", "_hard"}};
+
 /// One point of a curve.
 struct Mark {
     std::string curve = {};
     std::string point = {};
-    double time = not_known;           ///< µs of computing per simulated ms, median over processes
-    double error = not_known;          ///< mm, or pairs
-    double force_equal_k = not_known;  ///< N RMS
-    double force_hard = not_known;     ///< N RMS
-    double force = not_known;          ///< N RMS: of these, the one that the chart compares by
+    double time = not_known;                            ///< µs of computing per simulated ms, median over processes
+    double error = not_known;                           ///< mm, or pairs
+    std::array<double, 2> force{not_known, not_known};  ///< N RMS, against each of `laws`
     double substeps = not_known;
     std::string outcome = {};  ///< empty: ok
     bool dominated = false;
-    bool force_dominated = false;
+    std::array<bool, 2> force_dominated{};
 };
 
 /// All curves over one knob on one scene.
@@ -57,20 +66,23 @@ struct Chart {
     std::string scene;
     std::string knob;
     bool replay = false;
-    std::vector<Mark> marks = {};    ///< curve by curve, each in the order of its points
-    std::string reference = {};      ///< what the records tell of the scene's reference
-    bool by_hard = false;            ///< forces are compared with hard contact, else with that of equal stiffness
-    double force_bound = not_known;  ///< N RMS, of that reference: errors below it are alike
+    std::vector<Mark> marks = {};                             ///< curve by curve, each in the order of its points
+    std::string reference = {};                               ///< what the records tell of the scene's reference
+    std::array<double, 2> force_bound{not_known, not_known};  ///< N RMS: errors below it are alike
     [[nodiscard]] const char* unit() const { return knob == "dt" ? " s" : knob == "k" ? " N/m" : ""; }
     [[nodiscard]] const char* error_title() const {
         return replay ? "pairs missed + extra" : "left after the tick, worst (mm)";
     }
-    [[nodiscard]] const char* law() const { return by_hard ? "hard contact" : "contact of equal stiffness"; }
-    /// What the reference can tell apart, N.
-    [[nodiscard]] double told_apart(double force) const { return as_printed(std::fmax(force, force_bound)); }
-    /// False where every error lies within the bound, or none is known.
-    [[nodiscard]] bool ranks_forces() const {
-        return std::any_of(marks.begin(), marks.end(), [this](const Mark& mark) { return mark.force > force_bound; });
+    /// What the reference can tell apart, N; NaN where a force is not known.
+    [[nodiscard]] double told_apart(const Mark& mark, std::size_t law) const {
+        return std::isnan(mark.force.at(law)) ? not_known
+                                              : as_printed(std::fmax(mark.force.at(law), force_bound.at(law)));
+    }
+    /// False where every error lies within the bound, or none is known, or a knob turns what the law depends on.
+    [[nodiscard]] bool ranks_forces(std::size_t law) const {
+        if (knob == "k" && law == equal_k) return false;
+        return std::any_of(marks.begin(), marks.end(),
+                           [&](const Mark& mark) { return mark.force.at(law) > force_bound.at(law); });
     }
 };
 
@@ -89,8 +101,9 @@ Mark make_mark(const std::string& curve, const std::string& point, const std::ve
     mark.time = across_processes(medians).value * us * (1e-3 / Point{dt_text->second}.number());
     mark.error =
         replay ? summary_of(first, "missing") + summary_of(first, "extra") : summary_of(first, "residual_max_m") * mm;
-    mark.force_equal_k = summary_of(first, "force_error_rms_equal_k");
-    mark.force_hard = summary_of(first, "force_error_rms_hard");
+    for (const Law& law : laws) {
+        mark.force.at(law.number) = summary_of(first, std::string("force_error_rms") + law.ending);
+    }
     mark.substeps = summary_of(first, "substeps");
     return mark;
 }
@@ -110,25 +123,20 @@ void mark_dominated(Chart& chart, double noise_floor) {
     const double noise = std::isnan(noise_floor) ? 1.0 : noise_floor;
     for (Mark& mark : chart.marks) {
         mark.dominated = is_dominated(mark, chart.marks, noise, [](const Mark& m) { return as_printed(m.error); });
-        mark.force_dominated = std::isnan(mark.force) || is_dominated(mark, chart.marks, noise, [&](const Mark& m) {
-                                   return std::isnan(m.force) ? not_known : chart.told_apart(m.force);
-                               });
+        for (const Law& law : laws) {
+            mark.force_dominated.at(law.number) =
+                is_dominated(mark, chart.marks, noise, [&](const Mark& m) { return chart.told_apart(m, law.number); });
+        }
     }
 }
 
-/// The law that forces of a chart are compared by: that of equal stiffness, unless it is not known or the stiffness is
-/// what is turned.
-void choose_law(const std::vector<const Record*>& runs, Chart& chart) {
-    const auto largest = [&runs](const char* key) {
-        double bound = not_known;
-        for (const Record* run : runs) bound = std::fmax(bound, summary_of(*run, key));
-        return bound;
-    };
-    const double equal_k = largest("force_bound_equal_k");
-    chart.by_hard = chart.knob == "k" || std::isnan(equal_k);
-    chart.force_bound = chart.by_hard ? largest("force_bound_hard") : equal_k;
-    for (Mark& mark : chart.marks) mark.force = chart.by_hard ? mark.force_hard : mark.force_equal_k;
+/// What the records tell of the scene's reference.
+void read_reference(const std::vector<const Record*>& runs, Chart& chart) {
     for (const Record* run : runs) {
+        for (const Law& law : laws) {
+            double& bound = chart.force_bound.at(law.number);
+            bound = std::fmax(bound, summary_of(*run, std::string("force_bound") + law.ending));
+        }
         const auto told = run->environment.find("reference");
         if (told != run->environment.end()) chart.reference = told->second;
     }
@@ -165,7 +173,7 @@ std::vector<Chart> charts_of(const Draft& draft) {
                 all.insert(all.end(), runs.begin(), runs.end());
             }
         }
-        if (!chart.replay) choose_law(all, chart);
+        if (!chart.replay) read_reference(all, chart);
         mark_dominated(chart, draft.results.noise_floor());
         charts.push_back(std::move(chart));
     }
@@ -175,7 +183,7 @@ std::vector<Chart> charts_of(const Draft& draft) {
 /// Least error and fastest point of a chart; null when it has none.
 struct Ends {
     const Mark* exact = nullptr;
-    const Mark* force = nullptr;  ///< least force error; null where the reference cannot rank
+    std::array<const Mark*, 2> force{};  ///< least force error by law; null where the reference cannot rank
     const Mark* fast = nullptr;
 };
 
@@ -187,9 +195,12 @@ Ends ends_of(const Chart& chart) {
         const auto by_time = [](const Mark& m) { return std::pair(m.time, m.error); };
         if (ends.exact == nullptr || by_error(mark) < by_error(*ends.exact)) ends.exact = &mark;
         if (ends.fast == nullptr || by_time(mark) < by_time(*ends.fast)) ends.fast = &mark;
-        const auto by_force = [&chart](const Mark& m) { return std::pair(chart.told_apart(m.force), m.time); };
-        if (std::isnan(mark.force) || !chart.ranks_forces()) continue;
-        if (ends.force == nullptr || by_force(mark) < by_force(*ends.force)) ends.force = &mark;
+        for (const Law& law : laws) {
+            const Mark*& best = ends.force.at(law.number);
+            const auto by_force = [&](const Mark& m) { return std::pair(chart.told_apart(m, law.number), m.time); };
+            if (std::isnan(mark.force.at(law.number)) || !chart.ranks_forces(law.number)) continue;
+            if (best == nullptr || by_force(mark) < by_force(*best)) best = &mark;
+        }
     }
     return ends;
 }
@@ -198,39 +209,62 @@ std::string mark_text(const Chart& chart, const Mark& mark) {
     return fmt::format("{} at {}{}", code(mark.curve), mark.point, chart.unit());
 }
 
-std::string force_text(const Chart& chart, double force) {
-    if (std::isnan(force)) return "n/a";
-    return force <= chart.force_bound ? "≤ " + scaled(chart.force_bound) : scaled(force);
-}
-
 Table ends_table(const std::vector<Chart>& charts) {
     Table table;
-    table.caption = "The ends of every chart: least error, least force error, fastest";
+    table.caption = "The ends of every chart: least error and fastest";
     table.columns = {{"scene", false},
                      {"knob", false},
                      {"least left behind, or fewest pairs wrong", false},
                      {"its error", true},
                      {"its time per simulated ms (µs)", true},
-                     {"least force error", false},
-                     {"its force error (N RMS)", true},
-                     {"its time per simulated ms (µs)", true},
                      {"fastest", false},
                      {"its error", true},
                      {"its time per simulated ms (µs)", true}};
-    table.note =
-        "Force errors below the reference's own bound (≤) cannot be told apart: the fastest of them stands here. "
-        "not ranked: no reference, or all errors lie within its bound.";
     for (const Chart& chart : charts) {
-        const auto [exact, force, fast] = ends_of(chart);
-        if (exact == nullptr) continue;
+        const Ends ends = ends_of(chart);
+        if (ends.exact == nullptr) continue;
         const std::string unit = chart.replay ? " pairs" : " mm";
         table.rows.push_back(
-            {.cells = {chart.scene, chart.knob, mark_text(chart, *exact), scaled(exact->error) + unit,
-                       scaled(exact->time),
-                       force != nullptr ? mark_text(chart, *force) : std::string(chart.replay ? "" : "not ranked"),
-                       force != nullptr ? force_text(chart, force->force) : std::string(),
-                       force != nullptr ? scaled(force->time) : std::string(), mark_text(chart, *fast),
-                       scaled(fast->error) + unit, scaled(fast->time)}});
+            {.cells = {chart.scene, chart.knob, mark_text(chart, *ends.exact), scaled(ends.exact->error) + unit,
+                       scaled(ends.exact->time), mark_text(chart, *ends.fast), scaled(ends.fast->error) + unit,
+                       scaled(ends.fast->time)}});
+    }
+    return table;
+}
+
+Table force_ends_table(const std::vector<Chart>& charts) {
+    Table table;
+    table.caption = "Least force error of every chart";
+    table.columns = {{"scene", false},
+                     {"knob", false},
+                     {"against", false},
+                     {"least force error", false},
+                     {"its force error (N RMS)", true},
+                     {"bound of the reference (N RMS)", true},
+                     {"its time per simulated ms (µs)", true}};
+    table.note =
+        "Two laws, two rankings: a response with springs as soft as the scene's k belongs beside the reference of "
+        "equal "
+        "k, one that holds surfaces apart beside hard contact; against the other law the difference of the laws counts "
+        "as error. ≤: within the reference's own bound, where errors cannot be told apart; the fastest of these stands "
+        "here. not ranked: no reference, all errors within its bound, or the knob turns k, which the reference of "
+        "equal "
+        "k was solved for.";
+    for (const Chart& chart : charts) {
+        if (chart.replay) continue;
+        const Ends ends = ends_of(chart);
+        for (const Law& law : laws) {
+            const Mark* best = ends.force.at(law.number);
+            const double bound = chart.force_bound.at(law.number);
+            TableRow row{.cells = {chart.scene, chart.knob, law.name, "not ranked", "", scaled(bound), ""}};
+            if (best != nullptr) {
+                const double force = best->force.at(law.number);
+                row.cells[3] = mark_text(chart, *best);
+                row.cells[4] = force <= bound ? "≤ " + scaled(bound) : scaled(force);
+                row.cells[6] = scaled(best->time);
+            }
+            table.rows.push_back(std::move(row));
+        }
     }
     return table;
 }
@@ -246,6 +280,13 @@ std::string reference_note(const Chart& chart) {
             "judges every k.";
     }
     return note;
+}
+
+/// By other points in every error that is known and ranks.
+bool is_beaten(const Chart& chart, const Mark& mark) {
+    return mark.dominated && std::all_of(laws.begin(), laws.end(), [&](const Law& law) {
+               return mark.force_dominated.at(law.number) || !chart.ranks_forces(law.number);
+           });
 }
 
 Table points_table(const Chart& chart) {
@@ -266,23 +307,31 @@ Table points_table(const Chart& chart) {
         cells.push_back(scaled(mark.time));
         cells.push_back(starred(scaled(mark.error), mark.dominated));
         if (!chart.replay) {
-            cells.push_back(starred(scaled(mark.force_equal_k) + " / " + scaled(mark.force_hard),
-                                    mark.force_dominated && !std::isnan(mark.force)));
+            std::vector<std::string> forces;
+            for (const Law& law : laws) {
+                forces.push_back(starred(scaled(mark.force.at(law.number)), mark.force_dominated.at(law.number)));
+            }
+            cells.push_back(fmt::format("{}", fmt::join(forces, " / ")));
         }
         cells.push_back(mark.outcome.empty() ? "ok" : mark.outcome);
         table.rows.push_back({.cells = std::move(cells)});
         if (!mark.outcome.empty()) table.rows.back().style = TableRow::Style::failed;
-        if (mark.dominated && mark.force_dominated) table.rows.back().style = TableRow::Style::dominated;
+        if (is_beaten(chart, mark)) table.rows.back().style = TableRow::Style::dominated;
     }
     return table;
 }
 
-/// What a drawing shows on its upright axis.
+/// What a drawing shows on its upright axis: a force error by a law, or (none) what is left or wrong.
 struct Panel {
-    double Mark::*error;
-    bool Mark::*dominated;
+    const Law* law = nullptr;
     std::string title;
     const char* unit;
+    [[nodiscard]] double error(const Mark& mark) const {
+        return law == nullptr ? mark.error : mark.force.at(law->number);
+    }
+    [[nodiscard]] bool dominated(const Mark& mark) const {
+        return law == nullptr ? mark.dominated : mark.force_dominated.at(law->number);
+    }
 };
 
 /// Empty when no point has a place on a curve.
@@ -293,7 +342,7 @@ std::string drawing_of(const Chart& chart, const Panel& panel) {
     drawing.x_limit = 1000.0;
     drawing.x_limit_name = "1 ms";
     for (const Mark& mark : chart.marks) {
-        const double error = mark.*panel.error;
+        const double error = panel.error(mark);
         if (std::isnan(mark.time) || std::isnan(error)) continue;
         if (drawing.series.empty() || drawing.series.back().name != mark.curve) {
             const int style = static_cast<int>(drawing.series.size());
@@ -306,7 +355,10 @@ std::string drawing_of(const Chart& chart, const Panel& panel) {
              .name = fmt::format("{}, {} = {}{}: {} µs, {} {}", mark.curve, chart.knob, mark.point, chart.unit(),
                                  format_number(mark.time), format_number(error), panel.unit),
              .label = mark.point});
-        if (!(mark.*panel.dominated)) drawing.front.emplace_back(mark.time, error);
+        if (!panel.dominated(mark)) drawing.front.emplace_back(mark.time, error);
+    }
+    for (ChartSeries& curve : drawing.series) {  // the ends tell which way a curve runs
+        for (std::size_t i = 1; i + 1 < curve.points.size(); ++i) curve.points[i].label.clear();
     }
     std::sort(drawing.front.begin(), drawing.front.end());
     return drawing.series.empty() ? std::string() : draw(drawing);
@@ -338,32 +390,35 @@ void add_work_precision(Draft& draft) {
         "left behind and, where the scene has a reference, against the error of the force. † : another point of the "
         "same chart is at least as fast and as good, and better in one of the two (in time beyond the noise floor, "
         "where "
-        "several processes show one; in force beyond the reference's bound); grey: so in every error that is known. "
+        "several processes show one; in force beyond the reference's bound); grey: so in every error that ranks. "
         "The "
         "dashed line is the front of the points without †; to the right of 1 ms no haptic loop can follow. A point "
         "that "
         "failed has no place on a curve and stays in the table.");
     draft.add(ends_table(charts));
+    draft.add(force_ends_table(charts));
     int number = 0;
     for (const Chart& chart : charts) {
-        std::vector<Panel> panels{
-            {&Mark::error, &Mark::dominated, chart.error_title(), chart.replay ? "pairs wrong" : "mm"}};
-        if (chart.ranks_forces()) {
-            panels.push_back({&Mark::force, &Mark::force_dominated,
-                              fmt::format("force error against {} (N RMS)", chart.law()), "N"});
+        std::vector<Panel> panels{{nullptr, chart.error_title(), chart.replay ? "pairs wrong" : "mm"}};
+        for (const Law& law : laws) {
+            if (!chart.ranks_forces(law.number)) continue;
+            panels.push_back({&law, fmt::format("force error against {} (N RMS)", law.name), "N"});
         }
         const std::string unit = chart.unit();
+        const std::string over =
+            fmt::format("{} over {}{}; labels are the knob's values at the ends of a curve", code(chart.scene),
+                        code(chart.knob), unit.empty() ? "" : " (" + unit.substr(1) + ")");
         ++number;
         for (const Panel& panel : panels) {
             const std::string drawing = drawing_of(chart, panel);
             if (drawing.empty()) continue;
-            const bool force = panel.error == &Mark::force;
-            draft.figure(fmt::format("work_precision_{}{}", number, force ? "_force" : ""), drawing,
-                         fmt::format("{} on {} over {}{}; labels are the knob's values.{}",
-                                     force ? "Work and force error" : "Work and precision", code(chart.scene),
-                                     code(chart.knob), unit.empty() ? "" : " (" + unit.substr(1) + ")",
-                                     force ? fmt::format(" The reference knows {} N.", scaled(chart.force_bound))
-                                           : std::string()));
+            if (panel.law == nullptr) {
+                draft.figure(fmt::format("work_precision_{}", number), drawing, "Work and precision on " + over + ".");
+                continue;
+            }
+            draft.figure(fmt::format("work_precision_{}{}", number, panel.law->ending), drawing,
+                         fmt::format("Work and force error against {} on {}. The reference itself knows {} N.",
+                                     panel.law->name, over, scaled(chart.force_bound.at(panel.law->number))));
         }
         draft.add(points_table(chart));
     }
