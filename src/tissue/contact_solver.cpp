@@ -16,6 +16,7 @@ auto velocity_of(TissueState& state, Index local) { return state.velocity.col(lo
 ContactSolver::ContactSolver(Index vertex_count, std::size_t moving) {
     slip_.setZero(3, vertex_count);
     rubbed_.assign(at(vertex_count), 0);
+    grip_.assign(at(vertex_count), {});
     rubbing_.reserve(at(vertex_count));
     spot_.assign(at(vertex_count), -1);
     touched_.reserve(moving);
@@ -95,8 +96,8 @@ bool ContactSolver::enter(const LinearContact& contact, const Frame& frame, cons
 
 void ContactSolver::remember_slip(const LinearContact& contact, Active& entry) {
     const Index key = contact.slip_key;
-    if (contact.friction <= 0.0 || key < 0 || rubbed_[at(key)] == 2) return;
-    entry.rubs = true;  // one contact per key: the spring has one stretch
+    if (contact.friction <= 0.0 || key < 0) return;
+    entry.rubs = true;
     if (rubbed_[at(key)] == 0) {
         slip_.col(key).setZero();
         rubbing_.push_back(key);
@@ -288,15 +289,16 @@ void ContactSolver::sweep(double h, TissueState& state) {
 
 void ContactSolver::rub(double h, int substeps, TissueState& state) {
     if (rubbing_.empty()) return;
-    for (Active& contact : active_) {
+    gather_grip();
+    for (std::size_t a = 0; a < active_.size(); ++a) {
+        Active& contact = active_[a];
         if (!contact.rubs) continue;
         contact.rubbed.setZero();
         const LinearContact& source = effect_->contacts[contact.source];
+        const Grip& grip = grip_[at(source.slip_key)];
         auto slip = slip_.col(source.slip_key);
-        if (contact.force <= 0.0) {
-            slip.setZero();
-            continue;
-        }
+        if (grip.most <= 0.0) slip.setZero();
+        if (grip.most <= 0.0 || grip.firmest != a) continue;
         Vector3 speed = -contact.surface;
         for (int i = 0; i < contact.count; ++i) {
             speed += contact.weight[at(i)] * velocity_of(state, contact.vertex[at(i)]);
@@ -307,10 +309,9 @@ void ContactSolver::rub(double h, int substeps, TissueState& state) {
         const double damping = 2.0 * std::sqrt(source.tangent_k / contact.mobility);
         const Vector3 sticking = -(source.tangent_k * (stretch + h * speed) + damping * speed) /
                                  (1.0 + h * contact.mobility * (damping + h * source.tangent_k));
-        const double most = source.friction * contact.force;
         const double wanted = sticking.norm();
-        const bool slides = wanted > most;
-        contact.rubbed = slides ? Vector3(most / wanted * sticking) : sticking;
+        const bool slides = wanted > grip.most;
+        contact.rubbed = slides ? Vector3(grip.most / wanted * sticking) : sticking;
         for (int i = 0; i < contact.count; ++i) {
             const Index v = contact.vertex[at(i)];
             velocity_of(state, v) += h * contact.weight[at(i)] * state.inverse_mass[at(v)] * contact.rubbed;
@@ -321,6 +322,18 @@ void ContactSolver::rub(double h, int substeps, TissueState& state) {
             slip = stretch + h * (speed + h * contact.mobility * contact.rubbed);
         }
         mean_friction_[contact.source] += contact.rubbed / substeps;
+    }
+}
+
+void ContactSolver::gather_grip() {
+    for (const Index key : rubbing_) grip_[at(key)] = {};
+    for (std::size_t a = 0; a < active_.size(); ++a) {
+        const Active& contact = active_[a];
+        if (!contact.rubs || contact.force <= 0.0) continue;
+        const LinearContact& source = effect_->contacts[contact.source];
+        Grip& grip = grip_[at(source.slip_key)];
+        if (grip.most == 0.0 || contact.force > active_[grip.firmest].force) grip.firmest = a;
+        grip.most += source.friction * contact.force;
     }
 }
 

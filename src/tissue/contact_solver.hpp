@@ -65,8 +65,16 @@ private:
         bool rubs = false;
     };
 
+    /// The contacts that share one tangential spring: a vertex that several faces hold has one stretch, at the face
+    /// that presses most, and slides at the sum of what all of them allow.
+    struct Grip {
+        double most = 0.0;        ///< N
+        std::size_t firmest = 0;  ///< position in active_
+    };
+
     bool enter(const LinearContact& contact, const Frame& frame, const TissueState& state, Active& entry);
     void remember_slip(const LinearContact& contact, Active& entry);
+    void gather_grip();
     [[nodiscard]] double rate(const Active& contact, const TissueState& state) const;
     void push(const Active& contact, double impulse, TissueState& state) const;
     void assemble(double h, const TissueState& state);
@@ -83,6 +91,7 @@ private:
     Matrix3X slip_;                       ///< 3×N, m: tangential spring of the contact remembered under a vertex
     std::vector<std::uint8_t> rubbed_;    ///< N; 2: in contact in this tick, 1: in the last one, 0: not
     std::vector<Index> rubbing_;          ///< vertices with rubbed_ > 0
+    std::vector<Grip> grip_;              ///< N, of the sub-step, per key
     std::vector<Index> touched_;
     std::vector<Index> spot_;   ///< per vertex of the state: position in touched_ or -1
     std::vector<double> mass_;  ///< kg, of touched_

@@ -86,6 +86,44 @@ TEST(Friction, DrawnSurfaceDragsWithFrictionTimesNormalForce) {
     }
 }
 
+TEST(Friction, EveryFaceOfAGrooveRubsThoughTheirSpringIsOne) {
+    // A block in a V along x: each wall bears W / (2 cos), so it slides from friction × W / cos on. A third contact
+    // that does not press comes first and takes nothing away.
+    constexpr double weight = 0.05;  // N
+    constexpr double friction = 0.3;
+    const double angle = 0.5;
+    const double most = friction * weight / std::cos(angle);
+    for (const double push : {0.95 * most, 1.05 * most, 2.0 * most}) {
+        Block block;
+        const auto step = [&] {
+            block.effect.clear();
+            block.effect.held_force.col(0) = Vector3(push, 0.0, -weight);
+            const Vector3 x = block.s.frame.position.col(0);
+            for (const double side : {0.0, -1.0, 1.0}) {
+                const Vector3 normal(0.0, side * std::sin(angle), side == 0.0 ? 1.0 : std::cos(angle));
+                LinearContact contact = test::plane_contact(0, normal, side == 0.0 ? 1e-3 : normal.dot(x), 1e4, 1.0);
+                contact.friction = friction;
+                contact.tangent_k = tangent_k;
+                contact.slip_key = 0;
+                contact.reaction_body = 0;
+                block.effect.contacts.push_back(contact);
+            }
+            block.reaction.assign(1, {});
+            ASSERT_TRUE(block.tissue.advance(block.effect, dt, block.s.frame, block.reaction).ok());
+        };
+        for (int tick = 0; tick < 200; ++tick) step();
+        const double v = block.s.frame.velocity(0, 0);
+        if (push < most) {
+            EXPECT_NEAR(block.s.frame.position(0, 0), push / tangent_k, 1e-9) << push;
+            EXPECT_NEAR(v, 0.0, 1e-9) << push;
+        } else {
+            step();
+            EXPECT_NEAR(block.s.frame.velocity(0, 0) - v, (push - most) / mass * dt, 1e-6) << push;
+            EXPECT_NEAR(block.reaction[0].force.x(), most, 1e-6) << "the opposite on the tool";
+        }
+    }
+}
+
 TEST(Friction, OffByDefaultAndForgottenWithTheContact) {
     Block smooth;
     for (int tick = 0; tick < 10; ++tick) smooth.step(Vector3(0.01, 0.0, -0.05), 0.0);
