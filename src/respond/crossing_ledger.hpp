@@ -44,7 +44,8 @@ struct Penetration {
     std::int64_t stalled = 0;        ///< ticks for which the depth has not fallen while the tissue is at its limit
     std::int64_t stretched = 0;      ///< ticks in a row that it pressed on tissue at the strain limit
     double least_depth = std::numeric_limits<double>::infinity();  ///< m, so far
-    bool ruptured = false;  ///< given up: no force until the sample is back on its side
+    bool ruptured = false;                                         ///< given up until the sample is back on its side
+    double opening = 0.0;  ///< m, ruptured: as deep as the tear lets it be by now
 };
 
 /// Counts signed crossings per sample and tissue body. The motion of a tick is taken as tissue first, tool second; the

@@ -9,6 +9,9 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+/// How fast a tear opens: slower, tissue beside it stays stretched until it tears too; faster, it flies.
+constexpr double tear_speed = 1.0;  // m/s
+
 /// Cosine between a face and the normal it is pushed along below which the face's slope tells nothing.
 constexpr double least_slope = 0.3;
 
@@ -216,17 +219,22 @@ void LedgerResolution::respond(const ThesisState& state, const Frame& frame, con
     ledger_.update(*state.topology, state.surface, frame, contacts);
     effect.repairs = ledger_.repairs() - repairs;
     for (Penetration& p : ledger_.penetrations()) {
-        if (p.ruptured || follows_any(state, p)) continue;
-        if (gives_up(state, frame, squeezed, torn, p)) {
+        if (follows_any(state, p)) continue;
+        if (p.ruptured) {
+            p.opening += tear_speed * state.dt;
+        } else if (gives_up(state, frame, squeezed, torn, p)) {
             p.ruptured = true;
+            p.opening = std::max(p.depth, 0.0);
             ++effect.ruptures;
-            continue;
         }
+        if (p.opening > state.settings.d_max) continue;
+        const std::size_t before = effect.contacts.size();
         if (faces_[at(p.tissue)] != 0 && state.settings.anchor_faces) {
             push_faces(state, frame, p, effect);
         } else {
             push_anchor(state, frame, p, effect);
         }
+        for (std::size_t c = before; c < effect.contacts.size(); ++c) effect.contacts[c].gap += p.opening;
     }
 }
 

@@ -1,6 +1,7 @@
 // Resolution of interpenetration by the crossing ledger (METHODS §9.2, corrected): every sample on the wrong side
 // pushes the surface it has crossed back past itself by stiff contacts on the faces that it touches, so that what is
-// left goes to zero within the settle time, whether the tool moves or not; what cannot be cleared ends as rupture.
+// left goes to zero within the settle time, whether the tool moves or not; what cannot be cleared ends as rupture. A
+// tear opens at 1 m/s: let go all at once, the tissue would fly past the tool before the rest of it is in contact.
 //
 // METHODS §9.2 pushes along the blended normal at the anchor (anchor=blend). That slides a pointed tool across the
 // sheet where hard contact catches it in the pocket it has made: against the hard references the force is off by
