@@ -11,6 +11,13 @@ constexpr std::int64_t border = 2;               ///< coarse cells around the ra
 
 }  // namespace
 
+void Occupancy::prepare(Index vertices) {
+    codes_.assign(static_cast<std::size_t>(vertices), 0);
+    for (Field* const field : {&own_, &once_, &twice_, &near_, &folded_}) {
+        field->reserve(static_cast<std::size_t>(field_bits) / 32);
+    }
+}
+
 void Occupancy::start(const Lattice& lattice, const CellRange& range) {
     range_ = range;
     std::array<std::int64_t, 3> count{};

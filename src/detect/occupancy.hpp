@@ -27,10 +27,10 @@ namespace trocar {
 
 class Occupancy {
 public:
-    void prepare(Index vertices) { codes_.assign(static_cast<std::size_t>(vertices), 0); }
+    /// Makes room for the codes of vertices and for the largest fields, so that no tick asks for memory.
+    void prepare(Index vertices);
 
-    /// Empties the fields for cells in `range`, where two groups can meet. Allocates only when fields larger than ever
-    /// are needed.
+    /// Empties the fields for cells in `range`, where two groups can meet.
     void start(const Lattice& lattice, const CellRange& range);
     /// Finds the codes of vertices.
     void encode(const Frame& frame, Range vertices);

@@ -6,6 +6,7 @@ namespace trocar {
 
 void OhcOccupancy::prepare(std::size_t room) {
     near_.prepare(bodies_.topology().vertex_count);
+    shared_.prepare(0);
     sides_.assign(static_cast<std::size_t>(bodies_.topology().vertex_count), 0);
     found_.reserve(room);
     huge_.reserve(room);
