@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -10,6 +11,13 @@ namespace trocar {
 namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// By the bits (all but the sign) and to the end, so that the loop takes several numbers at a time.
+bool all_zero(const Matrix3X& matrix) {
+    std::uint64_t bits = 0;
+    for (Eigen::Index e = 0; e < matrix.size(); ++e) bits |= std::bit_cast<std::uint64_t>(matrix.data()[e]) << 1;
+    return bits == 0;
+}
 
 /// False: what was handed over is not finite already, so that the integrator is not to blame.
 bool finite_input(const Effect& effect, const Frame& frame) {
@@ -75,14 +83,14 @@ TissueState state_of(const Topology& topology, const Materials& materials) {
     for (Index v = 0; v < topology.vertex_count; ++v) {
         if (taken[at(v)] == 0) continue;
         state.place[at(v)] = static_cast<Index>(state.vertex.size());
+        if (state.ranges.empty() || state.ranges.back().end() != v) state.ranges.push_back({v, 0});
+        ++state.ranges.back().count;
         state.vertex.push_back(v);
         state.inverse_mass.push_back(free[at(v)] != 0 ? 1.0 / materials.mass[at(v)] : 0.0);
         state.drag.push_back(materials.drag.empty() ? 0.0 : materials.drag[at(v)]);
     }
     const auto columns = static_cast<Eigen::Index>(state.size());
-    for (Matrix4X* array : {&state.position, &state.velocity, &state.start, &state.constant}) {
-        array->setZero(4, columns);
-    }
+    for (Matrix4X* array : {&state.position, &state.velocity, &state.constant}) array->setZero(4, columns);
     return state;
 }
 
@@ -112,26 +120,30 @@ MassSpring::MassSpring(const Topology& topology, const Materials& materials)
     limited_.assign(springs_.size(), 0);
 }
 
+/// Calls act(placement) for those that put a vertex of the state somewhere; what the materials hold stays.
+template <typename Act>
+void MassSpring::each_placed(const Effect& effect, const Act& act) const {
+    for (const Placement& placement : effect.placements) {
+        if (state_.place[at(placement.vertex)] >= 0 && is_free(*materials_, placement.vertex)) act(placement);
+    }
+}
+
 /// Takes over the frame with the effect's placements.
 void MassSpring::place(const Effect& effect, const Frame& frame) {
-    const bool pushed = effect.held_force.cols() == frame.position.cols() && !effect.held_force.isZero(0.0);
+    const bool pushed = effect.held_force.cols() == frame.position.cols() && !all_zero(effect.held_force);
     if (pushed || pushed_) set_constant_force(pushed ? &effect.held_force : nullptr);
     pushed_ = pushed;
-    for (std::size_t i = 0; i < state_.size(); ++i) {
-        const auto column = static_cast<Eigen::Index>(i);
-        const Index v = state_.vertex[i];
-        state_.position.col(column).head<3>() = frame.position.col(v);
-        state_.start.col(column).head<3>() = frame.position.col(v);
-        state_.velocity.col(column).head<3>() = frame.velocity.col(v);
+    for (const Range& range : state_.ranges) {
+        const Index local = state_.place[at(range.first)];
+        kernels_->take_over(frame.position, range, local, state_.position);
+        kernels_->take_over(frame.velocity, range, local, state_.velocity);
     }
-    for (const Placement& placement : effect.placements) {
+    each_placed(effect, [&](const Placement& placement) {
         const Index local = state_.place[at(placement.vertex)];
-        if (local < 0 || !state_.moves(local)) continue;
         state_.position.col(local).head<3>() = placement.position;
-        state_.start.col(local) = state_.position.col(local);
         state_.velocity.col(local).head<3>() = placement.velocity;
         if (placement.held) state_.inverse_mass[at(local)] = 0.0;
-    }
+    });
 }
 
 /// Rest bias and, where there is one, the force that is held over the tick (3×N, N).
@@ -147,11 +159,9 @@ void MassSpring::set_constant_force(const Matrix3X* held) {
 
 /// Lets go of the vertices that were held for the tick.
 void MassSpring::release(const Effect& effect) {
-    for (const Placement& placement : effect.placements) {
-        const Index local = state_.place[at(placement.vertex)];
-        if (!placement.held || local < 0 || !is_free(*materials_, placement.vertex)) continue;
-        state_.inverse_mass[at(local)] = 1.0 / materials_->mass[at(placement.vertex)];
-    }
+    each_placed(effect, [&](const Placement& placement) {
+        state_.inverse_mass[at(state_.place[at(placement.vertex)])] = 1.0 / materials_->mass[at(placement.vertex)];
+    });
 }
 
 Outcome MassSpring::advance(const Effect& effect, double dt, Frame& frame, std::vector<Wrench>& reaction) {
@@ -164,13 +174,13 @@ Outcome MassSpring::advance(const Effect& effect, double dt, const Frame& from, 
     Outcome outcome = integrate(effect, dt, from);
     release(effect);
     if (!outcome.ok()) return outcome;
-    for (std::size_t i = 0; i < state_.size(); ++i) {
-        const auto column = static_cast<Eigen::Index>(i);
-        const Index v = state_.vertex[i];
-        to.previous.col(v) = state_.start.col(column).head<3>();
-        to.position.col(v) = state_.position.col(column).head<3>();
-        to.velocity.col(v) = state_.velocity.col(column).head<3>();
+    for (const Range& range : state_.ranges) {
+        const Index local = state_.place[at(range.first)];
+        to.previous.middleCols(range.first, range.count) = from.position.middleCols(range.first, range.count);
+        kernels_->give_back(state_.position, local, range, to.position);
+        kernels_->give_back(state_.velocity, local, range, to.velocity);
     }
+    each_placed(effect, [&](const Placement& placement) { to.previous.col(placement.vertex) = placement.position; });
     contacts_.react(reaction);
     return outcome;
 }
@@ -210,41 +220,44 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, const Frame& fram
         if (!check.finite && !finite_input(effect, frame)) {
             return {OutcomeKind::not_finite, "a tissue vertex left the finite numbers"};
         }
-        if (!check.finite || (extent_ > 0.0 && bound > extent_ && furthest() > extent_)) {
+        if (!check.finite || (extent_ > 0.0 && bound > extent_ && furthest(start_of(effect, frame)) > extent_)) {
             return {OutcomeKind::unstable, "a tissue vertex moved further in one tick than all springs are long"};
         }
     }
     limit_strain();
-    if (limited_edges_ > 0 && blows_up(dt, frame)) {
+    if (limited_edges_ > 0 && blows_up(dt, effect, frame)) {
         return {OutcomeKind::unstable,
                 fmt::format("sub-steps of {:.3g} ms are beyond the stability limit; only the strain limit holds the "
                             "springs together ({} sub-steps a tick are stable)",
-                            h * 1e3, stable_substeps(*materials_, start_of(frame), dt))};
+                            h * 1e3, stable_substeps(*materials_, start_of(effect, frame), dt))};
     }
     return {};
 }
 
 /// Largest way of a vertex along one axis since the start of the tick, m.
-double MassSpring::furthest() const {
-    return state_.size() == 0 ? 0.0 : (state_.position - state_.start).cwiseAbs().maxCoeff();
+double MassSpring::furthest(const Matrix3X& start) const {
+    double furthest = 0.0;
+    for (std::size_t i = 0; i < state_.size(); ++i) {
+        const Vector3 way = state_.position.col(static_cast<Eigen::Index>(i)).head<3>() - start.col(state_.vertex[i]);
+        furthest = std::max(furthest, way.cwiseAbs().maxCoeff());
+    }
+    return furthest;
 }
 
-/// All vertices where the sub-steps started from.
-Matrix3X MassSpring::start_of(const Frame& frame) const {
+/// All vertices where the sub-steps start from.
+Matrix3X MassSpring::start_of(const Effect& effect, const Frame& frame) const {
     Matrix3X start = frame.position;
-    for (std::size_t i = 0; i < state_.size(); ++i) {
-        start.col(state_.vertex[i]) = state_.start.col(static_cast<Eigen::Index>(i)).head<3>();
-    }
+    each_placed(effect, [&](const Placement& placement) { start.col(placement.vertex) = placement.position; });
     return start;
 }
 
 /// Whether the limiter hides a scheme that blows up. Asked when the limiter acts, from the place at the start of the
 /// tick, and then after every 64 such ticks only.
-bool MassSpring::blows_up(double dt, const Frame& frame) {
+bool MassSpring::blows_up(double dt, const Effect& effect, const Frame& frame) {
     constexpr std::int64_t seldom = 64;
     if (limited_ticks_++ % seldom != 0) return false;
     const int substeps = std::max(1, materials_->substeps);
-    const Matrix3X start = start_of(frame);
+    const Matrix3X start = start_of(effect, frame);
     if (substeps >= stable_substeps(*materials_, start, dt)) return false;
     return surely_unstable(*materials_, start, dt / substeps);
 }

@@ -55,15 +55,17 @@ public:
     [[nodiscard]] std::span<const double> contact_force() const { return contacts_.mean_force(); }
 
 private:
+    template <typename Act>
+    void each_placed(const Effect& effect, const Act& act) const;
     void place(const Effect& effect, const Frame& frame);
     void set_constant_force(const Matrix3X* held);
     void release(const Effect& effect);
     Outcome integrate(const Effect& effect, double dt, const Frame& frame);
     void limit_strain();
     void limit_every_spring(double longest);
-    [[nodiscard]] double furthest() const;
-    [[nodiscard]] Matrix3X start_of(const Frame& frame) const;
-    bool blows_up(double dt, const Frame& frame);
+    [[nodiscard]] double furthest(const Matrix3X& start) const;
+    [[nodiscard]] Matrix3X start_of(const Effect& effect, const Frame& frame) const;
+    bool blows_up(double dt, const Effect& effect, const Frame& frame);
 
     const Materials* materials_;
     const SpringKernels* kernels_;

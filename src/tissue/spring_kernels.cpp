@@ -249,6 +249,32 @@ private:
 
 #endif
 
+void take_over(const Matrix3X& from, Range range, Index local, Matrix4X& to) {
+    const double* source = from.data() + 3 * static_cast<std::ptrdiff_t>(range.first);
+    double* target = column(to, local);
+    Index left = range.count;
+#if HWY_MAX_BYTES >= 32
+    const Four d;
+    // A vector takes the next column's first number with it, which the last column does not have.
+    for (; left > 1; --left, source += 3, target += 4) {
+        hn::StoreU(hn::IfThenElseZero(hn::FirstN(d, 3), hn::LoadU(d, source)), d, target);
+    }
+#endif
+    for (; left > 0; --left, source += 3, target += 4) std::copy_n(source, 3, target);
+}
+
+void give_back(const Matrix4X& from, Index local, Range range, Matrix3X& to) {
+    const double* source = column(from, local);
+    double* target = to.data() + 3 * static_cast<std::ptrdiff_t>(range.first);
+    Index left = range.count;
+#if HWY_MAX_BYTES >= 32
+    const Four d;
+    // The fourth lane is overwritten by the next column's first number.
+    for (; left > 1; --left, source += 4, target += 3) hn::StoreU(hn::LoadU(d, source), d, target);
+#endif
+    for (; left > 0; --left, source += 4, target += 3) std::copy_n(source, 3, target);
+}
+
 /// A vertex moves as soon as the springs have passed it: what the one reads the other finds in the cache.
 SubStepCheck sub_step(double h, SpringArrays& springs, TissueState& state) {
     Mover mover(h, springs, state);
@@ -273,6 +299,8 @@ namespace trocar {
 
 HWY_EXPORT(sub_step);
 HWY_EXPORT(largest_stretch);
+HWY_EXPORT(take_over);
+HWY_EXPORT(give_back);
 
 SpringArrays spring_arrays(std::vector<Spring>& springs, const std::vector<Index>& place, std::size_t vertex_count) {
     const auto local = [&place](Index vertex) { return place[static_cast<std::size_t>(vertex)]; };
@@ -314,6 +342,8 @@ const std::vector<SpringKernels>& spring_kernels() {
     static const std::vector<SpringKernels> kernels = versions_by_target([](const char* target) {
         return SpringKernels{.sub_step = &HWY_DYNAMIC_DISPATCH(sub_step),
                              .largest_stretch = &HWY_DYNAMIC_DISPATCH(largest_stretch),
+                             .take_over = &HWY_DYNAMIC_DISPATCH(take_over),
+                             .give_back = &HWY_DYNAMIC_DISPATCH(give_back),
                              .target = target};
     });
     return kernels;

@@ -33,12 +33,12 @@ SpringArrays spring_arrays(std::vector<Spring>& springs, const std::vector<Index
 /// What the integrator moves: free vertices, and the held ones that a spring ties to them.
 struct TissueState {
     std::vector<Index> vertex;         ///< number in the frame, ascending
+    std::vector<Range> ranges;         ///< the same as runs of consecutive numbers
     std::vector<Index> place;          ///< per vertex of the frame: position in these arrays, -1 = not here
     std::vector<double> inverse_mass;  ///< 1/kg; 0 = does not move
     std::vector<double> drag;          ///< kg/s
     Matrix4X position;                 ///< m
     Matrix4X velocity;                 ///< m/s
-    Matrix4X start;                    ///< m, position at the start of the tick
     Matrix4X constant;                 ///< N, forces that do not change in a tick
     [[nodiscard]] std::size_t size() const { return vertex.size(); }
     [[nodiscard]] bool moves(Index local) const { return inverse_mass[static_cast<std::size_t>(local)] != 0.0; }
@@ -57,6 +57,9 @@ struct SpringKernels {
     SubStepCheck (*sub_step)(double h, SpringArrays& springs, TissueState& state);
     /// Largest length over rest length, 0 without springs that have one.
     double (*largest_stretch)(const SpringArrays& springs, const TissueState& state);
+    /// Takes the columns of a range of a 3×N matrix over as those from `local` on, and writes them back.
+    void (*take_over)(const Matrix3X& from, Range range, Index local, Matrix4X& to);
+    void (*give_back)(const Matrix4X& from, Index local, Range range, Matrix3X& to);
     const char* target;  ///< name of the instruction set
 };
 

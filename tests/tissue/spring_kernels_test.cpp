@@ -45,7 +45,7 @@ struct Tangle {
             result.topRows<3>() = of;
             return result;
         };
-        state.position = state.start = padded(position);
+        state.position = padded(position);
         state.velocity = padded(velocity);
         state.constant = padded(Matrix3X::NullaryExpr(3, vertices, [&] { return unit(random); }));
         for (Index v = 0; v < vertices; ++v) {
@@ -99,6 +99,29 @@ TEST(SpringKernels, EveryVersionFindsTheLargestStretchWhereverItIs) {
                 expected = std::max(expected, along.norm() * springs.inverse_rest[s]);
             }
             EXPECT_NEAR(kernels.largest_stretch(springs, tangle.state), expected, 1e-12 * expected) << kernels.target;
+        }
+    }
+}
+
+TEST(SpringKernels, EveryVersionTakesOverAndGivesBackWhatIsInTheRangeOnly) {
+    constexpr Index columns = 29;
+    Matrix3X from(3, columns);
+    std::iota(from.data(), from.data() + from.size(), 1.0);
+    for (const SpringKernels& kernels : spring_kernels()) {
+        for (Index count = 0; count <= columns - 5; ++count) {
+            SCOPED_TRACE(std::string(kernels.target) + ", " + std::to_string(count));
+            const Range range{5, count};
+            constexpr Index local = 2;
+            Matrix4X taken = Matrix4X::Zero(4, columns);
+            kernels.take_over(from, range, local, taken);
+            Matrix4X expected = Matrix4X::Zero(4, columns);
+            expected.block(0, local, 3, count) = from.middleCols(range.first, count);
+            EXPECT_EQ(taken, expected);
+            Matrix3X given = Matrix3X::Constant(3, columns, -1.0);
+            kernels.give_back(taken, local, range, given);
+            Matrix3X back = Matrix3X::Constant(3, columns, -1.0);
+            back.middleCols(range.first, count) = from.middleCols(range.first, count);
+            EXPECT_EQ(given, back);
         }
     }
 }
