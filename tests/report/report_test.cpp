@@ -349,10 +349,10 @@ TEST(Report, ThesisTableStandsBesideThePublishedFigures) {
                       {"without_per_iteration_p99_ns", 12000.0},
                       {"with_per_iteration_p99_ns", not_known}};
     Record bone = record;
-    bone.spec.pair_class = "R2T";
+    bone.spec.pair_class = "I2T+R2T";
     bone.spec.scene = "bone";
     const std::string markdown = make_report({record, bone}).files.at("report.md");
-    EXPECT_NE(markdown.find("| R2T | bone | `push` | 44.0 |"), std::string::npos)
+    EXPECT_NE(markdown.find("| I2T+R2T | bone | `push` | 44.0 |"), std::string::npos)
         << "a class without published figures";
     EXPECT_NE(markdown.find("| I2T | poke | `push` | 44.0 | 0.250 | 0.750 | 11.0 / 12.0 | 33.0 / n too small |"),
               std::string::npos)
