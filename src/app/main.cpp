@@ -18,8 +18,7 @@ using namespace trocar::app;
 
 constexpr const char* exit_status_text =
     "Exit status: 0 the work was done (failed runs are rows); 1 a comparison failed; 2 bad input; 3 the one method "
-    "asked "
-    "for by name failed; 130 interrupted.";
+    "asked for by name failed; 130 interrupted.";
 
 struct CommandLine {
     CLI::App app{

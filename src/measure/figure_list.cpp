@@ -116,8 +116,7 @@ void add_outcome(std::vector<SummaryFigure>& list) {
          geometry},
         {"ticks_to_clear_median", "1", Better::lower,
          "Ticks from a depth above 0.1 mm until it is cleared, median over the spells that were; resolution: the "
-         "judged "
-         "ticks",
+         "judged ticks",
          geometry},
         {"ticks_to_clear_max", "1", Better::lower, "Longest of the same", geometry},
         {"uncleared", "1", Better::lower, "1: the run ends with more than 0.1 mm left; 0: it does not", geometry},
@@ -171,8 +170,7 @@ void add_outcome(std::vector<SummaryFigure>& list) {
          "The same as a share of the spell's summed impulse on the instruments, worst spell", books},
         {"energy_created_worst_j", "J", Better::lower,
          "Energy that surely came from nowhere in a contact spell (tissue's gain and the work on the instruments, "
-         "dampers "
-         "left out), worst spell; n/a where an instrument turns",
+         "dampers left out), worst spell; n/a where an instrument turns",
          books},
         {"energy_created_share_worst", "1", Better::lower,
          "The same as a share of the spell's summed work on the instruments, worst spell", books},

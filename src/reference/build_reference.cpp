@@ -546,8 +546,7 @@ ReferenceSolution solve_law_surely(const Scene& scene, ReferenceLaw law, const R
         std::fmax(solution.position_bound, covers(finer.by_time_step.position, finer.by_stiffness.position));
     solution.reason += fmt::format(
         "{}weak order: surfaces that slip over edges or bounce switch contacts at moments that refinement keeps "
-        "moving; "
-        "steps a quarter as long still change the force by {:.2g} N RMS, which the bound covers",
+        "moving; steps a quarter as long still change the force by {:.2g} N RMS, which the bound covers",
         solution.reason.empty() ? "" : "; ", change);
     return solution;
 }

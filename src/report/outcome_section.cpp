@@ -234,8 +234,7 @@ void add_outcome(Draft& draft) {
     signal.note =
         "Before any filter. Momentum error: what one side of a contact gained and the other did not lose, over the "
         "summed impulse. Energy created: what tissue and instruments gained together, dampers left out, over the "
-        "summed "
-        "work; n/a where an instrument turns. Net work above 0: the contact feeds the hand.";
+        "summed work; n/a where an instrument turns. Net work above 0: the contact feeds the hand.";
     draft.add(std::move(signal));
     draft.add(settled_matrix(draft));
     draft.add(settled_table(draft));

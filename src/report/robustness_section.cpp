@@ -105,10 +105,9 @@ void add_rank_robustness(Draft& draft) {
     }
     table.note =
         "The winner has the least error, the fastest of equals. Rows that failed on a scene cannot win. Rows are "
-        "scored "
-        "alone, never against each other, so that leaving a rival out changes the winner only where it was itself the "
-        "winner; in the performance profile it can change the order among those that are not best, which is told "
-        "there.";
+        "scored alone, never against each other, so that leaving a rival out changes the winner only where it was "
+        "itself the winner; in the performance profile it can change the order among those that are not best, which is "
+        "told there.";
     draft.paragraph(
         winners.size() == 1
             ? fmt::format("No: {} stays first whatever is left out or judged by.", label(first))

@@ -109,9 +109,8 @@ std::string Draft::interval_note(const std::string& of_mode) const {
     if (processes >= processes_for_interval) {
         return fmt::format(
             "Brackets: 95 % bootstrap interval over {} processes. Of a replay it is over blocks of ticks too, as long "
-            "as "
-            "neighbouring ticks depend on each other and drawn alike for all detectors of a scene, so that ratios are "
-            "paired frame by frame; in a closed loop every method makes ticks of its own.",
+            "as neighbouring ticks depend on each other and drawn alike for all detectors of a scene, so that ratios "
+            "are paired frame by frame; in a closed loop every method makes ticks of its own.",
             processes);
     }
     if (processes > 1) {

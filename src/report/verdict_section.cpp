@@ -66,8 +66,7 @@ std::string compliance_note(const Draft& draft) {
     return fmt::format(
         " On {} nothing but the contact gives way: there the depth that is left is the scene's own compliance, the "
         "force of the hand over the scene's k, which the reference of equal k has too; it is no error, and a method "
-        "that "
-        "leaves less is stiffer than the scene says.",
+        "that leaves less is stiffer than the scene says.",
         joined(scenes));
 }
 
@@ -89,10 +88,9 @@ std::string substeps_note(const Draft& draft) {
 
 std::string verdict_note(const Draft& draft) {
     return "Rows are sorted by the depth left at worst (without a depth: by what is missed, extra or never told), the "
-           "fastest "
-           "of those that read alike first; † = another row is at least as "
-           "fast and as good, and better in one of the two. Times are geometric means over the scenes of the "
-           "medians (p50) and 99 % values (p99) of a tick; a row that failed on a scene has none. Depths: median "
+           "fastest of those that read alike first; † = another row is at least as fast and as good, and better in one "
+           "of the two. Times are geometric means over the scenes of the medians (p50) and 99 % values (p99) of a "
+           "tick; a row that failed on a scene has none. Depths: median "
            "over scenes / worst of all; torn = the worst is of a run whose response told a rupture. " +
            draft.interval_note(draft.mode) +
            fmt::format(
