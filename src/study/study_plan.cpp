@@ -35,8 +35,11 @@ void settle_absent(PlannedRun& run) {
     }
 }
 
-bool has_native_contacts(const StudyMethod& detector) {
-    return detector.absent_reason || registry().detector(parse_method(detector.text).name).native_contacts;
+/// Why a detector has nothing to give as contacts of this source; empty when it has.
+std::string untold(const StudyMethod& detector, const std::string& contacts) {
+    const bool tells = contacts != "native" || detector.absent_reason ||
+                       registry().detector(parse_method(detector.text).name).native_contacts;
+    return tells ? std::string() : "the detector has no contacts of its own";
 }
 
 /// Why a response can do nothing with contacts of this source; empty when it can.
@@ -54,8 +57,8 @@ std::string unreadable(const StudyMethod& response, const std::string& contacts)
 std::string why_without_contacts(const StudyMethod& detector, const StudyMethod& response,
                                  const std::string& contacts) {
     if (response.text.empty()) return {};
-    if (contacts == "native" && !has_native_contacts(detector)) return "the detector has no contacts of its own";
-    return unreadable(response, contacts);
+    const std::string reason = untold(detector, contacts);
+    return reason.empty() ? unreadable(response, contacts) : reason;
 }
 
 PlannedRun planned(const Study& study, const std::string& mode, const std::string& scene_file, std::int64_t ticks,
@@ -150,9 +153,10 @@ void add_ablation(const Study& study, std::int64_t repetition, std::vector<Plann
                 add(to, "", "to" + ending, {});
             }
             const std::string& back = one.from.empty() ? one.to : one.from;
-            add(with_parameter(from, one.parameter, one.to), one.parameter, "from" + ending + " with " + one.to,
-                one.silent_from);
-            add(with_parameter(to, one.parameter, back), one.parameter, "to" + ending + " with " + back, one.silent_to);
+            add(with_parameter(from, one.parameter, one.to), one.parameter,
+                fmt::format("from{} with {}", ending, one.to), one.silent_from);
+            add(with_parameter(to, one.parameter, back), one.parameter, fmt::format("to{} with {}", ending, back),
+                one.silent_to);
         }
     }
 }
@@ -257,11 +261,11 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
                 runs.push_back(std::move(run));
             }
             for (const StudyMethod& detector : part.detectors) {
-                if (contacts == "native" && !has_native_contacts(detector)) {
+                if (const std::string reason = untold(detector, contacts); !reason.empty()) {
                     if (repetition > 0) continue;
                     PlannedRun run = planned(study, "closed_loop", "", part.ticks, part.truth_stride, 0, detector,
                                              StudyMethod{}, contacts);
-                    run.settled = Outcome{OutcomeKind::unsupported, "the detector has no contacts of its own"};
+                    run.settled = Outcome{OutcomeKind::unsupported, reason};
                     runs.push_back(std::move(run));
                     continue;
                 }
