@@ -63,11 +63,12 @@ struct RunFigures {
     double native_mean = not_known;  ///< native contacts per tick
     double pairs_mean = not_known;   ///< per tick
     double pairs_max = not_known;
-    double force_max = not_known;            ///< N
-    double force_error_equal_k = not_known;  ///< N, RMS below 30 Hz to the reference of equal stiffness
-    double force_error_hard = not_known;     ///< N, the same to hard contact
-    double force_worst_equal_k = not_known;  ///< N
-    double force_worst_hard = not_known;     ///< N
+    double force_max = not_known;               ///< N
+    double force_error_equal_k = not_known;     ///< N, RMS below 30 Hz to the reference of equal stiffness
+    double force_error_hard = not_known;        ///< N, the same to hard contact
+    double force_worst_equal_k = not_known;     ///< N
+    double force_worst_hard = not_known;        ///< N
+    double position_worst_equal_k = not_known;  ///< m
     double reference_clears = not_known;
     double force_jump_p99 = not_known;  ///< N per tick
     double force_jump_max = not_known;  ///< N per tick

@@ -52,6 +52,7 @@ Estimate over_scenes(const std::vector<ProcessSample>& by_scene) {
     Resamples resamples;
     for (std::size_t r = 0; r < count; ++r) {
         std::vector<const std::vector<double>*> drawn;
+        drawn.reserve(by_scene.size());
         for (const ProcessSample& scene : by_scene) drawn.push_back(&scene.resamples[r]);
         resamples.push_back(mean_over_scenes(drawn));
     }

@@ -14,7 +14,7 @@ namespace {
 
 struct Rule {
     const char* name;
-    double (*error)(const VerdictRow& row);
+    double (*error)(const VerdictRow& row);  ///< null: the order of the verdict's rows
 };
 
 double left_worst(const VerdictRow& row) { return as_printed(row.left_max); }
@@ -26,7 +26,8 @@ double pairs_wrong(const VerdictRow& row) { return row.wrong(); }
 double time_p50(const VerdictRow& row) { return row.p50.value; }
 double time_p99(const VerdictRow& row) { return row.p99.value; }
 
-/// The row with the least error, the fastest of equals; null when no row without a failure has the figure.
+/// The row with the least error, the fastest of equals, or the first of the verdict; null when no row without a failure
+/// has the figure.
 const VerdictRow* winner(const Verdict& verdict, const Rule& rule, bool own_only, bool foreign_only,
                          const std::string& without = {}) {
     const VerdictRow* best = nullptr;
@@ -34,8 +35,10 @@ const VerdictRow* winner(const Verdict& verdict, const Rule& rule, bool own_only
         const Contestant& who = row.contestant;
         if (!without.empty() && (method_name(who.detector) == without || method_name(who.response) == without))
             continue;
-        if (row.failed_runs > 0 || std::isnan(rule.error(row)) || std::isnan(row.p50.value)) continue;
         if ((own_only && !row.own) || (foreign_only && row.own)) continue;
+        if (row.failed_runs > 0 || std::isnan(row.p50.value)) continue;
+        if (rule.error == nullptr) return &row;
+        if (std::isnan(rule.error(row))) continue;
         const auto rank = [&rule](const VerdictRow& r) { return std::tuple(rule.error(r), r.p50.value); };
         if (best == nullptr || rank(row) < rank(*best)) best = &row;
     }
@@ -54,7 +57,7 @@ void add_rank_robustness(Draft& draft) {
     const Verdict all = verdict_of(scenes);
     if (all.rows.size() < 2) return;
     const Rule main_rule =
-        all.error_is_depth() ? Rule{"depth left at worst", left_worst} : Rule{"pairs missed + extra", pairs_wrong};
+        all.error_is_depth() ? Rule{"error over scenes", nullptr} : Rule{"pairs missed + extra", pairs_wrong};
     const VerdictRow* const first = winner(all, main_rule, false, false);
     if (first == nullptr) return;
     draft.heading(2, "Does the winner change?");
@@ -97,17 +100,17 @@ void add_rank_robustness(Draft& draft) {
     }
     for (const std::string& method : methods) add(code(method) + " left out", all, main_rule, method);
     for (const Rule& rule :
-         {Rule{"depth left, median", left_median}, Rule{"depth error of contacts, worst", depth_error},
-          Rule{"force error, equal k", force_equal_k}, Rule{"force error, hard contact", force_hard},
-          Rule{"pairs missed + extra", pairs_wrong}, Rule{"time alone, median tick", time_p50},
-          Rule{"time alone, p99", time_p99}}) {
+         {Rule{"depth left at worst", left_worst}, Rule{"depth left, median", left_median},
+          Rule{"depth error of contacts, worst", depth_error}, Rule{"force error, equal k", force_equal_k},
+          Rule{"force error, hard contact", force_hard}, Rule{"pairs missed + extra", pairs_wrong},
+          Rule{"time alone, median tick", time_p50}, Rule{"time alone, p99", time_p99}}) {
         if (std::string(rule.name) != main_rule.name) add(std::string("judged by: ") + rule.name, all, rule);
     }
     table.note =
-        "The winner has the least error, the fastest of equals. Rows that failed on a scene cannot win. Rows are "
-        "scored alone, never against each other, so that leaving a rival out changes the winner only where it was "
-        "itself the winner; in the performance profile it can change the order among those that are not best, which is "
-        "told there.";
+        "The winner has the least error, the fastest of equals; errors over scenes are ranked as on page 1. Rows that "
+        "failed on a scene cannot win. Each row has its error from its own runs alone, so that leaving a rival out "
+        "changes the winner only where it was itself the winner; in the performance profile it can change the order "
+        "among those that are not best, which is told there.";
     draft.paragraph(
         winners.size() == 1
             ? fmt::format("No: {} stays first whatever is left out or judged by.", label(first))

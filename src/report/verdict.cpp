@@ -5,13 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <map>
-#include <tuple>
 
 #include "measure/statistics.hpp"
 #include "report/chart.hpp"
 #include "report/over_scenes.hpp"
+#include "report/verdict_order.hpp"
 
 namespace trocar {
 namespace {
@@ -43,6 +42,7 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
     std::vector<ProcessSample> ratio;
     std::vector<double> depth_errors;
     std::vector<double> left;
+    std::vector<double> errors;
     for (const std::string& scene : scenes) {
         const SceneResult* result = results.find(contestant, scene);
         if (result == nullptr) continue;
@@ -67,16 +67,23 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
         if (!result->ok()) continue;
         ++row.scenes_ok;
         take_larger(row.depth_error_max, result->first(&RunFigures::depth_error_max));
-        if (const double value = result->first(&RunFigures::left_max); !std::isnan(value) && !(value <= row.left_max)) {
-            row.left_max = value;
-            row.torn_in = result->first(&RunFigures::ruptures) > 0.0 ? scene : std::string();
+        const double left_max = result->first(&RunFigures::left_max);
+        if (tears_when_due(*result)) {
+            row.due_tears.push_back(scene);
+            take_larger(row.due_tear_max, left_max);
+        } else if (!std::isnan(left_max)) {
+            if (!(left_max <= row.left_max)) {
+                row.left_max = left_max;
+                row.torn_in = result->first(&RunFigures::ruptures) > 0.0 ? scene : std::string();
+            }
+            left.push_back(result->first(&RunFigures::left_p50));
+            errors.push_back(error_on(*result, results.class_of(scene)));
         }
         take_larger(row.force_error_equal_k, result->first(&RunFigures::force_error_equal_k));
         take_larger(row.force_error_hard, result->first(&RunFigures::force_error_hard));
         if (const double value = result->first(&RunFigures::depth_error_p50); !std::isnan(value)) {
             depth_errors.push_back(value);
         }
-        if (const double value = result->first(&RunFigures::left_p50); !std::isnan(value)) left.push_back(value);
         p50.push_back(sample_of(*result, &RunFigures::tick_p50));
         p99.push_back(sample_of(*result, &RunFigures::tick_p99));
         const SceneResult* other = reference.empty() ? nullptr : results.find(yardstick, scene);
@@ -88,6 +95,7 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
     }
     row.depth_error_p50 = quantile(depth_errors, 0.5);
     row.left_p50 = quantile(left, 0.5);
+    if (!errors.empty() || !row.due_tears.empty()) row.error = errors.empty() ? 0.0 : geometric_mean(errors);
     // A contestant that failed somewhere has no mean over the scenes: leaving the scene out would flatter it.
     if (row.scenes_ok == row.scenes) {
         row.p50 = over_scenes(p50);
@@ -97,26 +105,7 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
     return row;
 }
 
-bool same_motion(const Results& results, const VerdictRow& a, const VerdictRow& b,
-                 const std::vector<std::string>& scenes) {
-    if (a.contestant.response != b.contestant.response) return false;
-    bool any = false;
-    for (const std::string& scene : scenes) {
-        const SceneResult* first = results.find(a.contestant, scene);
-        const SceneResult* second = results.find(b.contestant, scene);
-        if ((first == nullptr) != (second == nullptr)) return false;
-        if (first == nullptr) continue;
-        if (!first->ok() || !second->ok()) return false;
-        const std::string& hash = first->runs.front().record->state_hash;
-        if (hash.empty() || hash != second->runs.front().record->state_hash) return false;
-        any = true;
-    }
-    return any;
-}
-
 std::string method_name(const std::string& text) { return text.substr(0, text.find(':')); }
-
-double time_of(const VerdictRow& row) { return row.p50.value; }
 
 std::string kind_text(const VerdictRow& row) {
     if (row.reference) return "reference";
@@ -141,6 +130,15 @@ std::string between_text(const VerdictRow& row) {
 std::string two_numbers(double first, double second, double scale) {
     if (std::isnan(first) && std::isnan(second)) return "n/a";
     return format_number(first * scale) + " / " + format_number(second * scale);
+}
+
+std::string left_text(const VerdictRow& row) {
+    const bool only_tears = std::isnan(row.left_max) && !row.due_tears.empty();
+    std::string text = only_tears ? "" : two_numbers(row.left_p50, row.left_max, mm);
+    if (!row.torn_in.empty()) text += " torn";
+    if (!row.due_tears.empty())
+        text += fmt::format("{}tear due {}", only_tears ? "" : "; ", format_number(row.due_tear_max * mm));
+    return text;
 }
 
 std::string failures_text(const VerdictRow& row) {
@@ -174,14 +172,9 @@ std::string ratio_text(const VerdictRow& row, double noise_floor) {
 
 double VerdictRow::wrong() const { return missing + extra + (std::isnan(contacts_untold) ? 0.0 : contacts_untold); }
 
-bool Verdict::error_is_depth() const {
-    return std::any_of(rows.begin(), rows.end(), [](const VerdictRow& row) { return !std::isnan(row.left_max); });
-}
+bool Verdict::error_is_depth() const { return have_depths(rows); }
 
 namespace {
-
-/// What rows are sorted by: depth left at worst (m) where the table has depths, else what is wrong; NaN = no answer.
-double error_of(const VerdictRow& row, bool depth) { return depth ? as_printed(row.left_max) : row.wrong(); }
 
 bool looks_between(const std::vector<VerdictRow>& rows) {
     return std::any_of(rows.begin(), rows.end(),
@@ -190,37 +183,6 @@ bool looks_between(const std::vector<VerdictRow>& rows) {
 
 bool on_all_scenes(const VerdictRow& row, const Verdict& verdict) {
     return row.scenes == static_cast<int>(verdict.scenes.size());
-}
-
-/// Sorts rows that were planned on the same scenes and tells which move alike and which are dominated.
-void compare_rows(const Results& results, const std::vector<std::string>& scenes, std::vector<VerdictRow>& rows) {
-    const bool depth =
-        std::any_of(rows.begin(), rows.end(), [](const VerdictRow& row) { return !std::isnan(row.left_max); });
-    const auto rank = [depth](const VerdictRow& row) {
-        const double error = error_of(row, depth);
-        const double time = time_of(row);
-        constexpr double last = std::numeric_limits<double>::infinity();
-        return std::tuple(row.failed_runs > 0, std::isnan(time), std::isnan(error) ? last : error,
-                          std::isnan(time) ? last : time, row.contestant);
-    };
-    std::sort(rows.begin(), rows.end(),
-              [&rank](const VerdictRow& a, const VerdictRow& b) { return rank(a) < rank(b); });
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        VerdictRow& row = rows[i];
-        for (std::size_t j = 0; j < i && row.identical_to < 0; ++j) {
-            if (rows[j].identical_to < 0 && same_motion(results, row, rows[j], scenes)) {
-                row.identical_to = static_cast<int>(j);
-            }
-        }
-        const double error = error_of(row, depth);
-        const double time = time_of(row);
-        if (std::isnan(error) || std::isnan(time)) continue;
-        row.dominated = std::any_of(rows.begin(), rows.end(), [&](const VerdictRow& other) {
-            const double other_error = error_of(other, depth);
-            const double other_time = time_of(other);
-            return other_error <= error && other_time <= time && (other_error < error || other_time < time);
-        });
-    }
 }
 
 }  // namespace
@@ -284,6 +246,7 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
                      {"kind", false},
                      {"pairs missed / extra of true", true},
                      {"depth error, median / worst (mm)", true},
+                     {"error over scenes (mm)", true},
                      {"left after the tick, median / max (mm)", true},
                      {"force error, equal k / hard (N RMS)", true},
                      {"tick p50 (µs)", true},
@@ -297,7 +260,7 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
     int number = 0;
     for (const VerdictRow& row : rows) {
         ++number;
-        std::string left = two_numbers(row.left_p50, row.left_max, mm) + (row.torn_in.empty() ? "" : " torn");
+        std::string left = left_text(row);
         if (row.identical_to >= 0) left = fmt::format("identical to {}", row.identical_to + 1);
         std::vector<std::string> cells{std::to_string(number) + (row.dominated ? "†" : "")};
         if (name_scenes) cells.push_back(fmt::format("{}", fmt::join(row.scene_names, ", ")));
@@ -305,6 +268,7 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
                                          kind_text(row),
                                          pairs_text(row),
                                          two_numbers(row.depth_error_p50, row.depth_error_max, mm),
+                                         std::isnan(row.error) ? "n/a" : format_number(row.error * mm),
                                          left,
                                          std::isnan(row.force_error_equal_k) && std::isnan(row.force_error_hard)
                                              ? (closed_loop ? "no reference" : "n/a")
@@ -402,7 +366,7 @@ std::string verdict_chart(const Verdict& verdict) {
     }
     chart.x_title = fmt::format("{} time per tick (µs, {})", p99 ? "p99" : "median",
                                 verdict.scenes.size() == 1 ? verdict.scenes.front() : "geometric mean over scenes");
-    chart.y_title = depth                         ? "left after the tick, worst (mm)"
+    chart.y_title = depth                         ? "error over scenes (mm)"
                     : looks_between(verdict.rows) ? "pairs missed + extra + contacts never told"
                                                   : "pairs missed + extra";
     chart.x_limit = 1000.0;
@@ -430,8 +394,14 @@ std::string verdict_sentence(const Verdict& verdict, const std::string& where, c
                                                          row.true_pairs, cut_text(row));
             const std::string torn =
                 row.torn_in.empty() ? std::string() : fmt::format(" (torn in {}, and told as rupture)", row.torn_in);
-            return fmt::format("leaves {} mm in the median and {} mm at worst{}{}, at {}",
-                               format_number(row.left_p50 * mm), format_number(row.left_max * mm), torn, missed, time);
+            const std::string due =
+                row.due_tears.empty()
+                    ? std::string()
+                    : fmt::format(" (apart from {}, where hard contact tears too: {} mm, told as rupture)",
+                                  fmt::join(row.due_tears, ", "), format_number(row.due_tear_max * mm));
+            return fmt::format("leaves {} mm in the median and {} mm at worst{}{}{}, at {}",
+                               format_number(row.left_p50 * mm), format_number(row.left_max * mm), torn, due, missed,
+                               time);
         }
         const std::string untold =
             std::isnan(row.contacts_between)

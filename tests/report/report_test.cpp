@@ -20,7 +20,6 @@ namespace trocar {
 namespace {
 
 using test::synthetic;
-using test::SyntheticRun;
 
 /// mine: 100 µs and 0.5 mm left; theirs: 400 µs and 0.5 mm, same motion; theirs native: 200 µs and 2 mm.
 /// Two processes each; the second is twice as slow for everybody.
@@ -181,7 +180,7 @@ TEST(Verdict, WorstOfATornRunIsToldAsTorn) {
     const auto left_and_sentence = [&records] {
         const Results results(records);
         const Verdict verdict = verdict_of(results);
-        return std::pair(verdict_table(verdict, "", 1.0).rows.front().cells.at(5),
+        return std::pair(verdict_table(verdict, "", 1.0).rows.front().cells.at(6),
                          verdict_sentence(verdict, "the scenes", ""));
     };
     const char* const torn = "2.00 mm at worst (torn in drag, and told as rupture)";
@@ -191,6 +190,63 @@ TEST(Verdict, WorstOfATornRunIsToldAsTorn) {
     records[1].summary["ruptures"] = 2;
     EXPECT_EQ(left_and_sentence().first, "1.25 / 2.00 torn");
     EXPECT_NE(left_and_sentence().second.find(torn), std::string::npos);
+}
+
+TEST(Verdict, ATearThatHardContactCallsForIsNoDepthThatRowsAreRankedBy) {
+    // mine tells the tear and is deep in the torn tissue; theirs is a little less deep and says nothing.
+    std::vector<Record> records{
+        synthetic({.scene = "poke", .left_mm = 0.4}), synthetic({.scene = "drag", .left_mm = 1.5}),
+        synthetic({.scene = "poke", .detector = "theirs", .own = false, .left_mm = 0.4, .state_hash = "b"}),
+        synthetic({.scene = "drag", .detector = "theirs", .own = false, .left_mm = 1.3, .state_hash = "b"})};
+    const auto first = [&records](double clears) {
+        for (Record& record : records) {
+            if (record.spec.scene == "drag") record.summary["reference_clears_hard"] = clears;
+        }
+        const Results results(records);
+        return verdict_of(results).rows.front();
+    };
+    records[1].summary["ruptures"] = 2;
+    const VerdictRow due = first(0.0);
+    EXPECT_EQ(due.contestant.detector, "mine");
+    EXPECT_NEAR(due.error, 0.4e-3, 1e-12);
+    EXPECT_NEAR(due.left_max, 0.4e-3, 1e-12);
+    EXPECT_EQ(due.due_tears, std::vector<std::string>{"drag"});
+    EXPECT_NEAR(due.due_tear_max, 1.5e-3, 1e-12);
+    // Where hard contact clears, the tear is a wrong answer and its depth counts.
+    EXPECT_TRUE(first(1.0).due_tears.empty());
+    const Results results(records);
+    for (const VerdictRow& row : verdict_of(results).rows) {
+        const bool mine = row.contestant.detector == "mine";
+        EXPECT_NEAR(row.error, std::sqrt(0.4e-3 * (mine ? 1.5e-3 : 1.3e-3)), 1e-12);
+        EXPECT_EQ(row.torn_in, mine ? "drag" : "");
+    }
+}
+
+TEST(Verdict, OfAlikeDepthsTheDetectorThatMissesPairsStandsLast) {
+    // theirs leaves 5 % less and is faster, but misses every second pair.
+    const auto rows_with = [](double theirs_mm) {
+        const std::vector<Record> records{
+            synthetic({.left_mm = 1.0}),
+            synthetic({.detector = "theirs", .own = false, .first_tick_us = 50, .left_mm = theirs_mm, .missing = 2})};
+        const Results results(records);
+        return verdict_of(results).rows.front().contestant.detector;
+    };
+    EXPECT_EQ(rows_with(0.95), "mine");
+    EXPECT_EQ(rows_with(0.85), "theirs") << "more than a tenth is no chance";
+}
+
+TEST(Verdict, AContactAsSoftAsItsSceneAsksIsNoError) {
+    // The stiff one leaves less depth, but its hand is 2 mm from where k lets it be.
+    std::vector<Record> records{
+        synthetic({.scene = "cross", .pair_class = "I2I", .left_mm = 0.8}),
+        synthetic({.scene = "cross", .pair_class = "I2I", .response = "stiff", .left_mm = 0.1, .state_hash = "b"})};
+    records[0].summary["position_error_worst_equal_k"] = 0.2e-3;
+    records[1].summary["position_error_worst_equal_k"] = 2.0e-3;
+    const Results results(records);
+    const Verdict verdict = verdict_of(results);
+    EXPECT_EQ(verdict.rows.front().contestant.response, "push");
+    EXPECT_NEAR(verdict.rows.front().error, 0.2e-3, 1e-12);
+    EXPECT_NEAR(verdict.rows.front().left_max, 0.8e-3, 1e-12) << "told all the same";
 }
 
 TEST(Verdict, TimesOverScenesAreGeometricMeans) {
@@ -219,7 +275,7 @@ TEST(Verdict, AFailedSceneLeavesNoMeanAndGoesLast) {
     EXPECT_EQ(last.failed_runs, 1);
     EXPECT_TRUE(std::isnan(last.p50.value));
     const Table table = verdict_table(verdict, "", 1.0);
-    EXPECT_EQ(table.rows.back().cells.at(7), "fails");
+    EXPECT_EQ(table.rows.back().cells.at(8), "fails");
     EXPECT_EQ(table.rows.back().cells.back(), "1 of 3 runs, 1 of 2 scenes ok");
 }
 
@@ -635,13 +691,13 @@ TEST(Report, ASwitchThatMakesARunFailStandsFirst) {
 }
 
 TEST(Report, AWinnerThatHangsOnOneSceneIsToldAsSuch) {
-    // mine is better on a, theirs on b, and b decides the worst case over both.
+    // mine is better on a, theirs on b, and by more: geometric means 1.73 and 1.41 mm.
     const std::vector<Record> records{
         synthetic({.scene = "a", .left_mm = 1.0}), synthetic({.scene = "b", .left_mm = 3.0}),
         synthetic({.scene = "a", .detector = "theirs", .own = false, .left_mm = 2.0, .state_hash = "b"}),
-        synthetic({.scene = "b", .detector = "theirs", .own = false, .left_mm = 2.5, .state_hash = "b"})};
+        synthetic({.scene = "b", .detector = "theirs", .own = false, .left_mm = 1.0, .state_hash = "b"})};
     const std::string markdown = make_report(records).files.at("report.md");
-    EXPECT_NE(markdown.find("| nothing: depth left at worst, all scenes | `theirs + push (canonical)` | `mine + push "
+    EXPECT_NE(markdown.find("| nothing: error over scenes, all scenes | `theirs + push (canonical)` | `mine + push "
                             "(canonical)` | `theirs + push (canonical)` | yes |"),
               std::string::npos)
         << markdown;
