@@ -34,6 +34,9 @@ void ContactSolver::collect(const Effect& effect, const Frame& frame, const Tiss
     touched_.clear();
     mass_.clear();
     active_.clear();
+    crowded_ = false;
+    products_ = 0;
+    sweeps_ = 0;
     mean_force_.assign(effect.contacts.size(), 0.0);
     mean_friction_.assign(effect.contacts.size(), Vector3::Zero());
     // A contact that was not in the last tick's effect starts with an unstretched tangential spring.
@@ -159,7 +162,8 @@ void ContactSolver::assemble(double h, const TissueState& state) {
 }
 
 /// The matrix of solve_linear times velocities of the touched vertices.
-void ContactSolver::apply(double h, const Matrix3X& velocity, Matrix3X& result) const {
+void ContactSolver::apply(double h, const Matrix3X& velocity, Matrix3X& result) {
+    ++products_;
     for (std::size_t l = 0; l < touched_.size(); ++l) {
         const auto column = static_cast<Eigen::Index>(l);
         result.col(column) = mass_[l] * velocity.col(column);
@@ -186,8 +190,9 @@ void ContactSolver::precondition() {
 
 /// Backward Euler of all contacts that are on: (M + h Σ c Jᵀ J) v' = M v + h Σ (k d − c r) Jᵀ with c = mu + h k and r
 /// the fixed part of the rate. Conjugate gradients with the exact 3×3 blocks of the vertices as preconditioner, so that
-/// contacts that move one vertex each are solved exactly before the first iteration.
-void ContactSolver::solve_linear(double h, const TissueState& state) {
+/// contacts that move one vertex each are solved exactly before the first iteration. False when they end before the
+/// solution is one.
+bool ContactSolver::solve_linear(double h, const TissueState& state) {
     assemble(h, state);
     const auto count = static_cast<Eigen::Index>(touched_.size());
     const auto dot = [count](const Matrix3X& a, const Matrix3X& b) {
@@ -224,6 +229,8 @@ void ContactSolver::solve_linear(double h, const TissueState& state) {
             direction_.col(l) = preconditioned_.col(l) + ratio * direction_.col(l);
         }
     }
+    constexpr double exact = 1e-6;
+    return dot(residual_, residual_) <= exact * exact * dot(right_side_, right_side_);
 }
 
 void ContactSolver::solve(double h, TissueState& state) {
@@ -232,14 +239,28 @@ void ContactSolver::solve(double h, TissueState& state) {
         // Negative damping from the velocity at the start of the sub-step.
         contact.held = contact.on ? -contact.explicit_damping * rate(contact, state) : 0.0;
     }
+    if (!crowded_ && find_active(h, state)) {
+        for (std::size_t l = 0; l < touched_.size(); ++l) {
+            velocity_of(state, touched_[l]) = solution_.col(static_cast<Eigen::Index>(l));
+        }
+        return;
+    }
+    crowded_ = true;
+    sweep(h, state);
+}
+
+/// Searches for the contacts that are on, every guess solved exactly. False where a guess cannot be (conjugate
+/// gradients end too soon for so many vertices), which makes further guesses worthless, or where none of them settles.
+bool ContactSolver::find_active(double h, const TissueState& state) {
     // All that have to change at once settle most sub-steps in a few rounds. Where many contacts share few vertices
     // that may go round in circles; one at a time, always the first, cannot (Murty 1974, least index).
     constexpr int rounds_at_once = 8;
     constexpr int most_changes = 60;
-    bool settled = false;
-    for (int change = 0; change < most_changes && !settled; ++change) {
-        solve_linear(h, state);
-        settled = true;
+    constexpr int most_products = 1500;
+    const std::int64_t start = products_;
+    for (int change = 0; change < most_changes && products_ - start < most_products; ++change) {
+        if (!solve_linear(h, state)) return false;
+        bool settled = true;
         for (Active& contact : active_) {
             double new_rate = contact.fixed_rate;
             for (int i = 0; i < contact.count; ++i) {
@@ -257,34 +278,44 @@ void ContactSolver::solve(double h, TissueState& state) {
             if (change < rounds_at_once || settled) contact.on = joins;
             settled = false;
         }
+        if (settled) return true;
     }
-    if (!settled) {
-        sweep(h, state);
-        return;
-    }
-    for (std::size_t l = 0; l < touched_.size(); ++l) {
-        velocity_of(state, touched_[l]) = solution_.col(static_cast<Eigen::Index>(l));
+    return false;
+}
+
+/// Projected Gauss-Seidel for a bounded number of sweeps: not exact, but what every contact is said to give is what the
+/// tissue gets. From no force at all, so that what is not converged gives less energy, never more.
+void ContactSolver::sweep(double h, TissueState& state) {
+    constexpr int most_sweeps = 100;
+    constexpr double tolerance = 1e-4;  // of the largest force
+    for (Active& contact : active_) contact.force = 0.0;
+    for (int i = 0; i < most_sweeps; ++i) {
+        ++sweeps_;
+        double largest = 0.0;
+        double change = 0.0;
+        for (Active& contact : active_) {
+            const double force = force_alone(h, contact, rate(contact, state));
+            push(contact, h * (force - contact.force), state);
+            change = std::max(change, std::abs(force - contact.force));
+            largest = std::max(largest, std::abs(force));
+            contact.force = force;
+        }
+        if (change <= tolerance * largest) break;
     }
 }
 
-/// Projected Gauss-Seidel from the forces that the search for the contacts that are on has come to: not exact, but
-/// what every contact is said to give is what the tissue gets.
-void ContactSolver::sweep(double h, TissueState& state) {
-    for (const Active& contact : active_) push(contact, h * contact.force, state);
-    constexpr int sweeps = 200;
-    for (int i = 0; i < sweeps; ++i) {
-        for (Active& contact : active_) {
-            const double speed = rate(contact, state);
-            const double c = contact.damping + h * contact.stiffness;
-            double force = (contact.stiffness * contact.depth + contact.held -
-                            c * (speed - h * contact.mobility * contact.force)) /
-                           (1.0 + c * h * contact.mobility);
-            const bool acts = contact.depth >= 0.0 || contact.depth - h * speed > 0.0;
-            if (!contact.bilateral && (!acts || (!contact.adhesive && force < 0.0))) force = 0.0;
-            push(contact, h * (force - contact.force), state);
-            contact.force = force;
-        }
-    }
+/// What a contact gives when all others stay as they are; `speed` is its rate with the force that it gives so far.
+double ContactSolver::force_alone(double h, const Active& contact, double speed) {
+    const double c = contact.damping + h * contact.stiffness;
+    const double response = h * contact.mobility;  // m/s per N
+    const double force = (contact.stiffness * contact.depth + contact.held - c * (speed - response * contact.force)) /
+                         (1.0 + c * response);
+    if (contact.bilateral) return force;
+    if (contact.depth >= 0.0) return contact.adhesive ? force : std::max(force, 0.0);
+    // It meets the other side within this sub-step: at most what stops it there, else a damper would throw it back
+    // before it has arrived, and whether it acts would change from sweep to sweep.
+    const double stop = contact.force + (contact.depth / h - speed) / response;
+    return std::max(0.0, std::min(force, stop));
 }
 
 void ContactSolver::rub(double h, int substeps, TissueState& state) {

@@ -40,6 +40,8 @@ public:
 
     /// Per contact of the effect: mean force along the normal, N; 0 for contacts without tissue.
     [[nodiscard]] std::span<const double> mean_force() const { return mean_force_; }
+    /// How often all contacts were gone through since `collect`: products with their matrix, and sweeps.
+    [[nodiscard]] std::int64_t passes() const { return products_ + sweeps_; }
 
 private:
     /// One contact inside a tick: entries are the moving vertices with their signed weights.
@@ -78,14 +80,19 @@ private:
     [[nodiscard]] double rate(const Active& contact, const TissueState& state) const;
     void push(const Active& contact, double impulse, TissueState& state) const;
     void assemble(double h, const TissueState& state);
-    void apply(double h, const Matrix3X& velocity, Matrix3X& result) const;
+    void apply(double h, const Matrix3X& velocity, Matrix3X& result);
     void precondition();
-    void solve_linear(double h, const TissueState& state);
+    bool solve_linear(double h, const TissueState& state);
+    bool find_active(double h, const TissueState& state);
+    static double force_alone(double h, const Active& contact, double speed);
     void sweep(double h, TissueState& state);
 
     const Effect* effect_ = nullptr;
     // Buffers grow to the largest number of contacts seen and are kept.
     std::vector<Active> active_;
+    bool crowded_ = false;  ///< in this tick the contacts that are on were not found: sweeps take their place
+    std::int64_t products_ = 0;
+    std::int64_t sweeps_ = 0;
     std::vector<double> mean_force_;
     std::vector<Vector3> mean_friction_;  ///< N, per contact of the effect
     Matrix3X slip_;                       ///< 3×N, m: tangential spring of the contact remembered under a vertex

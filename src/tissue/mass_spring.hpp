@@ -53,6 +53,9 @@ public:
     [[nodiscard]] std::int64_t limited_edges() const { return limited_edges_; }
     /// Mean force along the normal that contact i of the last advance's effect gave, N; 0 for contacts without tissue.
     [[nodiscard]] std::span<const double> contact_force() const { return contacts_.mean_force(); }
+    /// How often the last advance went through all its contacts: the contacts' share of its work, whose bound per
+    /// sub-step does not depend on how many there are.
+    [[nodiscard]] std::int64_t contact_passes() const { return contacts_.passes(); }
 
 private:
     template <typename Act>
