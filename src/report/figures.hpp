@@ -86,6 +86,9 @@ struct RunFigures {
     double repairs = not_known;  ///< NaN: the response keeps no sides
     double truncated_ticks = not_known;
     [[nodiscard]] bool ok() const { return record->outcome.ok(); }
+    /// The response told a rupture where the hard reference passes the strain limit: the right answer, whatever is deep
+    /// in torn tissue.
+    [[nodiscard]] bool tears_when_due() const { return ruptures > 0.0 && reference_clears == 0.0; }
 };
 
 RunFigures figures_of(const Record& record);

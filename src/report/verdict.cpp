@@ -68,7 +68,7 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
         ++row.scenes_ok;
         take_larger(row.depth_error_max, result->first(&RunFigures::depth_error_max));
         const double left_max = result->first(&RunFigures::left_max);
-        if (tears_when_due(*result)) {
+        if (result->runs.front().tears_when_due()) {
             row.due_tears.push_back(scene);
             take_larger(row.due_tear_max, left_max);
         } else if (!std::isnan(left_max)) {

@@ -50,10 +50,6 @@ void sort_alike(std::vector<VerdictRow>& rows) {
 
 }  // namespace
 
-bool tears_when_due(const SceneResult& result) {
-    return result.first(&RunFigures::ruptures) > 0.0 && result.first(&RunFigures::reference_clears) == 0.0;
-}
-
 double error_on(const SceneResult& result, const std::string& pair_class) {
     const double way = result.first(&RunFigures::position_worst_equal_k);
     const bool rigid = pair_class == "I2I" || pair_class == "I2R";

@@ -9,10 +9,6 @@
 
 namespace trocar {
 
-/// The response told a rupture where the hard reference passes the strain limit: the right answer, whatever is deep in
-/// torn tissue.
-bool tears_when_due(const SceneResult& result);
-
 /// How wrong a closed loop was on one scene (m), at least 1 µm: the depth left at worst. Where only instruments and
 /// bones meet (I2I, I2R) that depth is the contact's own compliance; there it is how far at worst the bodies are from
 /// the reference of equal stiffness, if there is one. NaN: no depth.

@@ -420,20 +420,23 @@ TEST(Report, ThesisTableStandsBesideThePublishedFigures) {
 TEST(Report, TableTwoOneHasNumbersWhereAResponseStandsForARowAndNotMeasuredElsewhere) {
     std::vector<Record> records = three_contestants();
     EXPECT_NE(make_report(records).files.at("report.md").find("| in no row |"), std::string::npos);
-    // Two runs of 1100 timed ticks of a response that stands for a row: 3.5 mm left at worst with tissue, 1.25 mm
-    // without.
+    // Three runs of 1100 timed ticks of a response that stands for a row: 3.5 mm left at worst with tissue, 1.25 mm
+    // without, and 9 mm in tissue that hard contact tears too.
     Record tissue = synthetic({.response = "bounce", .left_mm = 3.5});
     Record rigid = synthetic({.scene = "cross", .pair_class = "I2I", .response = "bounce", .left_mm = 1.25});
     Record broken = synthetic({.scene = "stab", .response = "bounce", .outcome = {OutcomeKind::unstable, "blew up"}});
-    for (Record* record : {&tissue, &rigid, &broken}) {
+    Record torn = synthetic({.scene = "drag", .response = "bounce", .left_mm = 9.0});
+    for (Record* record : {&tissue, &rigid, &broken, &torn}) {
         record->environment["response.table_row"] = "B. Mirtich et al";
         for (StepRow& row : record->rows) row.stage_ns.at(static_cast<std::size_t>(Stage::respond)) = 7000;
         record->summary = summarize(record->rows);
         records.push_back(*record);
     }
+    records.back().summary["ruptures"] = 1;
+    records.back().summary["reference_clears_hard"] = 0;
     const std::string markdown = make_report(records).files.at("report.md");
-    EXPECT_NE(markdown.find("| B. Mirtich et al | Impulse based | Y / N / N | `bounce` (canonical) | 2 of 3 | 3 | 7.00 "
-                            "| 107 | 0 of 2200 | 1.25 | 3.50 |"),
+    EXPECT_NE(markdown.find("| B. Mirtich et al | Impulse based | Y / N / N | `bounce` (canonical) | 3 of 4 | 4 | 7.00 "
+                            "| 107 | 0 of 3300 | 1.25 | 3.50; tear due 9.00 |"),
               std::string::npos)
         << markdown.substr(markdown.find("Table 2.1"), 5000);
     EXPECT_NE(markdown.find("| D. Baraff et al | Constraint | N / Y / Y | not measured |"), std::string::npos);
