@@ -4,12 +4,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <numeric>
 
-#include "geometry/exact.hpp"
 #include "respond/common.hpp"
 #include "respond/equations.hpp"
+#include "respond/surface_crossings.hpp"
 
 namespace trocar {
 namespace {
@@ -19,61 +18,6 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 /// Samples are tracked at a point a hair beside the vertex, always the same way, so that no path runs exactly through
 /// an edge of a regular mesh.
 const Vector3 hair{1.37e-11, -2.91e-11, 2.23e-11};
-
-/// +1 when x lies inside the tetrahedron and its corners are positively oriented, -1 inside the other way, 0 outside.
-int inside_tetrahedron(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& d, const Vector3& x) {
-    const int whole = orientation_sign(a, b, c, d);
-    if (whole == 0) return 0;
-    if (orientation_sign(x, b, c, d) != whole || orientation_sign(a, x, c, d) != whole ||
-        orientation_sign(a, b, x, d) != whole || orientation_sign(a, b, c, x) != whole) {
-        return 0;
-    }
-    return whole;
-}
-
-/// +1 when the segment goes from the front of the triangle to its back, -1 the other way, 0 without crossing.
-int segment_crossing(const Vector3& from, const Vector3& to, const Vector3& a, const Vector3& b, const Vector3& c) {
-    const int start = orientation_sign(a, b, c, from);  // -1: in front
-    const int end = orientation_sign(a, b, c, to);
-    if (start == end) return 0;
-    const int s1 = orientation_sign(from, to, a, b);
-    const int s2 = orientation_sign(from, to, b, c);
-    const int s3 = orientation_sign(from, to, c, a);
-    if (s1 != s2 || s2 != s3 || s1 == 0) return 0;
-    return start < end ? 1 : -1;
-}
-
-/// Crossing of a point at rest by a triangle whose corners move from `p` to `q`, one after the other in the order of
-/// their numbers. Front to back of the point counts +1: the triangle passes over it along its normal.
-int sweep_crossing(const Vector3& x, const std::array<Index, 3>& number, const equations::Corners& p,
-                   const equations::Corners& q) {
-    std::array<std::size_t, 3> order{0, 1, 2};
-    std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return number[i] < number[j]; });
-    equations::Corners now = p;
-    int sum = 0;
-    for (const std::size_t i : order) {
-        // The corner moves along now[i] → q[i]: the triangle sweeps this tetrahedron. It is positively oriented in
-        // the sense of orientation_sign when the corner moves to the back of the triangle.
-        const int sign = inside_tetrahedron(now[0], now[1], now[2], q[i], x);
-        // Moving to the back (+1): the point was behind and is now in front, which is -1.
-        sum -= sign;
-        now[i] = q[i];
-    }
-    return sum;
-}
-
-/// Solid angle of a triangle seen from x over 4 pi (van Oosterom, Strackee 1983).
-double winding_part(const equations::Corners& t, const Vector3& x) {
-    const Vector3 a = t[0] - x;
-    const Vector3 b = t[1] - x;
-    const Vector3 c = t[2] - x;
-    const double la = a.norm();
-    const double lb = b.norm();
-    const double lc = c.norm();
-    const double numerator = a.dot(b.cross(c));
-    const double denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    return std::atan2(numerator, denominator) / (2.0 * std::numbers::pi);
-}
 
 /// How far around a sample's way a triangle may be at the end of the tick that it met in the tick.
 Vector3 margin_of(double largest_move) { return Vector3::Constant(largest_move * 1.0000001 + 1e-9); }
@@ -95,14 +39,6 @@ std::vector<std::array<Index, 2>> edges_of(const Topology& topology, Range trian
 
 double length(const Matrix3X& position, const std::array<Index, 2>& edge) {
     return (position.col(edge[1]) - position.col(edge[0])).norm();
-}
-
-double winding_number(const Topology& topology, const Matrix3X& position, Range triangles, const Vector3& x) {
-    double winding = 0.0;
-    for (Index t = triangles.first; t < triangles.end(); ++t) {
-        winding += winding_part(corners_of(topology, position, t), x);
-    }
-    return winding;
 }
 
 }  // namespace
@@ -146,7 +82,7 @@ void CrossingLedger::prepare(const Topology& topology, bool on_edges) {
     }
     for (Tissue& tissue : tissues_) {
         tissue.count.assign(samples_.size(), 0);
-        tissue.entry.assign(samples_.size(), -1);
+        tissue.layers.assign(samples_.size(), {});
     }
 }
 
@@ -162,29 +98,24 @@ int CrossingLedger::count(Index vertex, Index tissue) const {
     return one == nullptr || sample < 0 ? 0 : one->count[at(sample)];
 }
 
-const Penetration* CrossingLedger::penetration_of(std::size_t sample, Index tissue) const {
-    const Tissue* one = tissue_of(tissue);
-    const Index entry = one == nullptr ? -1 : one->entry[sample];
-    return entry < 0 ? nullptr : &penetrations_[at(entry)];
-}
-
-const Penetration* CrossingLedger::penetration(Index vertex, Index tissue) const {
+std::span<const Penetration> CrossingLedger::layers(Index vertex, Index tissue) const {
     const Index sample = sample_of_vertex_[at(vertex)];
-    return sample < 0 ? nullptr : penetration_of(at(sample), tissue);
+    const Tissue* one = tissue_of(tissue);
+    if (one == nullptr || sample < 0) return {};
+    const Range& range = one->layers[at(sample)];
+    return std::span(penetrations_).subspan(at(range.first), at(range.count));
 }
 
-const Penetration* CrossingLedger::penetration_on_edge(Index u, Index v, Index tissue) const {
+std::span<const Penetration> CrossingLedger::layers_on_edge(Index u, Index v, Index tissue) const {
     const auto key = std::minmax({u, v});
     const auto edge = std::lower_bound(edges_.begin(), edges_.end(), key, [](const SampledEdge& one, const auto& ends) {
         return std::pair{one.u, one.v} < ends;
     });
-    if (edge == edges_.end() || edge->u != key.first || edge->v != key.second) return nullptr;
-    const Penetration* deepest = nullptr;
-    for (Index s = edge->samples.first; s < edge->samples.end(); ++s) {
-        const Penetration* p = penetration_of(at(s), tissue);
-        if (p != nullptr && (deepest == nullptr || p->depth > deepest->depth)) deepest = p;
-    }
-    return deepest;
+    const Tissue* one = tissue_of(tissue);
+    if (one == nullptr || edge == edges_.end() || edge->u != key.first || edge->v != key.second) return {};
+    const Index first = one->layers[at(edge->samples.first)].first;
+    const Index end = one->layers[at(edge->samples.end() - 1)].end();
+    return std::span(penetrations_).subspan(at(first), at(end - first));
 }
 
 /// Half a tissue edge apart (METHODS §9.2: every h/2).
@@ -218,7 +149,7 @@ void CrossingLedger::add_edge_samples(const Topology& topology, const Frame& fra
     }
     for (Tissue& tissue : tissues_) {
         tissue.count.resize(samples_.size(), 0);
-        tissue.entry.resize(samples_.size(), -1);
+        tissue.layers.resize(samples_.size());
     }
 }
 
@@ -383,6 +314,7 @@ void CrossingLedger::check_closed(const Topology& topology, const Frame& frame, 
 }
 
 void CrossingLedger::count_crossings(const Topology& topology, const Frame& frame, Tissue& tissue) {
+    tissue.crossings.clear();
     const Index bodies = topology.body_count();
     const auto tested = [&](std::size_t s) { return tested_[at(samples_[s].body * bodies + tissue.body)] != 0; };
     const std::size_t vertices = edges_.empty() ? samples_.size() : at(edges_.front().samples.first);
@@ -424,12 +356,17 @@ void CrossingLedger::count_crossings_of(std::size_t s, const Topology& topology,
         const equations::Corners after = corners_of(topology, frame.position, t);
         Box here;
         for (const Vector3& corner : after) here.add(corner);
-        if (here.overlaps(path)) change += segment_crossing(from, to, after[0], after[1], after[2]);
-        if (before == after) return;
-        for (const Vector3& corner : before) here.add(corner);
-        Box point;
-        point.add(from);
-        if (here.overlaps(point)) change += sweep_crossing(from, number, before, after);
+        int sign = 0;
+        if (here.overlaps(path)) sign += segment_crossing(from, to, after[0], after[1], after[2]);
+        if (before != after) {
+            for (const Vector3& corner : before) here.add(corner);
+            Box point;
+            point.add(from);
+            if (here.overlaps(point)) sign += sweep_crossing(from, number, before, after);
+        }
+        if (sign == 0) return;
+        change += sign;
+        tissue.crossings.push_back({static_cast<Index>(s), t, sign});
     });
     if (change != 0) tissue.count[s] = static_cast<std::int16_t>(tissue.count[s] + change);
 }
@@ -489,32 +426,6 @@ void CrossingLedger::fill_whole(const Topology& topology, const Frame& frame, Ti
     tissue.whole = true;
 }
 
-void follow_surface(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
-                    const Vector3& point, Index& triangle, Vector3& weights) {
-    const auto distance_to = [&](Index t, Vector3& w) {
-        const equations::Corners corners = corners_of(topology, frame.position, t);
-        w = equations::nearest_weights(corners, point);
-        return (equations::point_at(corners, w) - point).norm();
-    };
-    double distance = distance_to(triangle, weights);
-    constexpr int most_steps = 4;
-    for (int step = 0; step < most_steps; ++step) {
-        const Index centre = triangle;
-        for (int i = 0; i < 3; ++i) {
-            for (const Index t : surface.triangles_at(topology.triangles(i, centre))) {
-                Vector3 w;
-                const double here = distance_to(t, w);
-                if (here < distance) {
-                    distance = here;
-                    triangle = t;
-                    weights = w;
-                }
-            }
-        }
-        if (triangle == centre) break;
-    }
-}
-
 void CrossingLedger::update(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
                             const ContactSet& contacts) {
     if (!started_) {
@@ -542,50 +453,32 @@ void CrossingLedger::update(const Topology& topology, const SurfaceNeighbours& s
     last_tick_ = frame.tick;
     ++updates_;
 
-    // Entries of the last tick that are still on the wrong side keep their anchor.
     kept_.swap(penetrations_);
     penetrations_.clear();
-    for (Tissue& tissue : tissues_) {
-        for (std::size_t s = 0; s < samples_.size(); ++s) {
-            const int count = tissue.count[s];
-            // Inside a closed body; on an open sheet either side may be the wrong one.
-            const bool wrong = tissue.closed ? count > 0 : count != 0;
-            Index& entry = tissue.entry[s];
-            if (!wrong && entry < 0) continue;
-            Penetration penetration;
-            if (entry >= 0) {
-                penetration = kept_[at(entry)];
-                ++penetration.age;
-            } else {
-                penetration.sample = samples_[s];
-                penetration.tissue = tissue.body;
-                penetration.side = count > 0 ? 1.0 : -1.0;
-                penetration.triangle = nearest_triangle(topology, frame, tissue, samples_[s].of(frame.position));
-                if (penetration.triangle < 0) continue;
-            }
-            entry = -1;
-            const Vector3 x = penetration.sample.of(frame.position);
-            follow_surface(topology, surface, frame, x, penetration.triangle, penetration.weights);
-            penetration.normal = penetration.side * surface.blended_normal(topology, frame.position,
-                                                                           penetration.triangle, penetration.weights);
-            // From the nearest point to the one that the normal meets: pushing the surface there along the normal
-            // closes the depth and nothing else.
-            equations::Corners corners = corners_of(topology, frame.position, penetration.triangle);
-            const Vector3 face = equations::unit_normal(corners);
-            const double slope = face.dot(penetration.normal);
-            constexpr double least_slope = 0.3;
-            if (std::abs(slope) > least_slope) {
-                const Vector3 target = x + face.dot(corners[0] - x) / slope * penetration.normal;
-                follow_surface(topology, surface, frame, target, penetration.triangle, penetration.weights);
-                corners = corners_of(topology, frame.position, penetration.triangle);
-            }
-            penetration.face = penetration.side * equations::unit_normal(corners);
-            const Vector3 anchor = equations::point_at(corners, penetration.weights);
-            penetration.depth = penetration.normal.dot(anchor - x);
-            if (!wrong && (penetration.ruptured || (anchor - x).norm() > resting_margin)) continue;
-            entry = static_cast<Index>(penetrations_.size());
-            penetrations_.push_back(penetration);
-        }
+    for (Tissue& tissue : tissues_) update_layers(topology, surface, frame, tissue);
+}
+
+/// Layers of the last tick that are still crossed, or near, keep their anchor.
+void CrossingLedger::update_layers(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
+                                   Tissue& tissue) {
+    layers_.look_at(topology, surface, frame);
+    auto crossing = tissue.crossings.begin();
+    for (std::size_t s = 0; s < samples_.size(); ++s) {
+        Range& range = tissue.layers[s];
+        const int count = tissue.count[s];
+        const auto first = crossing;
+        while (crossing != tissue.crossings.end() && at(crossing->sample) == s) ++crossing;
+        const Range last = range;
+        range = {static_cast<Index>(penetrations_.size()), 0};
+        if (last.count == 0 && first == crossing && count == 0) continue;
+        layers_.begin(samples_[s], tissue.body);
+        for (Index layer = last.first; layer < last.end(); ++layer) layers_.keep(kept_[at(layer)]);
+        for (auto c = first; c != crossing; ++c) layers_.cross(c->triangle, c->sign);
+        layers_.cancel();
+        layers_.agree_with(count,
+                           [&] { return nearest_triangle(topology, frame, tissue, samples_[s].of(frame.position)); });
+        layers_.append_to(penetrations_, resting_margin);
+        range.count = static_cast<Index>(penetrations_.size()) - range.first;
     }
 }
 

@@ -4,49 +4,17 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
+#include <span>
 #include <vector>
 
 #include "contact/contact_set.hpp"
+#include "respond/penetration.hpp"
 #include "respond/surface.hpp"
 #include "respond/surface_blocks.hpp"
 #include "respond/triangle_grid.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
-
-/// A point of another body that the ledger follows: a vertex, or a point on one of its long edges.
-struct LedgerSample {
-    Index vertex = -1;
-    Index other = -1;       ///< other end of the edge, -1 for a vertex
-    double fraction = 0.0;  ///< of the way from `vertex` to `other`
-    Index body = -1;
-
-    /// Of a 3×N matrix with a column per vertex: positions or velocities (exact for rigid bodies).
-    [[nodiscard]] Vector3 of(const Matrix3X& columns) const {
-        if (other < 0) return columns.col(vertex);
-        return (1.0 - fraction) * columns.col(vertex) + fraction * columns.col(other);
-    }
-};
-
-/// A sample point that has crossed a tissue surface.
-struct Penetration {
-    LedgerSample sample;
-    Index tissue = -1;    ///< tissue body
-    Index triangle = -1;  ///< anchor: surface point that the normal through the sample meets
-    Vector3 weights = Vector3::Zero();
-    Vector3 normal =
-        Vector3::Zero();             ///< unit, continuous along the surface, towards the side where the sample belongs
-    Vector3 face = Vector3::Zero();  ///< unit normal of the anchor's triangle, same side
-    double depth = 0.0;              ///< m, of the sample below the anchor along -normal; negative = clear
-    double side = 1.0;               ///< +1: belongs in front of the surface, -1: behind it
-    std::int64_t age = 0;            ///< ticks
-    std::int64_t stalled = 0;        ///< ticks for which the depth has not fallen while the tissue is at its limit
-    std::int64_t stretched = 0;      ///< ticks in a row that it pressed on tissue at the strain limit
-    double least_depth = std::numeric_limits<double>::infinity();  ///< m, so far
-    bool ruptured = false;                                         ///< given up until the sample is back on its side
-    double opening = 0.0;  ///< m, ruptured: as deep as the tear lets it be by now
-};
 
 /// Counts signed crossings per sample and tissue body. The motion of a tick is taken as tissue first, tool second; the
 /// tissue's motion as its vertices moving one after the other in order of their numbers, which sweeps tetrahedra whose
@@ -70,10 +38,10 @@ public:
     /// fixed order. The latter keep a resting contact from being lost and found again every other tick.
     [[nodiscard]] std::vector<Penetration>& penetrations() { return penetrations_; }
     [[nodiscard]] const std::vector<Penetration>& penetrations() const { return penetrations_; }
-    /// That of a vertex with a tissue body; null where there is none.
-    [[nodiscard]] const Penetration* penetration(Index vertex, Index tissue) const;
-    /// That of the samples between two vertices with a tissue body: of the deepest; null where there is none.
-    [[nodiscard]] const Penetration* penetration_on_edge(Index u, Index v, Index tissue) const;
+    /// Those of a vertex with a tissue body, one a layer.
+    [[nodiscard]] std::span<const Penetration> layers(Index vertex, Index tissue) const;
+    /// Those of the samples between two vertices with a tissue body.
+    [[nodiscard]] std::span<const Penetration> layers_on_edge(Index u, Index v, Index tissue) const;
     /// Signed crossings of a sample with a tissue body since the start (front to back +1), start state included.
     [[nodiscard]] int count(Index vertex, Index tissue) const;
     /// Counts that the periodic check against the winding number of closed tissue has put right since prepare. Every
@@ -82,6 +50,11 @@ public:
     static constexpr std::int64_t check_period = 64;  ///< ticks
 
 private:
+    struct Crossing {
+        Index sample = -1;
+        Index triangle = -1;
+        int sign = 0;  ///< front to back +1
+    };
     struct Tissue {
         Index body = -1;
         bool closed = false;
@@ -92,7 +65,8 @@ private:
         bool whole = false;  ///< the grid holds all triangles
         double largest_move = 0.0;
         std::vector<std::int16_t> count;  ///< per sample
-        std::vector<Index> entry;         ///< per sample: position in penetrations_, -1
+        std::vector<Range> layers;        ///< per sample: in penetrations_
+        std::vector<Crossing> crossings;  ///< of this tick, by sample
     };
     /// An edge with samples on it, u < v.
     struct SampledEdge {
@@ -102,7 +76,6 @@ private:
     };
 
     void add_edge_samples(const Topology& topology, const Frame& frame);
-    [[nodiscard]] const Penetration* penetration_of(std::size_t sample, Index tissue) const;
     void find_start(const Topology& topology, const Frame& frame, const ContactSet& contacts);
     void find_start_by_crossings(const Topology& topology, const Frame& frame, Tissue& tissue, Index body);
     [[nodiscard]] static int crossings(const Topology& topology, const Frame& frame, Tissue& tissue,
@@ -111,6 +84,7 @@ private:
     void count_crossings(const Topology& topology, const Frame& frame, Tissue& tissue);
     void count_crossings_of(std::size_t s, const Topology& topology, const Frame& frame, Tissue& tissue);
     [[nodiscard]] const Tissue* tissue_of(Index body) const;
+    void update_layers(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame, Tissue& tissue);
     void find_regions(const Topology& topology, const Frame& frame, Tissue& tissue);
     void fill_near(const Topology& topology, const Frame& frame, Tissue& tissue);
     void fill_whole(const Topology& topology, const Frame& frame, Tissue& tissue);
@@ -131,11 +105,7 @@ private:
     std::int64_t repairs_ = 0;
     std::vector<Penetration> penetrations_;
     std::vector<Penetration> kept_;
+    SampleLayers layers_;
 };
-
-/// Slides `triangle` to the nearest point of its surface by a walk over neighbouring triangles and sets the weights of
-/// that point.
-void follow_surface(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
-                    const Vector3& point, Index& triangle, Vector3& weights);
 
 }  // namespace trocar

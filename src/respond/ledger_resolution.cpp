@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace trocar {
 namespace {
@@ -201,6 +202,20 @@ bool cannot_move(const ThesisState& state, Index triangle) {
     return state.fixed(corner[0]) && state.fixed(corner[1]) && state.fixed(corner[2]);
 }
 
+/// The deepest of the layers that face the same way as this normal of the surface, else of all: the walls of a fold
+/// face each other. Null where there is none.
+const Penetration* deepest_of(std::span<const Penetration> layers, const Vector3& outwards) {
+    const Penetration* deepest = nullptr;
+    bool agrees = false;
+    for (const Penetration& layer : layers) {
+        const bool faces_it = layer.side * layer.face.dot(outwards) > 0.0;
+        if (deepest != nullptr && (faces_it != agrees ? agrees : layer.depth <= deepest->depth)) continue;
+        deepest = &layer;
+        agrees = faces_it;
+    }
+    return deepest;
+}
+
 }  // namespace
 
 void LedgerResolution::prepare(const Topology& topology, bool on_edges) {
@@ -238,12 +253,16 @@ void LedgerResolution::respond(const ThesisState& state, const Frame& frame, con
     }
 }
 
-std::optional<double> LedgerResolution::side_of(const Topology& topology, Index triangle, Index tissue) const {
+std::optional<double> LedgerResolution::side_of(const Topology& topology, const Frame& frame, Index triangle,
+                                                Index tissue_face) const {
+    const Index tissue = topology.body_of_triangle[at(tissue_face)];
+    const Vector3 outwards = area_normal(topology, frame.position, tissue_face);
     std::optional<double> side;
     const auto corner = topology.triangles.col(triangle);
     for (int i = 0; i < 3; ++i) {
-        for (const Penetration* p : {ledger_.penetration(corner[i], tissue),
-                                     ledger_.penetration_on_edge(corner[i], corner[(i + 1) % 3], tissue)}) {
+        for (const auto& layers :
+             {ledger_.layers(corner[i], tissue), ledger_.layers_on_edge(corner[i], corner[(i + 1) % 3], tissue)}) {
+            const Penetration* p = deepest_of(layers, outwards);
             if (p == nullptr) continue;
             if (p->ruptured) return 0.0;
             side = p->side;

@@ -25,9 +25,10 @@ public:
     void respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts,
                  const SqueezedTissue& squeezed, const TornTissue& torn, Effect& effect);
     [[nodiscard]] const std::vector<Penetration>& penetrations() const { return ledger_.penetrations(); }
-    /// On which side of a tissue body (+1: front) this triangle belongs, where the ledger knows it of a corner or of
-    /// a point on its edges; 0 where one has been given up.
-    [[nodiscard]] std::optional<double> side_of(const Topology& topology, Index triangle, Index tissue) const;
+    /// On which side (+1: front) of the tissue around a face of it this triangle belongs, where the ledger knows it of
+    /// a corner or of a point on its edges; 0 where one has been given up.
+    [[nodiscard]] std::optional<double> side_of(const Topology& topology, const Frame& frame, Index triangle,
+                                                Index tissue_face) const;
 
 private:
     [[nodiscard]] static bool gives_up(const ThesisState& state, const Frame& frame, const SqueezedTissue& squeezed,

@@ -313,7 +313,7 @@ private:
         const bool tissue_b = kind(body_b) == BodyKind::tissue;
         if (tissue_b && state_.follows(contact.vertex_b, body_a)) return;
         const bool by_history = !tissue_a && tissue_b && settings().resolution == Resolution::ledger;
-        const auto side = by_history ? ledger_.side_of(*topology_, contact.a, body_b) : std::nullopt;
+        const auto side = by_history ? ledger_.side_of(*topology_, frame, contact.a, contact.b) : std::nullopt;
         if (side && (*side == 0.0 || pair == nullptr || !settings().constrain)) return;
         const Vector3 direction = settings().edge_normal ? contact.normal : contact.interval_direction;
         const double depth = settings().edge_normal ? contact.depth : contact.interval_length;
@@ -323,8 +323,8 @@ private:
         const double k = state_.stiffness(body_a, body_b, on_tissue, contact.vertex_b);
         if (tissue_a && tissue_b) {
             // Of two tissues, either may have a corner that has crossed the other.
-            if (by_ledger() &&
-                (ledger_.side_of(*topology_, contact.a, body_b) || ledger_.side_of(*topology_, contact.b, body_a)))
+            if (by_ledger() && (ledger_.side_of(*topology_, frame, contact.a, contact.b) ||
+                                ledger_.side_of(*topology_, frame, contact.b, contact.a)))
                 return;
             bounce(state_, frame, direction, b, a, depth, k, effect);
             return;

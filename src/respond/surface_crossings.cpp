@@ -1,0 +1,75 @@
+#include "respond/surface_crossings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "geometry/exact.hpp"
+#include "respond/common.hpp"
+
+namespace trocar {
+namespace {
+
+/// +1 when x lies inside the tetrahedron and its corners are positively oriented, -1 inside the other way, 0 outside.
+int inside_tetrahedron(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& d, const Vector3& x) {
+    const int whole = orientation_sign(a, b, c, d);
+    if (whole == 0) return 0;
+    if (orientation_sign(x, b, c, d) != whole || orientation_sign(a, x, c, d) != whole ||
+        orientation_sign(a, b, x, d) != whole || orientation_sign(a, b, c, x) != whole) {
+        return 0;
+    }
+    return whole;
+}
+
+/// Solid angle of a triangle seen from x over 4 pi (van Oosterom, Strackee 1983).
+double winding_part(const equations::Corners& t, const Vector3& x) {
+    const Vector3 a = t[0] - x;
+    const Vector3 b = t[1] - x;
+    const Vector3 c = t[2] - x;
+    const double la = a.norm();
+    const double lb = b.norm();
+    const double lc = c.norm();
+    const double numerator = a.dot(b.cross(c));
+    const double denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+    return std::atan2(numerator, denominator) / (2.0 * std::numbers::pi);
+}
+
+}  // namespace
+
+int segment_crossing(const Vector3& from, const Vector3& to, const Vector3& a, const Vector3& b, const Vector3& c) {
+    const int start = orientation_sign(a, b, c, from);  // -1: in front
+    const int end = orientation_sign(a, b, c, to);
+    if (start == end) return 0;
+    const int s1 = orientation_sign(from, to, a, b);
+    const int s2 = orientation_sign(from, to, b, c);
+    const int s3 = orientation_sign(from, to, c, a);
+    if (s1 != s2 || s2 != s3 || s1 == 0) return 0;
+    return start < end ? 1 : -1;
+}
+
+int sweep_crossing(const Vector3& x, const std::array<Index, 3>& number, const equations::Corners& p,
+                   const equations::Corners& q) {
+    std::array<std::size_t, 3> order{0, 1, 2};
+    std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return number[i] < number[j]; });
+    equations::Corners now = p;
+    int sum = 0;
+    for (const std::size_t i : order) {
+        // The corner moves along now[i] → q[i]: the triangle sweeps this tetrahedron. It is positively oriented in
+        // the sense of orientation_sign when the corner moves to the back of the triangle.
+        const int sign = inside_tetrahedron(now[0], now[1], now[2], q[i], x);
+        // Moving to the back (+1): the point was behind and is now in front, which is -1.
+        sum -= sign;
+        now[i] = q[i];
+    }
+    return sum;
+}
+
+double winding_number(const Topology& topology, const Matrix3X& position, Range triangles, const Vector3& x) {
+    double winding = 0.0;
+    for (Index t = triangles.first; t < triangles.end(); ++t) {
+        winding += winding_part(corners_of(topology, position, t), x);
+    }
+    return winding;
+}
+
+}  // namespace trocar

@@ -1,0 +1,26 @@
+// Signed crossings of points with triangle surfaces, by exact signs of volumes: no crossing is lost or counted twice
+// where triangles meet, so that a sum of them is a side. The winding number of a closed surface is the second way to
+// the same answer.
+#pragma once
+
+#include <array>
+
+#include "respond/equations.hpp"
+#include "scene/world.hpp"
+
+namespace trocar {
+
+/// +1 when the segment goes from the front of the triangle to its back, -1 the other way, 0 without crossing.
+[[nodiscard]] int segment_crossing(const Vector3& from, const Vector3& to, const Vector3& a, const Vector3& b,
+                                   const Vector3& c);
+
+/// Crossing of a point at rest by a triangle whose corners move from `p` to `q`, one after the other in the order of
+/// their numbers. Front to back of the point counts +1: the triangle passes over it along its normal.
+[[nodiscard]] int sweep_crossing(const Vector3& x, const std::array<Index, 3>& number, const equations::Corners& p,
+                                 const equations::Corners& q);
+
+/// Of a closed surface around x: 1 inside where its normals point outwards, 0 outside, to rounding.
+[[nodiscard]] double winding_number(const Topology& topology, const Matrix3X& position, Range triangles,
+                                    const Vector3& x);
+
+}  // namespace trocar

@@ -1,0 +1,172 @@
+// Tissue in two layers under a tool: a sheet folded over itself and a flat bag. The ledger against closed forms on
+// walls that stand still, the corrected response against the heights of both layers, found by brute force.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <tuple>
+
+#include "measure/depth_truth.hpp"
+#include "respond/crossing_ledger.hpp"
+#include "support/closed_loop.hpp"
+#include "support/folded_tissue.hpp"
+
+namespace trocar {
+namespace {
+
+using test::ClosedLoop;
+using test::LayeredTissue;
+using test::LoopBody;
+using test::make_bag;
+using test::make_fold;
+using test::make_shaft;
+
+constexpr double edge = 0.005;  // m
+constexpr double gap = 0.003;   // m
+
+std::vector<LayeredTissue> both_tissues(double layer_gap) {
+    return {make_fold(0.03, 0.035, layer_gap, edge), make_bag(12, edge, layer_gap)};
+}
+
+/// A tool that the test moves through tissue at rest, its point below; the tool is body 0.
+class PassedTissue {
+public:
+    explicit PassedTissue(const LayeredTissue& tissue)
+        : loop_({LoopBody{.name = "tool", .kind = BodyKind::instrument, .mesh = make_shaft(0.002, 0.06, 7, 0.01)},
+                 LoopBody{.name = "tissue", .kind = BodyKind::tissue, .closed = tissue.closed, .mesh = tissue.mesh}},
+                "penalty"),
+          start_(loop_.frame.position) {
+        surface_.prepare(loop_.topology);
+        ledger_.prepare(loop_.topology, false);
+    }
+    void move_to(const Vector3& place) {
+        const Range tool = loop_.topology.bodies[0].vertices;
+        loop_.frame.position.middleCols(tool.first, tool.count) =
+            start_.middleCols(tool.first, tool.count).colwise() + place;
+        ++loop_.frame.tick;
+        ledger_.update(loop_.topology, surface_, loop_.frame, {});
+    }
+    /// Of the point.
+    [[nodiscard]] std::vector<Penetration> crossed_layers() const {
+        std::vector<Penetration> crossed;
+        for (const Penetration& p : ledger_.layers(0, 1)) {
+            if (p.crossed != 0) crossed.push_back(p);
+        }
+        return crossed;
+    }
+    [[nodiscard]] int count() const { return ledger_.count(0, 1); }
+    /// Of all vertices.
+    [[nodiscard]] std::ptrdiff_t all_crossed() const {
+        return std::count_if(ledger_.penetrations().begin(), ledger_.penetrations().end(),
+                             [](const Penetration& p) { return p.crossed != 0; });
+    }
+
+private:
+    ClosedLoop loop_;
+    Matrix3X start_;
+    SurfaceNeighbours surface_;
+    CrossingLedger ledger_;
+};
+
+TEST(TissueLayers, ToolThatHasPassedBothWallsIsBelowEachByItsOwnDepthAndFreeWhenItComesBack) {
+    for (const LayeredTissue& tissue : both_tissues(gap)) {
+        // Slowly, and so fast that both walls are passed in one tick.
+        for (const double step : {0.0004, 0.02}) {
+            PassedTissue passed(tissue);
+            const auto at_height = [&](double z) {
+                passed.move_to(Vector3(0.0013, 0.0007, z));
+                const std::vector<Penetration> layers = passed.crossed_layers();
+                const std::size_t expected = z > 0.0 ? 0 : (z > -gap ? 1 : 2);
+                ASSERT_EQ(layers.size(), expected) << "height " << z << " closed " << tissue.closed;
+                EXPECT_EQ(passed.count(), expected == 1 ? 1 : 0);
+                for (const Penetration& layer : layers) {
+                    // The lower wall's front looks down: the tool belongs behind it.
+                    EXPECT_EQ(layer.crossed, layer.side);
+                    EXPECT_NEAR(layer.normal.z(), 1.0, 1e-12);
+                    EXPECT_NEAR(layer.depth, layer.side > 0.0 ? -z : -gap - z, 1e-12);
+                }
+                if (expected == 2) {
+                    EXPECT_EQ(layers[0].side * layers[1].side, -1.0);
+                }
+            };
+            const double lowest = -gap - 0.0041;
+            const double highest = 0.0053;
+            const auto steps = static_cast<int>(std::ceil((highest - lowest) / step));
+            for (int i = 0; i <= steps; ++i) at_height(highest + (lowest - highest) * i / steps);
+            for (int i = 0; i <= steps; ++i) at_height(lowest + (highest - lowest) * i / steps);
+            EXPECT_EQ(passed.all_crossed(), 0);
+        }
+    }
+}
+
+TEST(TissueLayers, ToolThatLeavesBesideTheBendIsFree) {
+    // Down beside the fold it would be free from the start, so it must be after a way through both layers.
+    PassedTissue passed(make_fold(0.03, 0.035, gap, edge));
+    passed.move_to(Vector3(0.0253, 0.0007, 0.005));
+    passed.move_to(Vector3(0.0253, 0.0007, -0.006));
+    EXPECT_EQ(passed.crossed_layers().size(), 2U);
+    // The shaft is wider than its point: all of it is outside once its axis is further out than its radius.
+    for (int i = 0; i <= 50; ++i) passed.move_to(Vector3(0.0253 + 0.0003 * i, 0.0007, -0.006));
+    EXPECT_EQ(passed.count(), 0);
+    EXPECT_EQ(passed.all_crossed(), 0);
+}
+
+/// How far the tool's vertices are below a layer at worst, m, measured along the vertical.
+double depth_below(const ClosedLoop& loop, Range layer) {
+    std::vector<std::tuple<Vector3, Vector3, Vector3>> triangles;
+    for (Index t = layer.first; t < layer.end(); ++t) {
+        const auto corner = loop.topology.triangles.col(t);
+        triangles.emplace_back(loop.frame.position.col(corner[0]), loop.frame.position.col(corner[1]),
+                               loop.frame.position.col(corner[2]));
+    }
+    const Range tool = loop.topology.bodies[0].vertices;
+    double worst = 0.0;
+    for (Index v = tool.first; v < tool.end(); ++v) {
+        const Vector3 x = loop.frame.position.col(v);
+        const double height = test::height_of(triangles, x.x(), x.y());
+        if (height > x.z()) worst = std::max(worst, height - x.z());
+    }
+    return worst;
+}
+
+TEST(CorrectedLayers, ToolPressedOrStabbedIntoTwoLayersIsClearOfBothInEveryTick) {
+    constexpr double clear = 1e-4;  // m
+    const auto blunt = make_shaft(0.004, 0.06, 10, 0.0);
+    const auto pointed = make_shaft(0.002, 0.06, 8, 0.008);
+    for (const bool stab : {false, true}) {
+        for (const LayeredTissue& tissue : both_tissues(gap)) {
+            // 7 mm down at 50 mm/s, or 9 mm at 0.5 m/s, held, and out again.
+            const double speed = stab ? 0.5 : 0.05;
+            const double lowest = stab ? -0.009 : -0.007;
+            const auto path = [=](double time) {
+                const double way = std::min(0.005 - speed * time, 0.005);
+                const double back = lowest + speed * (time - 0.3);
+                return Vector3(0.0013, 0.0007, std::max({way, lowest, std::min(back, 0.005)}));
+            };
+            ClosedLoop loop(
+                {LoopBody{.name = "tool", .kind = BodyKind::instrument, .mesh = stab ? pointed : blunt, .offset = path},
+                 LoopBody{.name = "tissue", .kind = BodyKind::tissue, .closed = tissue.closed, .mesh = tissue.mesh}},
+                "thesis:profile=corrected");
+            DepthTruth truth(loop.topology, loop.frame);
+            const Index first = loop.topology.bodies[1].triangles.first;
+            double worst = 0.0;
+            double below = 0.0;
+            double force = 0.0;
+            for (int tick = 0; tick < 520; ++tick) {
+                ASSERT_TRUE(loop.step()) << loop.outcome.message;
+                worst = std::max(worst, truth.measure(loop.frame).max_depth);
+                below = std::max({below, depth_below(loop, {first, tissue.upper}),
+                                  depth_below(loop, {first + tissue.upper, tissue.lower})});
+                force = std::max(force, loop.tool_force(0).norm());
+                ASSERT_EQ(loop.effect.ruptures, 0) << "tick " << tick;
+            }
+            EXPECT_LT(worst, clear) << "stab " << stab << " closed " << tissue.closed;
+            EXPECT_LT(below, clear) << "stab " << stab << " closed " << tissue.closed;
+            EXPECT_GT(force, 0.1) << "both layers must have been pressed";
+        }
+    }
+}
+
+}  // namespace
+}  // namespace trocar

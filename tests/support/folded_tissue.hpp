@@ -1,0 +1,109 @@
+// Tissue that lies under a tool in two layers: a sheet folded over itself, and a flat bag.
+#pragma once
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "support/closed_loop.hpp"
+
+namespace trocar::test {
+
+/// Height of a layer of triangles over a point, from the mesh alone: the highest point of the layer on the vertical
+/// line; NaN beside it.
+template <typename Corners>
+double height_of(const Corners& triangles, double x, double y) {
+    double height = std::nan("");
+    for (const auto& [a, b, c] : triangles) {
+        const double whole = (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
+        const double wb = ((x - a.x()) * (c.y() - a.y()) - (y - a.y()) * (c.x() - a.x())) / whole;
+        const double wc = ((b.x() - a.x()) * (y - a.y()) - (b.y() - a.y()) * (x - a.x())) / whole;
+        if (!(wb >= 0.0 && wc >= 0.0 && wb + wc <= 1.0)) continue;
+        const double z = (1.0 - wb - wc) * a.z() + wb * b.z() + wc * c.z();
+        if (!(z < height)) height = std::isnan(height) ? z : std::max(z, height);
+    }
+    return height;
+}
+
+/// Two layers and what joins them; the upper layer's triangles come first, then the lower layer's.
+struct LayeredTissue {
+    Mesh mesh;
+    Index upper = 0;  ///< triangles of the upper layer, whose front looks up
+    Index lower = 0;  ///< triangles of the lower layer, whose front looks down
+    bool closed = false;
+};
+
+/// A sheet of 2·half_width in y, whose layers reach from x = -reach to reach at z = 0 and z = -gap, folded about a
+/// bend at x = reach; open.
+inline LayeredTissue make_fold(double reach, double half_width, double gap, double edge) {
+    std::vector<std::array<double, 2>> path;  // x, z
+    const auto along = static_cast<int>(std::lround(2.0 * reach / edge));
+    for (int i = 0; i <= along; ++i) path.push_back({-reach + 2.0 * reach * i / along, 0.0});
+    const auto turn = std::max(2, static_cast<int>(std::lround(std::numbers::pi * gap / 2.0 / edge)));
+    for (int i = 1; i < turn; ++i) {
+        const double angle = std::numbers::pi * i / turn;
+        path.push_back({reach + 0.5 * gap * std::sin(angle), -0.5 * gap + 0.5 * gap * std::cos(angle)});
+    }
+    for (int i = 0; i <= along; ++i) path.push_back({reach - 2.0 * reach * i / along, -gap});
+    const auto across = static_cast<int>(std::lround(2.0 * half_width / edge));
+    const auto points = static_cast<Index>(path.size());
+    LayeredTissue fold;
+    for (int j = 0; j <= across; ++j) {
+        for (const auto& [x, z] : path)
+            fold.mesh.points.emplace_back(x, -half_width + 2.0 * half_width * j / across, z);
+    }
+    const auto add = [&](int from, int to) {
+        for (int i = from; i < to; ++i) {
+            for (int j = 0; j < across; ++j) {
+                const Index a = static_cast<Index>(j) * points + i;
+                const Index b = a + 1;
+                const Index c = a + points;
+                const Index d = c + 1;
+                if ((i + j) % 2 == 0) {
+                    fold.mesh.triangles.push_back({a, b, d});
+                    fold.mesh.triangles.push_back({a, d, c});
+                } else {
+                    fold.mesh.triangles.push_back({a, b, c});
+                    fold.mesh.triangles.push_back({b, d, c});
+                }
+            }
+        }
+        return static_cast<Index>(2 * (to - from) * across);
+    };
+    fold.upper = add(0, along);
+    fold.lower = add(along + turn, static_cast<int>(points) - 1);
+    add(along, along + turn);
+    return fold;
+}
+
+/// A flat bag of n×n squares whose two walls are `gap` apart and meet in the rim; closed.
+inline LayeredTissue make_bag(int n, double edge, double gap) {
+    LayeredTissue bag;
+    bag.closed = true;
+    const Mesh sheet = make_sheet(n, edge);
+    const double reach = 0.5 * n * edge;
+    const auto on_rim = [&](const Vector3& p) { return p.head<2>().cwiseAbs().maxCoeff() > reach - 1e-9; };
+    std::vector<Index> below;
+    for (const Vector3& p : sheet.points) bag.mesh.points.emplace_back(p.x(), p.y(), on_rim(p) ? -0.5 * gap : 0.0);
+    for (std::size_t v = 0; v < sheet.points.size(); ++v) {
+        const Vector3& p = sheet.points[v];
+        below.push_back(on_rim(p) ? static_cast<Index>(v) : static_cast<Index>(bag.mesh.points.size()));
+        if (!on_rim(p)) bag.mesh.points.emplace_back(p.x(), p.y(), -gap);
+    }
+    const auto under = [&](const std::array<Index, 3>& t) {
+        const auto at = [&](std::size_t i) { return below[static_cast<std::size_t>(t[i])]; };
+        return std::array<Index, 3>{at(2), at(1), at(0)};
+    };
+    // Triangles with all corners on the rim would be in both walls.
+    std::vector<std::array<Index, 3>> kept;
+    for (const auto& t : sheet.triangles) {
+        const auto below_it = under(t);
+        if (below_it[0] != t[2] || below_it[1] != t[1] || below_it[2] != t[0]) kept.push_back(t);
+    }
+    bag.mesh.triangles = kept;
+    for (const auto& t : kept) bag.mesh.triangles.push_back(under(t));
+    bag.upper = bag.lower = static_cast<Index>(kept.size());
+    return bag;
+}
+
+}  // namespace trocar::test
