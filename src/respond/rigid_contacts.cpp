@@ -108,37 +108,62 @@ void RigidContacts::trace(const ThesisState& state, const Frame& frame) {
     }
     for (Curve& curve : curves_) curve.centre /= std::max(curve.length, std::numeric_limits<double>::min());
     for (std::size_t p = 0; p < pieces_.size(); ++p) {
-        Curve& curve = curves_[at(curve_of_root_[at(root(static_cast<Index>(p)))])];
-        const Vector3 from = pieces_[p].from - curve.centre;
-        const Vector3 to = pieces_[p].to - curve.centre;
-        const double length = (to - from).norm();
-        curve.area += 0.5 * from.cross(to);
-        curve.normal += length * pieces_[p].push;
-        curve.radius = std::max({curve.radius, from.norm(), to.norm()});
-        if (state.settings.blended_normal) {
-            const Vector3 middle = 0.5 * (pieces_[p].from + pieces_[p].to);
-            for (auto& [side, triangle] :
-                 {std::pair<Side&, Index>{curve.side_a, pieces_[p].a}, {curve.side_b, pieces_[p].b}}) {
-                const Vector3 weights =
-                    equations::nearest_weights(corners_of(*state.topology, frame.position, triangle), middle);
-                side.faces += length * area_normal(*state.topology, frame.position, triangle).normalized();
-                side.blended +=
-                    length * state.surface.blended_normal(*state.topology, frame.position, triangle, weights);
-            }
-        }
-        curve.depth = std::max(curve.depth, pieces_[p].depth);
+        add_piece(state, frame, pieces_[p], curves_[at(curve_of_root_[at(root(static_cast<Index>(p)))])]);
     }
     constexpr double least_area = 1e-6;  // of a square as long as the curve
     for (Curve& curve : curves_) {
         curve.closed = curve.area.norm() > least_area * curve.length * curve.length;
         if (curve.closed) curve.normal = curve.area;
+        push_out_of_the_closed_body(state, curve);
         curve.normal.normalize();
-        if (curve.closed && state.settings.blended_normal) lean_with_the_surface(curve);
+        if (curve.closed && !curve.ends_at_rim && state.settings.blended_normal) lean_with_the_surface(curve);
         curve.highest = -std::numeric_limits<double>::infinity();
         curve.lowest = std::numeric_limits<double>::infinity();
     }
     measure_depths(state, frame);
     pieces_.clear();
+}
+
+/// What a piece adds to its curve, whose centre is known.
+void RigidContacts::add_piece(const ThesisState& state, const Frame& frame, const Piece& piece, Curve& curve) {
+    const Vector3 from = piece.from - curve.centre;
+    const Vector3 to = piece.to - curve.centre;
+    const double length = (to - from).norm();
+    curve.area += 0.5 * from.cross(to);
+    curve.chord += to - from;
+    curve.normal += length * piece.push;
+    curve.radius = std::max({curve.radius, from.norm(), to.norm()});
+    const Vector3 middle = 0.5 * (piece.from + piece.to);
+    for (auto& [side, triangle] : {std::pair<Side&, Index>{curve.side_a, piece.a}, {curve.side_b, piece.b}}) {
+        const Vector3 face = area_normal(*state.topology, frame.position, triangle).normalized();
+        side.faces += length * face;
+        if (!state.settings.blended_normal) {
+            side.blended = side.faces;
+            continue;
+        }
+        const Vector3 weights =
+            equations::nearest_weights(corners_of(*state.topology, frame.position, triangle), middle);
+        side.blended += length * state.surface.blended_normal(*state.topology, frame.position, triangle, weights);
+    }
+    curve.depth = std::max(curve.depth, piece.depth);
+}
+
+/// Where one of the two bodies is open: its own normals do not tell where it belongs, the closed body's do. A curve
+/// that ends at its rim has no area, or that of a bend, which points along the open body instead of out of the closed
+/// one.
+void RigidContacts::push_out_of_the_closed_body(const ThesisState& state, Curve& curve) {
+    const std::vector<BodyRange>& bodies = state.topology->bodies;
+    const bool a_is_closed = bodies[at(curve.body_a)].closed;
+    if (a_is_closed == bodies[at(curve.body_b)].closed) return;
+    const Vector3 outward = a_is_closed ? curve.side_a.blended : Vector3(-curve.side_b.blended);
+    constexpr double rounding = 1e-6;
+    if (outward.norm() <= rounding * curve.length) return;  // passes through opposite faces alike
+    curve.ends_at_rim = curve.chord.norm() > rounding * curve.length;
+    if (curve.ends_at_rim) {
+        curve.normal = outward;
+    } else if (curve.normal.dot(outward) < 0.0) {
+        curve.normal = -curve.normal;
+    }
 }
 
 /// The area vector of a curve on one face is that face's normal. It leans as the blended normals along the curve lean
@@ -182,7 +207,7 @@ void RigidContacts::measure_depths(const ThesisState& state, const Frame& frame)
     }
     for (std::size_t c = 0; c < curves_.size(); ++c) {
         Curve& curve = curves_[c];
-        if (!curve.closed) {
+        if (!curve.closed && !curve.ends_at_rim) {
             curve.highest = curve.depth;
             curve.lowest = 0.0;
             continue;
@@ -190,20 +215,50 @@ void RigidContacts::measure_depths(const ThesisState& state, const Frame& frame)
         for (const bool of_a : {true, false}) {
             ++walk_;
             inside_.clear();
-            for (std::size_t p = 0; p < pieces_.size(); ++p) {
-                if (curve_of_root_[at(root(static_cast<Index>(p)))] != static_cast<Index>(c)) continue;
-                const Index triangle = of_a ? pieces_[p].a : pieces_[p].b;
-                for (int i = 0; i < 3; ++i) {
-                    const Index vertex = state.topology->triangles(i, triangle);
-                    if (!(of_a ? pieces_[p].below_a : pieces_[p].below_b)[at(i)]) continue;
-                    if (known_[at(vertex)] == walk_) continue;
-                    known_[at(vertex)] = walk_;
-                    inside_.push_back(vertex);
-                }
-            }
+            find_corners_inside(state, frame, static_cast<Index>(c), of_a);
             walk_inside(state, frame, curve, of_a);
         }
     }
+}
+
+/// Corners of the curve's triangles that are inside the other body.
+void RigidContacts::find_corners_inside(const ThesisState& state, const Frame& frame, Index curve, bool of_a) {
+    const bool at_rim = curves_[at(curve)].ends_at_rim;
+    const Index body = of_a ? curves_[at(curve)].body_a : curves_[at(curve)].body_b;
+    if (at_rim && state.topology->bodies[at(body)].closed) return;  // nothing is inside an open body
+    for (std::size_t p = 0; p < pieces_.size(); ++p) {
+        if (curve_of_root_[at(root(static_cast<Index>(p)))] != curve) continue;
+        const Index triangle = of_a ? pieces_[p].a : pieces_[p].b;
+        for (int i = 0; i < 3; ++i) {
+            const Index vertex = state.topology->triangles(i, triangle);
+            const bool below = (of_a ? pieces_[p].below_a : pieces_[p].below_b)[at(i)];
+            if (known_[at(vertex)] == walk_) continue;
+            if (at_rim ? !open_corner_is_inside(state, frame, pieces_[p], of_a, vertex) : !below) continue;
+            known_[at(vertex)] = walk_;
+            inside_.push_back(vertex);
+        }
+    }
+}
+
+/// On the way over its triangle from the piece to the corner, an open body is inside the closed one behind the piece's
+/// face and changes sides at every other piece.
+bool RigidContacts::open_corner_is_inside(const ThesisState& state, const Frame& frame, const Piece& piece, bool of_a,
+                                          Index vertex) const {
+    const Index triangle = of_a ? piece.a : piece.b;
+    const Vector3 across = area_normal(*state.topology, frame.position, triangle);
+    const Vector3 start = 0.5 * (piece.from + piece.to);
+    const Vector3 way = frame.position.col(vertex) - start;
+    const auto is_left = [&](const Vector3& line, const Vector3& point) { return line.cross(point).dot(across) > 0.0; };
+    bool inside = area_normal(*state.topology, frame.position, of_a ? piece.b : piece.a).dot(way) < 0.0;
+    auto other = std::lower_bound(by_triangle_.begin(), by_triangle_.end(), std::pair<Index, Index>{triangle, -1});
+    for (; other != by_triangle_.end() && other->first == triangle; ++other) {
+        const Piece& met = pieces_[at(other->second)];
+        if (&met == &piece || met.body_a != piece.body_a || met.body_b != piece.body_b) continue;
+        const Vector3 line = met.to - met.from;
+        const bool between = is_left(way, met.from - start) != is_left(way, met.to - start);
+        if (between && is_left(line, start - met.from) != is_left(line, start + way - met.from)) inside = !inside;
+    }
+    return inside;
 }
 
 /// From the corners below a face that they cross, over triangles that do not cross: what the curve encloses. a's part
@@ -212,7 +267,8 @@ void RigidContacts::walk_inside(const ThesisState& state, const Frame& frame, Cu
     for (std::size_t next = 0; next < inside_.size(); ++next) {
         const Vector3 x = frame.position.col(inside_[next]) - curve.centre;
         const double height = curve.normal.dot(x);
-        if ((of_a ? height : -height) < 0.0 || (x - height * curve.normal).norm() > curve.radius) continue;
+        if ((of_a ? height : -height) < 0.0) continue;
+        if (!curve.ends_at_rim && (x - height * curve.normal).norm() > curve.radius) continue;
         curve.highest = std::max(curve.highest, height);
         curve.lowest = std::min(curve.lowest, height);
         for (const Index t : state.surface.triangles_at(inside_[next])) {

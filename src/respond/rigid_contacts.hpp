@@ -29,7 +29,8 @@ public:
     /// Appends one contact per curve of intersection. Its direction is that of the curve's area vector ½ Σ p×q, which
     /// is minus the gradient of the overlap's volume when one body is moved against the other, leaning with the blended
     /// normals of the surface that the other stands in (normal=blend); its depth is how far the
-    /// overlap (the curve, and the vertices inside it) reaches along that direction. `share(body_a, body_b, place)` in
+    /// overlap (the curve, and the vertices inside it) reaches along that direction. An open body whose rim is inside a
+    /// closed one leaves it along the normals of the faces that it passes through. `share(body_a, body_b, place)` in
     /// [0, 1] scales its force.
     template <typename Share>
     void respond(const ThesisState& state, const Frame& frame, const Share& share, Effect& effect) {
@@ -73,6 +74,9 @@ private:
         double radius = 0.0;
         double depth = 0.0;  ///< m, the largest of its contacts
         bool closed = false;
+        /// One of the two bodies is open and the curve ends at its rim: no loop whose area would tell a way out.
+        bool ends_at_rim = false;
+        Vector3 chord = Vector3::Zero();  ///< m, from its start to its end; zero of a loop
         Side side_a{};
         Side side_b{};
         double highest = 0.0;  ///< m, along the normal, of a's part of the overlap and the curve
@@ -84,8 +88,13 @@ private:
     };
     [[nodiscard]] Index root(Index piece);
     void trace(const ThesisState& state, const Frame& frame);
+    static void add_piece(const ThesisState& state, const Frame& frame, const Piece& piece, Curve& curve);
+    static void push_out_of_the_closed_body(const ThesisState& state, Curve& curve);
     static void lean_with_the_surface(Curve& curve);
     void measure_depths(const ThesisState& state, const Frame& frame);
+    void find_corners_inside(const ThesisState& state, const Frame& frame, Index curve, bool of_a);
+    [[nodiscard]] bool open_corner_is_inside(const ThesisState& state, const Frame& frame, const Piece& piece,
+                                             bool of_a, Index vertex) const;
     void walk_inside(const ThesisState& state, const Frame& frame, Curve& curve, bool of_a);
     [[nodiscard]] bool crosses(Index triangle) const;
     [[nodiscard]] LinearContact contact_of(const ThesisState& state, const Frame& frame, const Curve& curve) const;

@@ -1,7 +1,9 @@
 // Contact between bodies that do not deform, one per patch (rigid=patch, hold): closed forms of ball, wedge and hand.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "method/registry.hpp"
 #include "simulate/simulation.hpp"
@@ -12,15 +14,15 @@ namespace {
 
 /// A shape led to (0.0021, 0.0013, z) over the top (z = 0) of a rigid block whose edges are `edge` long.
 std::string over_a_block(const std::string& part, double edge, double z, const std::string& drive,
-                         const std::string& turn = "0,0,0") {
+                         const std::string& turn = "0,0,0", bool closed = true) {
     return fmt::format(
         R"({{"format":"trocar-scene-1","name":"block","unit":"m","dt":0.001,"ticks":10,"seed":1,"bodies":[
       {{"name":"block","kind":"rigid","closed":true,"parts":[{{"shape":"box","size":[0.05,0.05,0.02],"edge":{0}}}],
        "pose":[0,0,-0.01,0,0,0]}},
-      {{"name":"tool","kind":"instrument","closed":true,"parts":[{1}],
+      {{"name":"tool","kind":"instrument","closed":{5},"parts":[{1}],
        "motion":{{"drive":"{2}","keys":[{{"time":0,"pose":[0.0021,0.0013,{3},{4}]}}]}}}}],
       "contact":[{{"bodies":["tool","block"],"k":1000,"mu":0}}]}})",
-        edge, part, drive, z, turn);
+        edge, part, drive, z, turn, closed);
 }
 
 StepRow last_row(const std::string& text, const std::string& method, int ticks, double* depth = nullptr) {
@@ -82,6 +84,63 @@ TEST(RigidPatch, ForceFollowsTheDepthSmoothlyAsABallSinksIn) {
         last = row.tool_force.z();
     }
     EXPECT_GT(last, 0.3);
+}
+
+/// Two triangles, 12 mm wide, upright in the plane y = 0 above the tool's origin.
+constexpr const char* blade = R"({"shape":"sheet","size":[0.012,0.012],"edge":0.012,"pose":[0,0,0.006,90,0,0]})";
+
+TEST(RigidPatch, OpenBladeIsPushedOutOfTheFaceItCutsWhereverItsDiagonalLies) {
+    // Blocks whose faces are two triangles have their diagonal under the blade: edges cross there, and their cross
+    // product points along the face. From both sides, on an edge and on a corner of the blade.
+    for (const double edge : {0.05, 0.005}) {
+        for (const char* turn : {"0,0,0", "0,0,45", "0,0,-45", "0,0,135", "0,0,-150", "30,0,0", "0,30,0", "0,-30,0"}) {
+            double depth = 0.0;
+            const StepRow row =
+                last_row(over_a_block(blade, edge, -0.0017, "prescribed", turn, false), corrected, 2, &depth);
+            ASSERT_GT(depth, 1e-3) << turn;
+            EXPECT_LT((row.tool_force - Vector3(0.0, 0.0, 1000.0 * depth)).norm(), 1e-9) << edge << " " << turn;
+        }
+    }
+}
+
+TEST(RigidPatch, OpenBladeOverTheEdgeOfABlockIsPushedAlongBothFaces) {
+    // The lower edge of the blade cuts the block's edge off at 45 degrees, 2 mm from it on both faces: no corner of
+    // the blade is inside, and along (1, 0, 1) it is sqrt(2) mm deep.
+    std::string text = over_a_block(blade, 0.05, -0.001, "prescribed", "0,45,0", false);
+    const std::string place = "0.0021,0.0013,-0.001";
+    text.replace(text.find(place), place.size(), "0.024,0.0013,-0.001");
+    const StepRow row = last_row(text, corrected, 2);
+    EXPECT_LT((row.tool_force - Vector3(1.0, 0.0, 1.0)).norm(), 1e-9) << row.tool_force.transpose();
+}
+
+TEST(RigidPatch, OpenBladeLedByAHandGetsNoEnergyOnItsWayInAndOut) {
+    for (const char* turn : {"0,0,0", "0,0,45", "0,0,-45", "10,5,20", "30,0,0"}) {
+        std::string text = over_a_block(blade, 0.05, 0.008, "operator", turn, false);
+        const std::string high = fmt::format("[0.0021,0.0013,0.008,{}]", turn);
+        const std::string low = fmt::format("[0.0021,0.0013,-0.003,{}]", turn);
+        const std::string keys = fmt::format(
+            R"(,{{"time":0.05,"pose":{1}}},{{"time":0.2,"pose":{1}}},{{"time":0.25,"pose":{0}}})", high, low);
+        text.insert(text.find(high) + high.size() + 1, keys);
+        const Scene scene = test::scene_from_text(text);
+        const MethodSpec spec = parse_method(corrected);
+        Simulation simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
+                              ContactSource::canonical);
+        double work = 0.0;
+        double most = 0.0;
+        double pressed = 0.0;
+        double aside = 0.0;
+        for (int tick = 0; tick < 400; ++tick) {
+            const Vector3 before = simulation.frame().position.col(0);
+            const StepRow row = simulation.step();
+            work += row.tool_force.dot(simulation.frame().position.col(0) - before);
+            most = std::max(most, work);
+            pressed = std::max(pressed, row.tool_force.z());
+            aside = std::max(aside, row.tool_force.head<2>().norm());
+        }
+        EXPECT_GT(pressed, 0.5) << turn;
+        EXPECT_LT(aside, 1e-9) << turn;
+        EXPECT_LT(most, 1e-9) << turn;
+    }
 }
 
 TEST(RigidHold, HandAndContactBalanceAtTheStiffnessOfTheDevicesMass) {
