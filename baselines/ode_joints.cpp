@@ -450,7 +450,7 @@ ResponseEntry ode_joints_response() {
          .minimum = 1e-6,
          .maximum = 1e3,
          .meaning = "mass that stands for an instrument against another instrument or a rigid body"},
-        whole("seed", "1", 0.0, "of ODE's random order of rows, set in every tick")};
+        whole("seed", "1", 0.0, "of the random order of rows in dWorldQuickStep, set in every tick")};
     entry.parameters = with_tip_parameters(std::move(entry.parameters));
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         if (!ode_precision_matches()) {

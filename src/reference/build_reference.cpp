@@ -243,12 +243,13 @@ std::vector<Index> choose_points(const Scene& scene, const Run& run) {
     double edge = 0.0;
     for (const Spring& spring : scene.materials.springs) edge += spring.rest;
     edge /= static_cast<double>(scene.materials.springs.size());
-    for (const auto& [far, v] : moved) {
+    for (const auto& entry : moved) {
         if (points.size() == most_points) break;
+        const auto place = scene.first.position.col(entry.second);
         const bool apart = std::none_of(points.begin(), points.end(), [&](Index p) {
-            return (scene.first.position.col(p) - scene.first.position.col(v)).norm() < 1.5 * edge;
+            return (scene.first.position.col(p) - place).norm() < 1.5 * edge;
         });
-        if (apart) points.push_back(v);
+        if (apart) points.push_back(entry.second);
     }
     std::sort(points.begin(), points.end());
     return points;

@@ -160,8 +160,8 @@ double ElasticFoundation::energy(const Matrix3X& x, double h, std::vector<Contac
     const Topology& topology = scene_->topology;
     double value = 0.0;
     if (terms != nullptr) smallest_gap = std::numeric_limits<double>::infinity();
-    for (std::size_t b = 0; b < masters_.size(); ++b) {
-        if (!masters_[b].empty()) masters_[b].refit(topology.triangles, x);
+    for (auto& master : masters_) {
+        if (!master.empty()) master.refit(topology.triangles, x);
     }
     for (Foundation& foundation : foundations_) {
         for_each_sample(foundation, x,

@@ -363,7 +363,9 @@ std::string draw(const DotChart& chart) {
 
 std::string draw(const BarChart& chart) {
     constexpr double width = 1100;
-    constexpr double left = 330;
+    std::size_t longest = 0;
+    for (const BarChart::Bar& bar : chart.bars) longest = std::max(longest, bar.name.size());
+    const double left = std::clamp(20.0 + 6.8 * static_cast<double>(longest), 120.0, 600.0);  // 12 px letters
     constexpr double right = 1010;
     constexpr double top = 40;
     constexpr double spacing = 22;

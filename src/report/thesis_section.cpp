@@ -158,7 +158,8 @@ void add_table_2_1(Draft& draft) {
         "compare: those of a few scenes name them. Tear due: in tissue that hard contact tears too and whose rupture "
         "was told. Responses that edit "
         "velocities or positions (impulse, reflection, position-based) act once at the start of a tick and are "
-        "judged at its end, after the tissue's sub-steps: with shorter ticks they leave less.";
+        "judged at its end, after the tissue's sub-steps: with shorter ticks they leave less. Between bodies without "
+        "tissue they act as penalty, since a response does not know a hand's mass.";
     draft.add(std::move(table));
 }
 

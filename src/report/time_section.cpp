@@ -91,7 +91,7 @@ void add_latency(Draft& draft) {
 void add_stages(Draft& draft) {
     Table table;
     table.caption = "Median time per stage, mean over the scenes (µs)";
-    table.columns = {{"detector + response (contact source)", false}};
+    table.columns = {{"detector + response (contact source)", false}, {"scenes", true}};
     BarChart chart;
     chart.x_title = "median time per stage, mean over the scenes (µs)";
     for (const char* name : stage_names) {
@@ -102,11 +102,13 @@ void add_stages(Draft& draft) {
     for (const std::string mode : {"closed_loop", "replay"}) {
         for (const Contestant& contestant : draft.results.contestants(mode)) {
             std::array<std::vector<double>, stage_count> values;
+            int scenes = 0;
             bool failed = false;
             for (const std::string& scene : draft.results.scenes(mode)) {
                 const SceneResult* result = draft.results.find(contestant, scene);
                 if (result == nullptr || result->not_applicable()) continue;
                 failed = failed || !result->ok();
+                ++scenes;
                 for (std::size_t s = 0; s < stage_count; ++s) {
                     std::vector<double> by_process;
                     for (const RunFigures& run : result->runs) by_process.push_back(run.stage_p50.at(s));
@@ -115,7 +117,8 @@ void add_stages(Draft& draft) {
                 }
             }
             BarChart::Bar bar{.name = contestant.label(), .parts = {}};
-            std::vector<std::string> cells{code(contestant.label()) + (mode == "replay" ? " (replay)" : "")};
+            std::vector<std::string> cells{code(contestant.label()) + (mode == "replay" ? " (replay)" : ""),
+                                           std::to_string(scenes)};
             double sum = 0.0;
             for (const auto& stage : values) {
                 const double mean = stage.empty() ? not_known
@@ -136,9 +139,11 @@ void add_stages(Draft& draft) {
     table.note =
         "n/a: the stage does not exist in that kind of run. move and derive are the same code for every method; "
         "derive runs even where native contacts are used, so that both can be judged. A stage that exists only in "
-        "some scenes (advance needs tissue) is averaged over those.";
+        "some scenes (advance needs tissue) is averaged over those. Rows of unlike numbers of scenes do not compare.";
     if (!chart.bars.empty()) {
-        draft.figure("stages", draw(chart), "Where the time of a tick goes; numbers in the table below.");
+        draft.figure("stages", draw(chart),
+                     "Where the time of a tick goes; numbers in the table below, which tells whose bars are of fewer "
+                     "scenes.");
     }
     draft.add(std::move(table));
 }

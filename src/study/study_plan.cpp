@@ -167,8 +167,8 @@ std::map<std::string, std::string> facts_of(const HardCase& hard_case) {
                                              {"case.reason", hard_case.reason},
                                              {"case.outcome", std::string(name_of(hard_case.outcome))}};
     if (hard_case.pairs) {
-        facts["case.expected"] =
-            fmt::format("{} pairs, {} of them touch", hard_case.pairs->size(), hard_case.touch.size());
+        facts["case.expected"] = fmt::format("{} {}, {} touching", hard_case.pairs->size(),
+                                             hard_case.pairs->size() == 1 ? "pair" : "pairs", hard_case.touch.size());
     }
     if (!hard_case.bad_input.empty()) facts["case.expected"] = "refused, naming " + hard_case.bad_input;
     if (!hard_case.tested.empty()) facts["case.tested"] = hard_case.tested;
