@@ -224,6 +224,7 @@ private:
                    state_.stiffness(v.face_body, v.vertex_body, materials_->mean_stiffness[at(v.vertex)], v.vertex),
                    effect);
         } else if (vertex_tissue) {
+            if (by_ledger() && is_beside_an_open_face(frame, v)) return;
             const bool fixed = state_.fixed(v.vertex);
             if (fixed) ++effect.skipped;
             if (settings().constrain) {
@@ -236,6 +237,20 @@ private:
         } else {
             press_non_deformable(frame, v, effect);
         }
+    }
+
+    /// Half of all points are below a face of an open body, which has no inside. The face presses on those only that it
+    /// pushes to where they belong, away from the face's own side of the tissue; past what stands across the tissue's
+    /// surface the vertex lies beside it.
+    [[nodiscard]] bool is_beside_an_open_face(const Frame& frame, const VertexInFace& v) const {
+        if (topology_->bodies[at(v.face_body)].closed) return false;
+        Vector3 front = Vector3::Zero();
+        const std::span<const Index> faces = state_.surface.triangles_at(v.vertex);
+        for (const Index t : faces) front += area_normal(*topology_, frame.position, t);
+        const auto side = faces.empty() ? std::nullopt : ledger_.side_of(*topology_, frame, v.triangle, faces.front());
+        constexpr double towards = 0.5;  // cosine
+        const double along = front.dot(v.normal);
+        return (side ? -*side * along : std::abs(along)) < towards * front.norm();
     }
 
     /// Eq. 3.4 (§3.4.1, §3.4.2): the vertex is pushed out along the face's normal, the face the other way; a rigid body

@@ -70,6 +70,41 @@ TEST(CorrectedLanding, FlatEndThatComesToStandExactlyInTheSheetsPlaneThrowsNothi
     }
 }
 
+TEST(CorrectedOpenTool, BladeThatCutsDownIntoASheetIsHeldUpAndNotPushedAside) {
+    // Two triangles upright over the sheet: half of its vertices are below the blade's plane, none behind the blade.
+    // The sheet is flat, so that what carries the blade can lean by the slope of its dent only.
+    Mesh blade;
+    blade.points = {{-0.006, 0.0, 0.0}, {0.006, 0.0, 0.0}, {0.006, 0.0, 0.012}, {-0.006, 0.0, 0.012}};
+    blade.triangles = {{0, 1, 2}, {0, 2, 3}};
+    for (const double turn : {0.0, 0.5, 0.8, -0.8, 2.0}) {
+        Mesh turned = blade;
+        for (Vector3& point : turned.points) {
+            point = Eigen::AngleAxisd(turn, Vector3::UnitZ()) * point;
+        }
+        ClosedLoop loop(
+            {LoopBody{
+                 .name = "blade",
+                 .kind = BodyKind::instrument,
+                 .closed = false,
+                 .mesh = turned,
+                 .offset =
+                     [](double t) {
+                         return Vector3(0.0013, 0.0007, 0.001 - 0.05 * std::min({t, 0.08, std::max(0.0, 0.3 - t)}));
+                     }},
+             LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(12, 0.005)}},
+            "thesis:profile=corrected");
+        double aside = 0.0;
+        double up = 0.0;
+        for (int tick = 0; tick < 300; ++tick) {
+            ASSERT_TRUE(loop.step()) << loop.outcome.message;
+            aside = std::max(aside, loop.tool_force(0).head<2>().norm());
+            up = std::max(up, loop.tool_force(0).z());
+        }
+        EXPECT_GT(up, 0.05) << turn;
+        EXPECT_LT(aside, 0.3 * up) << turn;
+    }
+}
+
 /// What a sheet of the loop's material carries at its strain limit round a tool with all triangles that it touches, N:
 /// tension E h (preload + limit) times the way round.
 double strength(double radius, double edge) { return 38000.0 * 0.003 * (0.2 + 1.0) * 6.2832 * (radius + edge); }
