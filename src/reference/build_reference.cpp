@@ -169,7 +169,10 @@ Run run_solver(const Scene& scene, const SolverSettings& settings, Index shown, 
 /// Force at 0, dt, 2 dt … up to `until`, N.
 std::vector<Vector3> sampled(const Run& run, double dt, double until) {
     std::vector<Vector3> samples;
-    for (double time = 0.0; time <= until + 1e-9; time += dt) {
+    const auto count = static_cast<std::size_t>(std::floor((until + 1e-9) / dt)) + 1;
+    samples.reserve(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const double time = static_cast<double>(i) * dt;
         const double x = std::min(time / run.step, static_cast<double>(run.force.size() - 1));
         const auto left = static_cast<std::size_t>(x);
         const std::size_t right = std::min(left + 1, run.force.size() - 1);

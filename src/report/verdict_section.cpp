@@ -87,6 +87,19 @@ std::string substeps_note(const Draft& draft) {
                          : fmt::format(" Sub-steps of the integrator per tick (n_sub): {}.", fmt::join(parts, "; "));
 }
 
+/// Between judged ticks nobody has looked: a worst value is one of those that were.
+std::string judged_note(const Draft& draft) {
+    std::int64_t stride = 1;
+    for (const Record& record : draft.records) {
+        if (record.spec.mode == draft.mode) stride = std::max(stride, record.spec.truth_stride);
+    }
+    return stride == 1 ? std::string()
+                       : fmt::format(
+                             " Pairs and depths are judged on every {}th tick (truth_stride of the study): a peak "
+                             "between two of them is not seen, a single run (`trocar run`) judges every tick.",
+                             stride);
+}
+
 std::string verdict_note(const Draft& draft) {
     return "Rows are sorted by the error over scenes: the geometric mean of the depths left at worst, each at least "
            "1 µm; in I2I and I2R of the largest way from the reference of equal stiffness. Of errors within a tenth "
@@ -110,7 +123,7 @@ std::string verdict_note(const Draft& draft) {
                    : fmt::format("≈ = within the noise floor of {} (factor between processes of the same contestant, "
                                  "95 %)",
                                  format_number(draft.results.noise_floor()))) +
-           substeps_note(draft) + compliance_note(draft);
+           judged_note(draft) + substeps_note(draft) + compliance_note(draft);
 }
 
 }  // namespace
