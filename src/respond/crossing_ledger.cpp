@@ -43,7 +43,7 @@ double length(const Matrix3X& position, const std::array<Index, 2>& edge) {
 
 }  // namespace
 
-void CrossingLedger::prepare(const Topology& topology, bool on_edges) {
+void CrossingLedger::prepare(const Topology& topology, const std::vector<TissueScale>& scales, bool on_edges) {
     started_ = false;
     on_edges_ = on_edges;
     edges_.clear();
@@ -65,6 +65,7 @@ void CrossingLedger::prepare(const Topology& topology, bool on_edges) {
             Tissue tissue;
             tissue.body = body;
             tissue.closed = range.closed;
+            tissue.edge = scales[at(body)].edge;
             tissue.blocks.prepare(topology, range.triangles);
             tissues_.push_back(std::move(tissue));
         }
@@ -123,11 +124,7 @@ void CrossingLedger::add_edge_samples(const Topology& topology, const Frame& fra
     constexpr double most_per_edge = 64.0;
     double tissue_edge = 0.0;
     for (const Tissue& tissue : tissues_) {
-        const auto edges = edges_of(topology, topology.bodies[at(tissue.body)].triangles);
-        double sum = 0.0;
-        for (const auto& edge : edges) sum += length(frame.position, edge);
-        const double mean = edges.empty() ? 0.0 : sum / static_cast<double>(edges.size());
-        if (mean > 0.0 && (tissue_edge == 0.0 || mean < tissue_edge)) tissue_edge = mean;
+        if (tissue.edge > 0.0 && (tissue_edge == 0.0 || tissue.edge < tissue_edge)) tissue_edge = tissue.edge;
     }
     if (!(tissue_edge > 0.0)) return;
     for (Index body = 0; body < topology.body_count(); ++body) {
@@ -477,7 +474,7 @@ void CrossingLedger::update_layers(const Topology& topology, const SurfaceNeighb
         layers_.cancel();
         layers_.agree_with(count,
                            [&] { return nearest_triangle(topology, frame, tissue, samples_[s].of(frame.position)); });
-        layers_.append_to(penetrations_, resting_margin);
+        layers_.append_to(penetrations_, resting_margin * tissue.edge);
         range.count = static_cast<Index>(penetrations_.size()) - range.first;
     }
 }

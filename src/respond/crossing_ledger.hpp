@@ -11,6 +11,7 @@
 #include "respond/penetration.hpp"
 #include "respond/surface.hpp"
 #include "respond/surface_blocks.hpp"
+#include "respond/tissue_scale.hpp"
 #include "respond/triangle_grid.hpp"
 #include "scene/world.hpp"
 
@@ -22,12 +23,12 @@ namespace trocar {
 /// passes, so that the count is the exact side.
 class CrossingLedger {
 public:
-    static constexpr double resting_margin = 2e-3;  ///< m
+    static constexpr double resting_margin = 0.4;  ///< of the tissue's mean edge
 
     /// `on_edges`: the samples are the vertices, and for instruments and rigid bodies also points on edges longer than
     /// the tissue's, half such an edge apart; without them a shaft thinner than the tissue's mesh passes through
-    /// between its own vertices.
-    void prepare(const Topology& topology, bool on_edges);
+    /// between its own vertices. `scales`: of all bodies.
+    void prepare(const Topology& topology, const std::vector<TissueScale>& scales, bool on_edges);
     /// Advances the counts from the last call's frame to this one. The first call finds the start state: on closed
     /// tissue by the winding number; on open tissue a body that crosses the sheet at the start belongs on the side that
     /// the scene declares (BodyRange::start_side), and its vertices on the other side of the crossing count from the
@@ -58,6 +59,7 @@ private:
     struct Tissue {
         Index body = -1;
         bool closed = false;
+        double edge = 0.0;  ///< m, mean at rest
         SurfaceBlocks blocks;
         std::vector<Box> regions;  ///< per body whose vertices are samples: where the grid is asked
         std::vector<Index> near;   ///< triangles that the grid holds

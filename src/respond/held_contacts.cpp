@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "respond/crossing_ledger.hpp"
 #include "respond/equations.hpp"
 
 namespace trocar {
@@ -224,7 +223,7 @@ void HeldContacts::keep_vertices(const ThesisState& state, const Frame& frame, E
         v.normal = state.surface.blended_normal(topology, frame.position, v.triangle, v.weights);
         v.depth = v.normal.dot(foot - x);
         v.nearest = topology.triangles(equations::nearest_corner(corners, x), v.triangle);
-        if (v.depth > 0.0 || (foot - x).norm() > CrossingLedger::resting_margin) continue;
+        if (v.depth > 0.0 || (foot - x).norm() > state.resting_margin(r.vertex)) continue;
         hold_vertex(state, frame, v, effect);
     }
     resting_.swap(resting_now_);
@@ -237,7 +236,7 @@ void HeldContacts::keep_edges(const ThesisState& state, const Frame& frame, Effe
                                        [&held](const HeldEdges& now) { return now.vertex == held.vertex; });
         if (known) continue;
         const std::optional<EdgeMeeting> meeting = meet(frame.position, held.vertex, held.normal);
-        if (!meeting || meeting->gap < 0.0 || meeting->gap > CrossingLedger::resting_margin) continue;
+        if (!meeting || meeting->gap < 0.0 || meeting->gap > state.resting_margin(held.vertex[2])) continue;
         const EdgeKey key = held.vertex;
         hold_edges(state, frame, held.body_a, meeting->a, meeting->b, meeting->across, meeting->gap, &key, effect);
     }

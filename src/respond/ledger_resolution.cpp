@@ -10,8 +10,9 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// How fast a tear opens: slower, tissue beside it stays stretched until it tears too; faster, it flies.
-constexpr double tear_speed = 1.0;  // m/s
+/// How fast a tear opens, of the tissue's wave speed: slower, tissue beside it stays stretched until it tears too;
+/// faster, it flies.
+constexpr double tear_speed = 1.0 / 6.0;
 
 /// Cosine between a face and the normal it is pushed along below which the face's slope tells nothing.
 constexpr double least_slope = 0.3;
@@ -24,8 +25,8 @@ constexpr double least_slope = 0.3;
 /// drag the sheet along (a stab at 2 m/s was left 0.4 mm deep), so it fades.
 void steady(const ThesisState& state, const Frame& frame, const Penetration& p, const LinearContact& push,
             Effect& effect) {
-    constexpr double near = 1e-4;  // m
-    if (state.settings.slip_damping == 0.0 || p.depth < -near) return;
+    constexpr double near = 0.04;  // of an edge
+    if (state.settings.slip_damping == 0.0 || p.depth < -near * state.scale_of(p.tissue).edge) return;
     const Topology& topology = *state.topology;
     double pressing = 0.0;
     double turn = 0.0;
@@ -95,12 +96,11 @@ void push_anchor(const ThesisState& state, const Frame& frame, const Penetration
 }
 
 /// How much the normal of a face beside the nearest one counts where the surface bends away from the sample: all of it
-/// where both are as near, nothing from `band` on, so that the force turns while the sample slides round an edge
-/// instead of jumping. `further` is how much further it is than the nearest (m); `across` leads from the face's nearest
-/// point to that of the nearest face.
+/// where both are as near, nothing from a band of `widest` (m) on, so that the force turns while the sample slides
+/// round an edge instead of jumping. `further` is how much further it is than the nearest (m); `across` leads from the
+/// face's nearest point to that of the nearest face.
 double share_round_edge(const equations::Corners& face, const Vector3& face_normal, const Vector3& nearest_normal,
-                        const Vector3& across, double further) {
-    constexpr double widest = 5e-4;       // m
+                        const Vector3& across, double further, double widest) {
     constexpr double of_its_size = 0.25;  // or it would reach past the faces that share a corner
     constexpr double full_turn = 0.05;    // sine of the turn from which on it counts in full
     constexpr double crease = 0.5;        // cosine of 60 degrees: round a fold as sharp it is another side
@@ -111,7 +111,8 @@ double share_round_edge(const equations::Corners& face, const Vector3& face_norm
         s = std::clamp(s, 0.0, 1.0);
         return s * s * (3.0 - 2.0 * s);
     };
-    constexpr double rounding = 1e-9;  // m
+    constexpr double of_widest = 2e-6;
+    const double rounding = of_widest * widest;
     const double length = across.norm();
     // Feet on a common edge or corner lie as far apart as rounding has it: that tells no direction.
     const double turn = length > rounding ? -face_normal.dot(across) / length : 0.0;
@@ -129,6 +130,7 @@ void push_faces(const ThesisState& state, const Frame& frame, const Penetration&
     const Vector3 x = p.sample.of(frame.position);
     const Vector3 velocity = p.sample.of(frame.velocity);
     const auto centre = [](const equations::Corners& c) { return Vector3((c[0] + c[1] + c[2]) / 3.0); };
+    const double near = 0.1 * state.scale_of(p.tissue).edge;
     Index home = p.triangle;
     Vector3 weights = p.weights;
     follow_surface(topology, state.surface, frame, x, home, weights);
@@ -151,7 +153,8 @@ void push_faces(const ThesisState& state, const Frame& frame, const Penetration&
             const Vector3 w = equations::nearest_weights(other, x);
             const Vector3 other_foot = equations::point_at(other, w);
             const double distance = (other_foot - x).norm();
-            normal += share_round_edge(other, other_normal, face, foot - other_foot, distance - nearest) * other_normal;
+            normal +=
+                share_round_edge(other, other_normal, face, foot - other_foot, distance - nearest, near) * other_normal;
             const Vector3& shared = corners[at(i)];
             // Faces in one plane, to rounding, are one wall.
             const auto rises = [&shared](const Vector3& from, const Vector3& to) {
@@ -161,11 +164,12 @@ void push_faces(const ThesisState& state, const Frame& frame, const Penetration&
             if (!rises(other_normal, centre(corners)) || !rises(face, centre(other))) continue;
             Vector3 approach = velocity;
             for (int k = 0; k < 3; ++k) approach -= w[k] * frame.velocity.col(topology.triangles(k, t));
-            constexpr double near = 5e-4;      // m
-            constexpr double near_gap = 1e-3;  // m, along the normal
-            const double way = 2.0 * approach.norm() * state.dt;
-            const double depth = other_normal.dot(other[0] - x);
-            if (distance > near + way + std::max(0.0, p.depth) || depth < -near_gap - way) continue;
+            const double reach = near + 2.0 * approach.norm() * state.dt;
+            double depth = other_normal.dot(other[0] - x);
+            // From `reach` on it counts less and less: it must not come in with a jump.
+            const double beyond = (distance - reach - std::max(0.0, p.depth)) / (0.5 * near);
+            if (beyond >= 1.0 || depth < -near - reach) continue;
+            depth -= std::max(0.0, beyond) * std::max(0.0, depth);
             LinearContact wall = against_sample(state, frame, p, t, w, other_normal, depth);
             state.end_on_time(
                 p.sample.body, velocity, [&](const Vector3& u) { return u.dot(wall.normal); }, wall);
@@ -218,8 +222,9 @@ const Penetration* deepest_of(std::span<const Penetration> layers, const Vector3
 
 }  // namespace
 
-void LedgerResolution::prepare(const Topology& topology, bool on_edges) {
-    ledger_.prepare(topology, on_edges);
+void LedgerResolution::prepare(const ThesisState& state) {
+    const Topology& topology = *state.topology;
+    ledger_.prepare(topology, state.scale, state.settings.edge_samples);
     faces_.assign(topology.bodies.size(), 1);
     for (const auto& [a, b] : topology.body_pairs) {
         if (topology.bodies[at(a)].kind != BodyKind::tissue || topology.bodies[at(b)].kind != BodyKind::tissue)
@@ -236,13 +241,13 @@ void LedgerResolution::respond(const ThesisState& state, const Frame& frame, con
     for (Penetration& p : ledger_.penetrations()) {
         if (follows_any(state, p)) continue;
         if (p.ruptured) {
-            p.opening += tear_speed * state.dt;
+            p.opening += tear_speed * state.scale_of(p.tissue).wave_speed * state.dt;
         } else if (gives_up(state, frame, squeezed, torn, p)) {
             p.ruptured = true;
             p.opening = std::max(p.depth, 0.0);
             ++effect.ruptures;
         }
-        if (p.opening > state.settings.d_max) continue;
+        if (p.opening > state.deepest(p.tissue)) continue;
         const std::size_t before = effect.contacts.size();
         if (faces_[at(p.tissue)] != 0 && state.settings.anchor_faces) {
             push_faces(state, frame, p, effect);
@@ -276,15 +281,15 @@ std::optional<double> LedgerResolution::side_of(const Topology& topology, const 
 /// tissue that is squeezed, close to its strain limit or held wherever it is.
 bool LedgerResolution::gives_up(const ThesisState& state, const Frame& frame, const SqueezedTissue& squeezed,
                                 const TornTissue& torn, Penetration& p) {
-    constexpr double clear = 1e-4;       // m
+    const double clear = state.clear_depth(p.tissue);
     constexpr double longest_age = 2.0;  // s
-    constexpr double stall_time = 0.1;   // s
-    if (p.depth > state.settings.d_max) return true;
+    constexpr double stalled = 20.0;     // times the tissue's patience
+    if (p.depth > state.deepest(p.tissue)) return true;
     const double stretched = strain_at(state, frame, p.triangle) / state.materials->strain_limit;
-    constexpr double touching = -1e-5;  // m
+    constexpr double touching = -0.1;  // of what counts as clear
     constexpr double at_limit = 0.999;
-    p.stretched = p.depth > touching && stretched > at_limit ? p.stretched + 1 : 0;
-    if (static_cast<double>(p.stretched) * state.dt > state.settings.tear_time) return true;
+    p.stretched = p.depth > touching * clear && stretched > at_limit ? p.stretched + 1 : 0;
+    if (static_cast<double>(p.stretched) * state.dt > state.tear_time(p.tissue)) return true;
     if (p.depth <= clear) {
         p.age = 0;
         p.stalled = 0;
@@ -299,7 +304,7 @@ bool LedgerResolution::gives_up(const ThesisState& state, const Frame& frame, co
     } else if (squeezed.holds(*state.topology, p.triangle) || stretched > 0.95 || cannot_move(state, p.triangle)) {
         ++p.stalled;
     }
-    return static_cast<double>(p.stalled) * state.dt > stall_time;
+    return static_cast<double>(p.stalled) * state.dt > stalled * state.patience(p.tissue);
 }
 
 }  // namespace trocar

@@ -1,7 +1,8 @@
 // Resolution of interpenetration by the crossing ledger (METHODS §9.2, corrected): every sample on the wrong side
 // pushes the surface it has crossed back past itself by stiff contacts on the faces that it touches, so that what is
 // left goes to zero within the settle time, whether the tool moves or not; what cannot be cleared ends as rupture. A
-// tear opens at 1 m/s: let go all at once, the tissue would fly past the tool before the rest of it is in contact.
+// tear opens at a speed that tissue can follow (1 m/s for the default material): let go all at once, it would fly past
+// the tool before the rest of it is in contact.
 //
 // METHODS §9.2 pushes along the blended normal at the anchor (anchor=blend). That slides a pointed tool across the
 // sheet where hard contact catches it in the pocket it has made: against the hard references the force is off by
@@ -21,7 +22,7 @@ namespace trocar {
 
 class LedgerResolution {
 public:
-    void prepare(const Topology& topology, bool on_edges);
+    void prepare(const ThesisState& state);
     void respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts,
                  const SqueezedTissue& squeezed, const TornTissue& torn, Effect& effect);
     [[nodiscard]] const std::vector<Penetration>& penetrations() const { return ledger_.penetrations(); }

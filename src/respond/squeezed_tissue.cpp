@@ -136,7 +136,7 @@ void SqueezedTissue::share(const ThesisState& state, const ContactSet& contacts,
             const double force = std::min(stiffness * row.left, state.settings.f_max);
             contact.gap -= force / contact.k;
         }
-        constexpr double clear = 1e-4;  // m, as little as what counts as cleared
+        const double clear = state.clear_depth(state.topology->body_of_vertex(contact.vertices[0]));
         if (row.left <= std::max(clear, 0.75 * row.depth)) continue;
         for_each_vertex(contact, [&](Index vertex, double) {
             if (squeezed_[at(vertex)] == 0) marked_.push_back(vertex);

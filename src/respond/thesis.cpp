@@ -56,8 +56,7 @@ public:
         torn_.prepare(topology);
         rigid_.prepare(topology);
         proxies_.prepare(topology, materials, TipProxies::default_radius);
-        if (state_.has_tissue && settings().resolution == Resolution::ledger)
-            ledger_.prepare(topology, settings().edge_samples);
+        if (state_.has_tissue && settings().resolution == Resolution::ledger) ledger_.prepare(state_);
         back_projection_.prepare(topology);
     }
 

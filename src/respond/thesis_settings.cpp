@@ -23,6 +23,12 @@ Parameter number(const std::string& name, const std::string& unit, const std::st
     return {.name = name, .unit = unit, .default_value = value, .minimum = low, .maximum = high, .meaning = meaning};
 }
 
+/// NaN is what the word stands for.
+Parameter automatic(Parameter parameter) {
+    parameter.words = {"auto"};
+    return parameter;
+}
+
 }  // namespace
 
 std::vector<Parameter> thesis_parameters() {
@@ -83,27 +89,28 @@ std::vector<Parameter> thesis_parameters() {
         number("n_back", "1", "10", 0.0, 1e6, "ticks that back-projection looks back"),
         number("l_max", "m", "0.02", 0.0, 1e3, "longest back-projection"),
         number("settle_time", "s", "0.003", 1e-6, 10.0, "time constant of projection=hold and of the ledger"),
-        number("clear_speed", "m/s", "0.5", 1e-6, 1e6, "fastest at which projection=hold and the ledger clear a depth"),
+        automatic(number("clear_speed", "m/s", "auto", 1e-6, 1e6,
+                         "fastest at which projection=hold and the ledger clear a depth; auto: a twelfth of the "
+                         "tissue's sqrt(E/rho), 0.5 for the default material")),
         choice(
             "anchor", {"blend", "faces"},
             "the ledger pushes the surface along the blended normal at a vertex' anchor (METHODS §9.2; faithful), or "
-            "every face that the vertex touches along its own normal, as hard contact does, rounded in 1 mm along "
-            "ridges (corrected)"),
+            "every face that the vertex touches along its own normal, as hard contact does, rounded in a fifth of "
+            "an edge along ridges (corrected)"),
         choice("samples", {"vertices", "edges"},
                "points that the ledger follows: vertices (faithful), or also points on edges of instruments and bones "
                "that are longer than the tissue's, half such an edge apart (METHODS §9.2; corrected)"),
-        {.name = "slip_damping",
-         .unit = "1",
-         .default_value = "auto",
-         .minimum = 0.0,
-         .maximum = 1e3,
-         .meaning = "damper of the ledger's contacts along a surface whose normal turns, in units of force times turn "
-                    "times tick; 0 = off; auto: 4 with anchor=faces, 40 with anchor=blend",
-         .words = {"auto"}},
-        number("tear_time", "s", "0.005", 0.0, 1e3,
-               "time for which a vertex presses on tissue at its strain limit, or something is inside tissue that its "
-               "pins or that limit hold, until it ruptures"),
-        number("d_max", "m", "0.015", 0.0, 1e3, "depth at which the ledger reports rupture"),
+        automatic(number("slip_damping", "1", "auto", 0.0, 1e3,
+                         "damper of the ledger's contacts along a surface whose normal turns, in units of force times "
+                         "turn times tick; 0 = off; auto: 4 with anchor=faces, 40 with anchor=blend")),
+        automatic(number("tear_time", "s", "auto", 0.0, 1e3,
+                         "time for which a vertex presses on tissue at its strain limit, or something is inside tissue "
+                         "that its pins or that limit hold, until it ruptures; auto: in which a wave of "
+                         "sqrt(E/rho) goes 0.3 of the tissue's side (0.005 for a sheet of 100 mm of the default "
+                         "material), at least 5 ticks")),
+        automatic(number("d_max", "m", "auto", 0.0, 1e3,
+                         "depth at which the ledger reports rupture; auto: a quarter of the side of a square as large "
+                         "as the tissue's surface, 0.015 for a sheet of 60 mm")),
         choice("grasp", {"off", "follow", "spring"},
                "grasped tissue: follows the tool (faithful), or on springs that slip at 2 N (corrected)"),
         number("grasp_k", "N/m", "300", 0.0, 1e6, "stiffness that holds a vertex with grasp=spring"),

@@ -48,15 +48,14 @@ struct ThesisSettings {
     double friction = 0.0;            ///< Coulomb coefficient on tissue
     double friction_k = 1000.0;       ///< N/m, of the tangential spring
     double velocity_filter = 0.0;     ///< Hz, on the instruments' velocity; 0: off
-    double hard_stiffness = 1e5;      ///< N/m, of constraints, at least
     double rigid_settle = 0.0025;     ///< s, in which a stiff contact stops a hand
     double settle_time = 0.003;       ///< s, time constant with which a constraint clears a depth
-    double clear_speed = 0.5;         ///< m/s, fastest at which a constraint clears a depth
+    double clear_speed = 0.0;         ///< m/s, fastest at which a constraint clears a depth; NaN: auto
     bool anchor_faces = false;  ///< ledger pushes the faces that a sample touches; false: along the blended normal
     bool edge_samples = false;  ///< ledger follows points on long edges of tools and bones too; false: vertices only
     double slip_damping = 4.0;  ///< 1, of the ledger, see steady()
-    double tear_time = 0.005;   ///< s at the strain limit until rupture
-    double d_max = 0.015;       ///< m, rupture beyond
+    double tear_time = 0.0;     ///< s at the strain limit until rupture; NaN: auto
+    double d_max = 0.0;         ///< m, rupture beyond; NaN: auto
     bool contacts_held = false;
     bool contacts_explicit = false;
 };

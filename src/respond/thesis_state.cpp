@@ -18,6 +18,7 @@ void ThesisState::prepare(const Topology& the_topology, const Materials& the_mat
     laws.prepare(the_topology, the_materials, settings.k, settings.mu);
     springs.prepare(the_topology, the_materials);
     surface.prepare(the_topology);
+    scale = tissue_scales(the_topology, the_materials);
     slot_.assign(at(the_topology.vertex_count), -1);
     edits_.clear();
     hand_velocity_.assign(the_topology.bodies.size(), Vector3::Zero());
@@ -25,10 +26,19 @@ void ThesisState::prepare(const Topology& the_topology, const Materials& the_mat
     placed_ = false;
     has_tissue = std::any_of(the_topology.bodies.begin(), the_topology.bodies.end(),
                              [](const BodyRange& body) { return body.kind == BodyKind::tissue; });
-    // Far above the stiffest tissue, else the two would share the depth like springs in a row.
-    constexpr double above_tissue = 500.0;
-    hard_stiffness = settings.hard_stiffness;
-    for (const double k : the_materials.mean_stiffness) hard_stiffness = std::max(hard_stiffness, above_tissue * k);
+    // Far above the stiffest tissue, else the two would share the depth like springs in a row; and where edges are
+    // long, a force that doubles one goes no deeper than a twentieth of what counts as clear.
+    constexpr double above_tissue = 1000.0;
+    constexpr double of_clear = 0.05;
+    hard_stiffness = 0.0;
+    for (const BodyRange& body : the_topology.bodies) {
+        if (body.kind != BodyKind::tissue) continue;
+        const auto number = static_cast<Index>(&body - the_topology.bodies.data());
+        const double above = std::max(above_tissue, scale_of(number).edge / (of_clear * most_clear_depth));
+        for (Index v = body.vertices.first; v < body.vertices.end(); ++v) {
+            hard_stiffness = std::max(hard_stiffness, above * the_materials.mean_stiffness[at(v)]);
+        }
+    }
     if (has_tissue) grasp.prepare(the_topology, settings.grasping);
 }
 
@@ -92,7 +102,12 @@ LinearContact ThesisState::hard_contact(double depth) const {
 }
 
 void ThesisState::clear_slowly(LinearContact& linear) const {
-    linear.gap = std::max(linear.gap, -settings.clear_speed * settings.settle_time);
+    double speed = settings.clear_speed;
+    if (std::isnan(speed)) {
+        constexpr double of_waves = 1.0 / 12.0;
+        speed = of_waves * scale_of(topology->body_of_vertex(linear.vertices[0])).wave_speed;
+    }
+    linear.gap = std::max(linear.gap, -speed * settings.settle_time);
 }
 
 void ThesisState::rub(Index key, const Vector3& surface_velocity, LinearContact& linear) const {

@@ -3,15 +3,19 @@
 // back_projection (§9.1) and ledger_resolution (§9.2); thesis.cpp has the equations and calls them in order.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "contact/effect.hpp"
 #include "respond/common.hpp"
+#include "respond/crossing_ledger.hpp"
 #include "respond/grasp.hpp"
 #include "respond/surface.hpp"
 #include "respond/thesis_settings.hpp"
+#include "respond/tissue_scale.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
@@ -37,7 +41,8 @@ public:
     const Materials* materials = nullptr;
     double dt = 0.0;  ///< s, of this tick
     bool has_tissue = false;
-    double hard_stiffness = 0.0;  ///< N/m, of constraints
+    double hard_stiffness = 0.0;     ///< N/m, of constraints
+    std::vector<TissueScale> scale;  ///< per body
     PairLaws laws;
     VertexSprings springs;
     SurfaceNeighbours surface;
@@ -65,6 +70,30 @@ public:
         return b < materials->device.size() ? materials->device[b] : none;
     }
 
+    [[nodiscard]] const TissueScale& scale_of(Index tissue) const { return scale[static_cast<std::size_t>(tissue)]; }
+    /// A depth in this tissue that counts as none, m: what a user asks for, less where the tissue is small.
+    static constexpr double most_clear_depth = 1e-4;  ///< m
+    [[nodiscard]] double clear_depth(Index tissue) const {
+        return std::min(most_clear_depth, 0.02 * scale_of(tissue).edge);
+    }
+    /// A depth in this tissue at which it counts as torn, m.
+    [[nodiscard]] double deepest(Index tissue) const {
+        return std::isnan(settings.d_max) ? 0.25 * scale_of(tissue).side : settings.d_max;
+    }
+    /// In which tissue that is stretched to its limit would give way if it could, s.
+    [[nodiscard]] double patience(Index tissue) const {
+        const TissueScale& size = scale_of(tissue);
+        return std::max(5.0 * dt, 0.3 * size.side / size.wave_speed);
+    }
+    /// Time at the strain limit until rupture, s.
+    [[nodiscard]] double tear_time(Index tissue) const {
+        return std::isnan(settings.tear_time) ? patience(tissue) : settings.tear_time;
+    }
+    /// Up to this distance (m) what touched a tissue vertex may come back in the next tick.
+    [[nodiscard]] double resting_margin(Index vertex) const {
+        return CrossingLedger::resting_margin * scale_of(topology->body_of_vertex(vertex)).edge;
+    }
+
     /// Translation that a hand gave a body in the last tick, m/s; zero for bodies that no hand leads.
     [[nodiscard]] const Vector3& hand_velocity(Index body) const {
         return hand_velocity_[static_cast<std::size_t>(body)];
@@ -86,7 +115,8 @@ public:
     [[nodiscard]] double stiffness(Index body_a, Index body_b, double on_tissue, Index vertex) const;
     /// A stiff contact that clears `depth` (m) within the settle time; never pulls. Deep ones are for clear_slowly.
     [[nodiscard]] LinearContact hard_contact(double depth) const;
-    /// With what tissue weighs, k d of a deep contact would throw it: its depth counts as what clear_speed clears.
+    /// With what tissue weighs, k d of a deep contact would throw it: its depth counts as what clear_speed clears. The
+    /// contact acts on tissue.
     void clear_slowly(LinearContact& linear) const;
     /// A gap is the frame's, where a body that follows a script has already moved while the tissue is a tick behind,
     /// and changes with the face's velocity from there. Taken back to where the face came from, it closes at the end of

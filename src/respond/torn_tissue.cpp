@@ -51,12 +51,12 @@ double TornTissue::lever(const ThesisState& state, const LinearContact& contact)
 }
 
 void TornTissue::count(const ThesisState& state, const Frame& frame, const LinearContact& contact, double lever) {
-    constexpr double clear = 1e-4;  // m
     constexpr double at_limit = 0.999;
     const Index vertex = heaviest(contact);
     std::uint8_t& seen = seen_[at(vertex)];
     if (seen == 0) marked_.push_back(vertex);
     seen |= listed | touched;
+    const double clear = state.clear_depth(state.topology->body_of_vertex(vertex));
     if (contact.face_velocity * state.dt - contact.gap <= clear) return;
     if (lever < half_lever || state.springs.largest_strain(*state.materials, frame.position, vertex) >
                                   at_limit * state.materials->strain_limit)
@@ -68,7 +68,8 @@ void TornTissue::tear(const ThesisState& state, Effect& effect) {
     for (const Index vertex : marked_) {
         const std::size_t v = at(vertex);
         stuck_[v] = (seen_[v] & stuck) != 0 ? stuck_[v] + 1 : 0;
-        if (torn_[v] == 0 && static_cast<double>(stuck_[v]) * state.dt > state.settings.tear_time) {
+        if (torn_[v] == 0 &&
+            static_cast<double>(stuck_[v]) * state.dt > state.tear_time(state.topology->body_of_vertex(vertex))) {
             torn_[v] = 1;
             ++effect.ruptures;
         }

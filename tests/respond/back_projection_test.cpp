@@ -64,6 +64,7 @@ void expect_same(const test::Shape& ball, const test::Shape& soup, std::uint32_t
     Materials materials;
     materials.mass.assign(static_cast<std::size_t>(world.topology.vertex_count), 1e-4);
     materials.pinned.assign(materials.mass.size(), 0);
+    materials.area.assign(materials.mass.size(), 1e-5);
     materials.mean_stiffness.assign(materials.mass.size(), 100.0);
     materials.contact_laws.assign(world.topology.body_pairs.size(), {});
     ThesisSettings settings;

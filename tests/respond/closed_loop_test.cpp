@@ -131,7 +131,7 @@ TEST(CrossingLedger, CountIsTheExactSideOfAMovingClosedBody) {
     SurfaceNeighbours surface;
     surface.prepare(world.topology);
     CrossingLedger ledger;
-    ledger.prepare(world.topology, false);
+    ledger.prepare(world.topology, tissue_scales(world.topology, world.materials), false);
     std::mt19937_64 generator(3);
     std::normal_distribution<double> normal(0.0, 1.0);
     Frame frame = world.frame;

@@ -38,7 +38,7 @@ public:
                 "penalty"),
           start_(loop_.frame.position) {
         surface_.prepare(loop_.topology);
-        ledger_.prepare(loop_.topology, false);
+        ledger_.prepare(loop_.topology, tissue_scales(loop_.topology, loop_.materials), false);
     }
     void move_to(const Vector3& place) {
         const Range tool = loop_.topology.bodies[0].vertices;

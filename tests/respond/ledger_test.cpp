@@ -45,7 +45,7 @@ struct LedgerWorld {
                "penalty") {
         loop.topology.bodies[1].start_side = side;
         surface.prepare(loop.topology);
-        ledger.prepare(loop.topology, on_edges);
+        ledger.prepare(loop.topology, tissue_scales(loop.topology, loop.materials), on_edges);
     }
     /// One call on the frame, with the contacts that it has.
     void update() {
@@ -236,7 +236,7 @@ TEST(LedgerParity, TissueAgainstTissueIsCountedFromBothSides) {
     SurfaceNeighbours surface;
     surface.prepare(loop.topology);
     CrossingLedger ledger;
-    ledger.prepare(loop.topology, false);
+    ledger.prepare(loop.topology, tissue_scales(loop.topology, loop.materials), false);
     const Matrix3X start = loop.frame.position;
     Frame frame = loop.frame;
     const Range balls = loop.topology.bodies[0].vertices;
