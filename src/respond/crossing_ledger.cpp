@@ -77,7 +77,7 @@ void CrossingLedger::prepare(const Topology& topology, const std::vector<TissueS
         if (meets_tissue) {
             for (Index v = range.vertices.first; v < range.vertices.end(); ++v) {
                 sample_of_vertex_[at(v)] = static_cast<Index>(samples_.size());
-                samples_.push_back({.vertex = v, .body = body});
+                samples_.push_back({.vertex = v, .body = body, .key = v});
             }
         }
     }
@@ -127,6 +127,7 @@ void CrossingLedger::add_edge_samples(const Topology& topology, const Frame& fra
         if (tissue.edge > 0.0 && (tissue_edge == 0.0 || tissue.edge < tissue_edge)) tissue_edge = tissue.edge;
     }
     if (!(tissue_edge > 0.0)) return;
+    Index key = topology.vertex_count;
     for (Index body = 0; body < topology.body_count(); ++body) {
         const BodyRange& range = topology.bodies[at(body)];
         if (range.kind == BodyKind::tissue || range.vertices.count == 0 ||
@@ -138,8 +139,11 @@ void CrossingLedger::add_edge_samples(const Topology& topology, const Frame& fra
             const auto parts = static_cast<int>(std::min(std::ceil(2.0 * edge_length / tissue_edge), most_per_edge));
             const auto first = static_cast<Index>(samples_.size());
             for (int part = 1; part < parts; ++part) {
-                samples_.push_back(
-                    {.vertex = edge[0], .other = edge[1], .fraction = static_cast<double>(part) / parts, .body = body});
+                samples_.push_back({.vertex = edge[0],
+                                    .other = edge[1],
+                                    .fraction = static_cast<double>(part) / parts,
+                                    .body = body,
+                                    .key = key++});
             }
             edges_.push_back({edge[0], edge[1], {first, static_cast<Index>(samples_.size()) - first}});
         }

@@ -68,8 +68,7 @@ LinearContact against_sample(const ThesisState& state, const Frame& frame, const
     linear.vertices = point.vertices;
     linear.weights = point.weights;
     linear.normal = -normal;
-    // The tangential spring is remembered under a vertex: points on edges rub by the tissue's vertices.
-    if (p.sample.other < 0) state.rub(p.sample.vertex, p.sample.of(frame.velocity), linear);
+    state.rub(p.sample.key, p.sample.of(frame.velocity), linear);
     if (state.kind(p.sample.body) == BodyKind::instrument) {
         linear.reaction_body = p.sample.body;
         linear.reaction_point = p.sample.of(frame.position);

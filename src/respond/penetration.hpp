@@ -18,6 +18,7 @@ struct LedgerSample {
     Index other = -1;       ///< other end of the edge, -1 for a vertex
     double fraction = 0.0;  ///< of the way from `vertex` to `other`
     Index body = -1;
+    Index key = -1;  ///< names it: its vertex, or a number from the vertex count on for a point on an edge
 
     /// Of a 3×N matrix with a column per vertex: positions or velocities (exact for rigid bodies).
     [[nodiscard]] Vector3 of(const Matrix3X& columns) const {

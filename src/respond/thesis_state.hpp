@@ -130,7 +130,7 @@ public:
         clear_slowly(linear);
     }
     /// Coulomb friction with a tangential spring (METHODS §6, option): `surface_velocity` is the other side's, `key`
-    /// the vertex that is in contact.
+    /// the vertex that is in contact, or a number from the vertex count on for another point.
     void rub(Index key, const Vector3& surface_velocity, LinearContact& linear) const;
     /// Appends a penalty contact: clamped, or as the equation gives it.
     void finish(LinearContact linear, Effect& effect) const;

@@ -101,6 +101,13 @@ void ContactSolver::remember_slip(const LinearContact& contact, Active& entry) {
     const Index key = contact.slip_key;
     if (contact.friction <= 0.0 || key < 0) return;
     entry.rubs = true;
+    if (at(key) >= rubbed_.size()) {
+        const auto known = static_cast<Eigen::Index>(rubbed_.size());
+        slip_.conservativeResize(3, key + 1);
+        slip_.rightCols(key + 1 - known).setZero();
+        rubbed_.resize(at(key) + 1, 0);
+        grip_.resize(at(key) + 1);
+    }
     if (rubbed_[at(key)] == 0) {
         slip_.col(key).setZero();
         rubbing_.push_back(key);

@@ -95,10 +95,10 @@ private:
     std::int64_t sweeps_ = 0;
     std::vector<double> mean_force_;
     std::vector<Vector3> mean_friction_;  ///< N, per contact of the effect
-    Matrix3X slip_;                       ///< 3×N, m: tangential spring of the contact remembered under a vertex
-    std::vector<std::uint8_t> rubbed_;    ///< N; 2: in contact in this tick, 1: in the last one, 0: not
-    std::vector<Index> rubbing_;          ///< vertices with rubbed_ > 0
-    std::vector<Grip> grip_;              ///< N, of the sub-step, per key
+    Matrix3X slip_;                       ///< per slip key (N at first), m: tangential spring of the contact
+    std::vector<std::uint8_t> rubbed_;    ///< per slip key; 2: in contact in this tick, 1: in the last one, 0: not
+    std::vector<Index> rubbing_;          ///< slip keys with rubbed_ > 0
+    std::vector<Grip> grip_;              ///< of the sub-step, per slip key
     std::vector<Index> touched_;
     std::vector<Index> spot_;   ///< per vertex of the state: position in touched_ or -1
     std::vector<double> mass_;  ///< kg, of touched_

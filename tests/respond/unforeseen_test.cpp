@@ -1,5 +1,6 @@
 // Ways of touching tissue that no shipped scene has: the corrected response keeps to 0.1 mm in every tick or names a
 // rupture, and never answers with a force that no tissue could give.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,6 +14,7 @@ namespace {
 
 using test::ClosedLoop;
 using test::LoopBody;
+using test::make_box;
 using test::make_shaft;
 using test::make_sheet;
 using test::Mesh;
@@ -102,6 +104,39 @@ TEST(CorrectedOpenTool, BladeThatCutsDownIntoASheetIsHeldUpAndNotPushedAside) {
         }
         EXPECT_GT(up, 0.05) << turn;
         EXPECT_LT(aside, 0.3 * up) << turn;
+    }
+}
+
+/// Force along its axis over force across on a bar that lies on its edge and is drawn along that edge. The bar is
+/// longer than the sheet's triangles: between its ends it touches with points on its edge only.
+double drag_share(double friction) {
+    Mesh bar = make_box(Vector3(0.034, 0.003, 0.003));
+    const double turn = 0.25 * 3.14159265358979;
+    for (Vector3& point : bar.points) point = Eigen::AngleAxisd(turn, Vector3::UnitX()) * point;
+    const auto offset = [](double t) {
+        constexpr double press_until = 0.1;  // s
+        const double down = 0.03 * std::min(t, press_until);
+        return Vector3(-0.003 + 0.02 * std::max(0.0, t - press_until), 0.0013, 0.0022 - down);
+    };
+    ClosedLoop loop =
+        loop_of(bar, offset, make_sheet(8, 0.01), fmt::format("thesis:profile=corrected,friction={}", friction));
+    double along = 0.0;
+    double across = 0.0;
+    for (int tick = 0; tick < 400; ++tick) {
+        EXPECT_TRUE(loop.step()) << loop.outcome.message;
+        if (tick < 250) continue;
+        along -= loop.tool_force(0).x();
+        across += loop.tool_force(0).tail<2>().norm();
+    }
+    EXPECT_GT(across, 150 * 0.02);
+    return along / across;
+}
+
+TEST(CorrectedFriction, BarDrawnAlongTheEdgeThatItLiesOnRubsByCoulombsLaw) {
+    // What its ends push ahead of them counts apart.
+    const double smooth = drag_share(0.0);
+    for (const double friction : {0.1, 0.3}) {
+        EXPECT_NEAR(drag_share(friction) - smooth, friction, 0.05 * friction) << smooth;
     }
 }
 
