@@ -23,7 +23,8 @@ double rounded(double value, double grain) { return std::round(value / grain) * 
 
 /// As few digits as tell the value to the grain.
 std::string short_number(double value, double grain) {
-    std::string text = fmt::format("{:.{}f}", rounded(value, grain), static_cast<int>(-std::log10(grain) + 0.5));
+    std::string text =
+        fmt::format("{:.{}f}", rounded(value, grain), static_cast<int>(std::max(0L, std::lround(-std::log10(grain)))));
     while (text.back() == '0') text.pop_back();
     if (text.back() == '.') text.pop_back();
     return text == "-0" ? "0" : text;

@@ -294,6 +294,7 @@ std::string no_effect_text(const Turned& one) {
 /// "I2T: i2t_poke, i2t_drag; R2T: r2t_bone".
 std::string places_text(const std::map<std::string, std::vector<std::string>>& places) {
     std::vector<std::string> parts;
+    parts.reserve(places.size());
     for (const auto& [pair_class, scenes] : places) parts.push_back(pair_class + ": " + joined(scenes));
     return fmt::format("{}", fmt::join(parts, "; "));
 }

@@ -68,6 +68,8 @@ struct RunFigures {
     double force_error_hard = not_known;        ///< N, the same to hard contact
     double force_worst_equal_k = not_known;     ///< N
     double force_worst_hard = not_known;        ///< N
+    double force_bound_equal_k = not_known;     ///< N RMS that the reference knows
+    double force_bound_hard = not_known;        ///< N RMS
     double position_worst_equal_k = not_known;  ///< m
     double reference_clears = not_known;
     double force_jump_p99 = not_known;  ///< N per tick

@@ -26,6 +26,12 @@ void take_larger(double& largest, double value) {
     if (!std::isnan(value)) largest = std::isnan(largest) ? value : std::max(largest, value);
 }
 
+/// An error within the reference's own bound says no more than that.
+void take_force_error(double& worst, double& within, double error, double bound) {
+    const bool is_within = error <= bound;
+    take_larger(is_within ? within : worst, is_within ? bound : error);
+}
+
 VerdictRow make_row(const Results& results, const Contestant& contestant, const std::string& reference,
                     const std::vector<std::string>& scenes) {
     VerdictRow row;
@@ -79,8 +85,10 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
             left.push_back(result->first(&RunFigures::left_p50));
             errors.push_back(error_on(*result, results.class_of(scene)));
         }
-        take_larger(row.force_error_equal_k, result->first(&RunFigures::force_error_equal_k));
-        take_larger(row.force_error_hard, result->first(&RunFigures::force_error_hard));
+        const RunFigures& first = result->runs.front();
+        take_force_error(row.force_error_equal_k, row.force_within_equal_k, first.force_error_equal_k,
+                         first.force_bound_equal_k);
+        take_force_error(row.force_error_hard, row.force_within_hard, first.force_error_hard, first.force_bound_hard);
         if (const double value = result->first(&RunFigures::depth_error_p50); !std::isnan(value)) {
             depth_errors.push_back(value);
         }
@@ -139,6 +147,17 @@ std::string left_text(const VerdictRow& row) {
     if (!row.due_tears.empty())
         text += fmt::format("{}tear due {}", only_tears ? "" : "; ", format_number(row.due_tear_max * mm));
     return text;
+}
+
+std::string forces_text(const VerdictRow& row, bool closed_loop) {
+    const auto tell = [](double error, double within) {
+        return std::isnan(error) && !std::isnan(within) ? "≤ " + format_number(within) : format_number(error);
+    };
+    const std::string equal_k = tell(row.force_error_equal_k, row.force_within_equal_k);
+    const std::string hard = tell(row.force_error_hard, row.force_within_hard);
+    const std::string unknown = format_number(not_known);
+    if (equal_k == unknown && hard == unknown) return closed_loop ? "no reference" : "n/a";
+    return equal_k + " / " + hard;
 }
 
 std::string failures_text(const VerdictRow& row) {
@@ -270,9 +289,7 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
                                          two_numbers(row.depth_error_p50, row.depth_error_max, mm),
                                          std::isnan(row.error) ? "n/a" : format_number(row.error * mm),
                                          left,
-                                         std::isnan(row.force_error_equal_k) && std::isnan(row.force_error_hard)
-                                             ? (closed_loop ? "no reference" : "n/a")
-                                             : two_numbers(row.force_error_equal_k, row.force_error_hard, 1.0),
+                                         forces_text(row, closed_loop),
                                          time_text(row, row.p50, false),
                                          time_text(row, row.p99, true),
                                          ratio_text(row, noise_floor),

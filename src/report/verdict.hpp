@@ -33,14 +33,16 @@ struct VerdictRow {
     double left_p50 = not_known;  ///< m, median over scenes of the median; due tears apart
     double left_max = not_known;  ///< m, worst over scenes; due tears apart
     std::string torn_in;          ///< scene of left_max where the response told a rupture there; else empty
-    std::vector<std::string> due_tears;      ///< scenes where it told a rupture and hard contact tears too
-    double due_tear_max = not_known;         ///< m, worst of these
-    double force_error_equal_k = not_known;  ///< N RMS to the reference of equal stiffness, worst over scenes
-    double force_error_hard = not_known;     ///< N RMS to hard contact, worst over scenes
-    Estimate p50;                            ///< ns
-    Estimate p99;                            ///< ns; NaN: n too small, or a scene failed
-    Estimate ratio;                          ///< of p50 to the reference detector with the same response
-    double deadline_misses = 0.0;            ///< of all processes
+    std::vector<std::string> due_tears;       ///< scenes where it told a rupture and hard contact tears too
+    double due_tear_max = not_known;          ///< m, worst of these
+    double force_error_equal_k = not_known;   ///< N RMS to the reference of equal stiffness, worst over scenes
+    double force_error_hard = not_known;      ///< N RMS to hard contact, worst over scenes
+    double force_within_equal_k = not_known;  ///< N RMS, largest bound of the references that tell no error
+    double force_within_hard = not_known;
+    Estimate p50;                  ///< ns
+    Estimate p99;                  ///< ns; NaN: n too small, or a scene failed
+    Estimate ratio;                ///< of p50 to the reference detector with the same response
+    double deadline_misses = 0.0;  ///< of all processes
     double timed_ticks = 0.0;
     int identical_to = -1;   ///< row with the same motion, bit by bit, on every scene; -1: none
     bool dominated = false;  ///< another row is at least as fast and as good, and better in one

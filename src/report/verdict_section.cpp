@@ -109,7 +109,8 @@ std::string verdict_note(const Draft& draft) {
            "values (p99) of a tick; a row that failed on a scene has none. Depths: median over scenes / worst of all; "
            "tear due = the depth in tissue that hard contact tears too and whose rupture the response told: the right "
            "answer, so it stands apart and takes no part in the error; torn = the worst is of a run whose response "
-           "told a rupture that hard contact does not call for, or has no reference for. " +
+           "told a rupture that hard contact does not call for, or has no reference for. Force errors: worst over the "
+           "scenes whose reference can tell; ≤: all lie within the references' own bound. " +
            draft.interval_note(draft.mode) +
            fmt::format(
                " Ratio: median tick over that of {} with the same response and canonical contacts, process "

@@ -738,6 +738,9 @@ TEST(Report, ForceErrorsAgainstBothReferencesStandOnPageOne) {
         record.summary["force_error_rms_hard"] = 0.5;
     }
     EXPECT_NE(make_report(records).files.at("report.md").find("| 0.125 / 0.500 |"), std::string::npos);
+    // A reference that knows its force to 0.75 N only cannot tell an error of 0.5 N.
+    for (Record& record : records) record.summary["force_bound_hard"] = 0.75;
+    EXPECT_NE(make_report(records).files.at("report.md").find("| 0.125 / ≤ 0.750 |"), std::string::npos);
 }
 
 TEST(Report, SettledDepthIsHeldAgainstATenthOfAMillimetre) {
