@@ -1,6 +1,7 @@
 #include "measure/depth_truth.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -141,9 +142,10 @@ private:
 
 struct BodySamples {
     std::vector<AreaSample> area;
-    double area_weight = 0.0;  ///< m², surface that one area sample stands for
-    Box box;                   ///< of the vertices, on the current frame
-    Box swept;                 ///< the same together with the frame before
+    std::vector<std::array<Index, 2>> edges;  ///< of the triangles, both ways, sorted
+    double area_weight = 0.0;                 ///< m², surface that one area sample stands for
+    Box box;                                  ///< of the vertices, on the current frame
+    Box swept;                                ///< the same together with the frame before
     RayGrid grid;
     bool grid_is_current = false;
     SurfaceDistance distance;
@@ -160,6 +162,8 @@ struct Direction {
     std::vector<int> crossings;  ///< per sample (vertices, then area samples), of the upward ray on the current frame
     std::vector<int> side;       ///< per sample, open sheets: 0 = the side of the first frame
     std::vector<std::uint8_t> wrong;
+    std::vector<std::uint8_t> seen;  ///< buffers of join_round_rim
+    std::vector<std::size_t> group;
 };
 
 }  // namespace
@@ -168,6 +172,7 @@ struct DepthTruth::State {
     const Topology* topology = nullptr;
     Matrix3X position;  ///< of the current frame
     Matrix3X previous;  ///< of the frame measured before
+    Matrix3X original;  ///< of the first frame
     std::vector<BodySamples> bodies;
     std::vector<Direction> directions;
 
@@ -309,6 +314,110 @@ struct DepthTruth::State {
         return -1;
     }
 
+    /// True where the straight way between two samples meets the other body, be it at an edge.
+    [[nodiscard]] bool meets(const Direction& direction, std::size_t one, std::size_t another) {
+        const Index into = direction.into;
+        const Vector3 p = point(direction.from, one, position);
+        const Vector3 q = point(direction.from, another, position);
+        Box segment;
+        segment.add(p);
+        segment.add(q);
+        if (!segment.overlaps(bodies[static_cast<std::size_t>(into)].box)) return false;
+        const Range other = range(into).triangles;
+        for (Index face = other.first; face < other.end(); ++face) {
+            const Vector3 a = position.col(topology->triangles(0, face));
+            const Vector3 b = position.col(topology->triangles(1, face));
+            const Vector3 c = position.col(topology->triangles(2, face));
+            if (!segment.overlaps(Box{a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)})) continue;
+            const int start = orientation_sign(a, b, c, p);
+            if (start == orientation_sign(a, b, c, q)) continue;
+            const int side = orientation_sign(p, q, a, b);
+            if (orientation_sign(p, q, b, c) * side >= 0 && orientation_sign(p, q, c, a) * side >= 0) return true;
+        }
+        return false;
+    }
+
+    /// Calls act(neighbour) for the samples that an edge joins to a vertex.
+    template <typename Act>
+    void each_neighbour(const Direction& direction, std::size_t vertex, const Act& act) const {
+        const Index first = range(direction.from).vertices.first;
+        const auto& edges = bodies[static_cast<std::size_t>(direction.from)].edges;
+        const Index v = first + static_cast<Index>(vertex);
+        for (auto edge = std::lower_bound(edges.begin(), edges.end(), std::array<Index, 2>{v, -1});
+             edge != edges.end() && (*edge)[0] == v; ++edge) {
+            act(static_cast<std::size_t>((*edge)[1] - first));
+        }
+    }
+
+    /// True where a rim edge of the sheet that has moved since the start, so that nothing holds it, is near the body.
+    [[nodiscard]] bool free_rim_near(const BodySamples& body, const BodySamples& sheet) const {
+        const auto moved = [&](Index v) { return position.col(v) != original.col(v); };
+        return std::any_of(sheet.rim.begin(), sheet.rim.end(), [&](const RimEdge& edge) {
+            if (!moved(edge.from) && !moved(edge.to)) return false;
+            Box box;
+            box.add(position.col(edge.from));
+            box.add(position.col(edge.to));
+            return box.overlaps(body.box);
+        });
+    }
+
+    /// While a free rim is inside a body there is a way round it, and once it has slipped past points of the body
+    /// nothing is left between them and the rest, though by their history they are beyond the sheet. What the body's
+    /// surface joins to vertices on the right side, and is no more than those, is therefore on the right side; for good
+    /// where no edge from there meets the sheet.
+    void join_round_rim(Direction& direction) {
+        const auto vertex_count = static_cast<std::size_t>(range(direction.from).vertices.count);
+        const auto wrong = [&](std::size_t sample) { return direction.wrong[sample] != 0; };
+        const auto right_vertices = static_cast<std::size_t>(std::count(
+            direction.wrong.begin(), direction.wrong.begin() + static_cast<std::ptrdiff_t>(vertex_count), 0));
+        direction.seen.assign(vertex_count, 0);
+        for (std::size_t first = 0; first < vertex_count; ++first) {
+            if (!wrong(first) || direction.seen[first] != 0) continue;
+            std::vector<std::size_t>& group = direction.group;
+            group.assign(1, first);
+            direction.seen[first] = 1;
+            bool joined = false;
+            bool met = false;
+            for (std::size_t next = 0; next < group.size(); ++next) {
+                each_neighbour(direction, group[next], [&](std::size_t other) {
+                    if (meets(direction, group[next], other)) {
+                        met = true;
+                    } else if (!wrong(other)) {
+                        joined = true;
+                    } else if (direction.seen[other] == 0) {
+                        direction.seen[other] = 1;
+                        group.push_back(other);
+                    }
+                });
+            }
+            if (!joined || group.size() > right_vertices) continue;
+            for (const std::size_t sample : group) {
+                direction.wrong[sample] = 0;
+                if (!met) direction.side[sample] = 0;
+            }
+        }
+        join_area(direction, vertex_count);
+    }
+
+    /// The same for the points between vertices.
+    void join_area(Direction& direction, std::size_t vertex_count) {
+        const Index first = range(direction.from).vertices.first;
+        for (std::size_t sample = vertex_count; sample < direction.wrong.size(); ++sample) {
+            if (direction.wrong[sample] == 0) continue;
+            bool joined = false;
+            bool free = true;
+            for (int i = 0; i < 3; ++i) {
+                const Index triangle = samples(direction.from).area[sample - vertex_count].triangle;
+                const auto corner = static_cast<std::size_t>(topology->triangles(i, triangle) - first);
+                const bool met = meets(direction, sample, corner);
+                joined = joined || (!met && direction.wrong[corner] == 0);
+                free = free && !met && direction.side[corner] == 0;
+            }
+            if (joined) direction.wrong[sample] = 0;
+            if (free) direction.side[sample] = 0;
+        }
+    }
+
     void judge(Direction& direction, bool first) {
         const BodySamples& from = samples(direction.from);
         const BodySamples& into = samples(direction.into);
@@ -344,6 +453,10 @@ struct DepthTruth::State {
             direction.wrong[i] = direction.side[i] != 0;
         }
         const auto is_wrong = [](std::uint8_t wrong) { return wrong != 0; };
+        if (!first && !closed && range(direction.from).kind != BodyKind::tissue &&
+            std::any_of(direction.wrong.begin(), direction.wrong.end(), is_wrong) && free_rim_near(from, into)) {
+            join_round_rim(direction);
+        }
         if (!first || closed || std::none_of(direction.wrong.begin(), direction.wrong.end(), is_wrong)) return;
         const Index right = declared_right(direction);
         if (right < 0) return;
@@ -361,6 +474,7 @@ DepthTruth::DepthTruth(const Topology& topology, const Frame& first, std::span<c
     State& s = *state_;
     s.topology = &topology;
     s.position = first.position;
+    s.original = first.position;
     s.bodies.resize(topology.bodies.size());
     for (Index body = 0; body < topology.body_count(); ++body) {
         const BodyRange& range = s.range(body);
@@ -368,6 +482,16 @@ DepthTruth::DepthTruth(const Topology& topology, const Frame& first, std::span<c
         double area = 0.0;
         samples.area = spread(topology.triangles, range.triangles, first.position, area_samples, area);
         if (!samples.area.empty()) samples.area_weight = area / static_cast<double>(samples.area.size());
+        for (Index t = range.triangles.first; t < range.triangles.end(); ++t) {
+            for (int corner = 0; corner < 3; ++corner) {
+                const Index u = topology.triangles(corner, t);
+                const Index v = topology.triangles((corner + 1) % 3, t);
+                samples.edges.push_back({u, v});
+                samples.edges.push_back({v, u});
+            }
+        }
+        std::sort(samples.edges.begin(), samples.edges.end());
+        samples.edges.erase(std::unique(samples.edges.begin(), samples.edges.end()), samples.edges.end());
         if (!range.closed) samples.rim = rim_of(topology.triangles, range.triangles);
         samples.distance.prepare(topology.triangles, range.triangles, first.position);
     }

@@ -20,9 +20,11 @@ namespace trocar {
 /// the straight way from the one that is farthest from the sheet. Where edges of the body pass through the sheet, the
 /// first of them tells which points are on the side that the scene declares (BodyRange::start_side), and those are on
 /// the right side; else the farthest point is. So a tool may start deep. Points that go around the rim, or through the
-/// sheet and back, are therefore on the right side. Ties are broken by thinking every sample moved by the same
-/// infinitesimal step, upwards first (Edelsbrunner and Mücke 1990). Depth is then the distance to the nearest point of
-/// the surface.
+/// sheet and back, are therefore on the right side. So is what the surface of an instrument or rigid
+/// body joins, round a free rim that is inside the body or has slipped past it, to no fewer points on the right side:
+/// what is inside then is tissue, which is judged from the other side. Ties are broken by thinking every sample moved
+/// by the same infinitesimal step, upwards first (Edelsbrunner and Mücke 1990). Depth is then the distance to the
+/// nearest point of the surface.
 class DepthTruth {
 public:
     /// `counted` says which of Topology::body_pairs enter a Result (one flag each; empty = all).

@@ -41,6 +41,25 @@ void ContactReduction::keep(const VertexInFace& candidate) {
     faces_.push_back(v);
 }
 
+void ContactReduction::keep_corners(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
+                                    const Contact& contact) {
+    const equations::Corners face = corners_of(topology, frame.position, contact.a);
+    for (int i = 0; i < 3; ++i) {
+        VertexInFace v;
+        v.vertex = topology.triangles(i, contact.b);
+        v.triangle = contact.a;
+        v.vertex_body = topology.body_of_triangle[at(contact.b)];
+        v.face_body = topology.body_of_triangle[at(contact.a)];
+        const Vector3 x = frame.position.col(v.vertex);
+        v.weights = equations::nearest_weights(face, x);
+        v.distance = (x - equations::point_at(face, v.weights)).norm();
+        v.depth = v.distance;
+        v.nearest = topology.triangles(equations::nearest_corner(face, x), contact.a);
+        v.normal = surface.blended_normal(topology, frame.position, contact.a, v.weights);
+        keep(v);
+    }
+}
+
 void ContactReduction::keep_edges(const Topology& topology, const Frame& frame, const Contact& contact) {
     const Crossing crossing = cross_triangles(corners_of(topology, frame.position, contact.a),
                                               corners_of(topology, frame.position, contact.b));

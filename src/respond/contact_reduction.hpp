@@ -7,6 +7,7 @@
 
 #include "contact/contact.hpp"
 #include "respond/common.hpp"
+#include "respond/surface.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
@@ -40,6 +41,10 @@ public:
     void prepare(const Topology& topology);
     /// Keeps the vertex' contact with this body if its face is nearer than the one known.
     void keep(const VertexInFace& candidate);
+    /// Keeps every corner of triangle b as a vertex that may be inside the body of face a, whatever the pair's case:
+    /// edges that cross near a free rim may well have the rim's vertex inside.
+    void keep_corners(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
+                      const Contact& contact);
     /// Keeps the deepest contact of the two edges that cross.
     void keep_edges(const Topology& topology, const Frame& frame, const Contact& contact);
     /// Where an edge of body b passes through a face of body a round one of the face's edges and ends below the face on

@@ -15,10 +15,6 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// Samples are tracked at a point a hair beside the vertex, always the same way, so that no path runs exactly through
-/// an edge of a regular mesh.
-const Vector3 hair{1.37e-11, -2.91e-11, 2.23e-11};
-
 /// How far around a sample's way a triangle may be at the end of the tick that it met in the tick.
 Vector3 margin_of(double largest_move) { return Vector3::Constant(largest_move * 1.0000001 + 1e-9); }
 
@@ -435,9 +431,10 @@ void CrossingLedger::update(const Topology& topology, const SurfaceNeighbours& s
             tissue.blocks.refresh_all(frame.position);
             fill_whole(topology, frame, tissue);
         }
+        link_samples(topology, surface);
         find_start(topology, frame, contacts);
         started_ = true;
-        last_ = frame.position;
+        original_ = last_ = frame.position;
     } else {
         const bool known = frame.moved.has_value() && frame.tick == last_tick_ + 1;
         moved_.assign(1, Range{0, topology.vertex_count});
@@ -462,6 +459,7 @@ void CrossingLedger::update(const Topology& topology, const SurfaceNeighbours& s
 /// Layers of the last tick that are still crossed, or near, keep their anchor.
 void CrossingLedger::update_layers(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
                                    Tissue& tissue) {
+    find_joined(topology, frame, tissue);
     layers_.look_at(topology, surface, frame);
     auto crossing = tissue.crossings.begin();
     for (std::size_t s = 0; s < samples_.size(); ++s) {
@@ -471,7 +469,7 @@ void CrossingLedger::update_layers(const Topology& topology, const SurfaceNeighb
         while (crossing != tissue.crossings.end() && at(crossing->sample) == s) ++crossing;
         const Range last = range;
         range = {static_cast<Index>(penetrations_.size()), 0};
-        if (last.count == 0 && first == crossing && count == 0) continue;
+        if (joined_[s] == joined || (last.count == 0 && first == crossing && count == 0)) continue;
         layers_.begin(samples_[s], tissue.body);
         for (Index layer = last.first; layer < last.end(); ++layer) layers_.keep(kept_[at(layer)]);
         for (auto c = first; c != crossing; ++c) layers_.cross(c->triangle, c->sign);

@@ -3,6 +3,7 @@
 // says nothing.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -45,8 +46,8 @@ public:
     [[nodiscard]] std::span<const Penetration> layers_on_edge(Index u, Index v, Index tissue) const;
     /// Signed crossings of a sample with a tissue body since the start (front to back +1), start state included.
     [[nodiscard]] int count(Index vertex, Index tissue) const;
-    /// Counts that the periodic check against the winding number of closed tissue has put right since prepare. Every
-    /// sample is checked once in check_period ticks.
+    /// Counts put right since prepare: by the periodic check against the winding number of closed tissue, for which
+    /// every sample comes up once in check_period ticks, and where a free rim has slipped past samples.
     [[nodiscard]] std::int64_t repairs() const { return repairs_; }
     static constexpr std::int64_t check_period = 64;  ///< ticks
 
@@ -66,10 +67,16 @@ private:
         TriangleGrid grid;
         bool whole = false;  ///< the grid holds all triangles
         double largest_move = 0.0;
-        std::vector<std::int16_t> count;  ///< per sample
-        std::vector<Range> layers;        ///< per sample: in penetrations_
-        std::vector<Crossing> crossings;  ///< of this tick, by sample
+        std::vector<std::int16_t> count;        ///< per sample
+        std::vector<Range> layers;              ///< per sample: in penetrations_
+        std::vector<Crossing> crossings;        ///< of this tick, by sample
+        std::vector<std::array<Index, 2>> rim;  ///< edges that belong to one triangle
     };
+    /// Samples are tracked at a point a hair beside the vertex, always the same way, so that no path runs exactly
+    /// through an edge of a regular mesh.
+    static inline const Vector3 hair{1.37e-11, -2.91e-11, 2.23e-11};
+    static constexpr std::uint8_t cut_off = 1;
+    static constexpr std::uint8_t joined = 2;
     /// An edge with samples on it, u < v.
     struct SampledEdge {
         Index u = -1;
@@ -85,6 +92,10 @@ private:
     void check_closed(const Topology& topology, const Frame& frame, Tissue& tissue);
     void count_crossings(const Topology& topology, const Frame& frame, Tissue& tissue);
     void count_crossings_of(std::size_t s, const Topology& topology, const Frame& frame, Tissue& tissue);
+    void link_samples(const Topology& topology, const SurfaceNeighbours& surface);
+    void find_joined(const Topology& topology, const Frame& frame, Tissue& tissue);
+    [[nodiscard]] bool free_rim_is_near(const Frame& frame, const Topology& topology, const Tissue& tissue) const;
+    void join(std::size_t first, const Topology& topology, const Frame& frame, Tissue& tissue);
     [[nodiscard]] const Tissue* tissue_of(Index body) const;
     void update_layers(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame, Tissue& tissue);
     void find_regions(const Topology& topology, const Frame& frame, Tissue& tissue);
@@ -98,8 +109,14 @@ private:
     std::vector<Index> sample_of_vertex_;
     std::vector<SampledEdge> edges_;  ///< sorted
     bool on_edges_ = false;
+    std::vector<Index> first_link_;     ///< samples + 1
+    std::vector<Index> link_;           ///< per sample those that an edge of its body leads to next; none on tissue
+    std::vector<std::uint8_t> joined_;  ///< per sample: joined, cut_off or, where it has not crossed, 0
+    std::vector<Index> crossed_;        ///< samples whose count is not zero
+    std::vector<Index> group_;
     std::vector<std::uint8_t> tested_;  ///< bodies × bodies
     Matrix3X last_;                     ///< 3×N, positions at the last call
+    Matrix3X original_;                 ///< 3×N, positions at the first call
     std::int64_t last_tick_ = -1;
     std::vector<Range> moved_;  ///< vertices that may have moved since the last call
     bool started_ = false;

@@ -155,6 +155,11 @@ void HeldContacts::hold_edges(const ThesisState& state, const Frame& frame, Inde
                               const LoadPoint& b, const Vector3& direction, double gap, const EdgeKey* key,
                               Effect& effect) {
     if (key != nullptr) edges_now_.push_back({*key, body_a, direction});
+    hold_points_apart(state, frame, body_a, a, b, direction, gap, effect);
+}
+
+void HeldContacts::hold_points_apart(const ThesisState& state, const Frame& frame, Index body_a, const LoadPoint& a,
+                                     const LoadPoint& b, const Vector3& direction, double gap, Effect& effect) {
     const Vector3 face_velocity = a.blend(frame.velocity);
     LinearContact linear = state.hard_contact(-gap);
     linear.vertices = b.vertices;
@@ -198,6 +203,12 @@ bool HeldContacts::hold_edges_apart(const ThesisState& state, const Frame& frame
         return false;
     hold_edges(state, frame, body_a, meeting->a, meeting->b, meeting->across, meeting->gap, &key, effect);
     return true;
+}
+
+bool HeldContacts::holds_corner(const Topology& topology, Index triangle, Index body) const {
+    return std::any_of(resting_now_.begin(), resting_now_.end(), [&](const RestingVertex& r) {
+        return r.face_body == body && (topology.triangles.col(triangle).array() == r.vertex).any();
+    });
 }
 
 void HeldContacts::keep_resting(const ThesisState& state, const Frame& frame, Effect& effect) {

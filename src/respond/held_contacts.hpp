@@ -34,6 +34,11 @@ public:
     /// the pair's own. False where they are not.
     bool hold_edges_apart(const ThesisState& state, const Frame& frame, Index body_a, std::optional<double> side,
                           const EdgePair& pair, Effect& effect);
+    /// Pushes tissue at `b` along `direction` (unit) from the point `a` of body_a, beyond which it is by `gap` (m).
+    static void hold_points_apart(const ThesisState& state, const Frame& frame, Index body_a, const LoadPoint& a,
+                                  const LoadPoint& b, const Vector3& direction, double gap, Effect& effect);
+    /// True when a corner of this triangle is held by a face of this body in the tick at hand.
+    [[nodiscard]] bool holds_corner(const Topology& topology, Index triangle, Index body) const;
     /// After all contacts of the tick: those of the last tick that have come apart a little.
     void keep_resting(const ThesisState& state, const Frame& frame, Effect& effect);
     [[nodiscard]] const std::vector<RestingVertex>& resting() const { return resting_; }

@@ -1,5 +1,6 @@
 #include "respond/surface.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -28,6 +29,17 @@ void SurfaceNeighbours::prepare(const Topology& topology) {
         for (int i = 0; i < 3; ++i) triangle_[at(next[at(topology.triangles(i, t))]++)] = t;
     }
     area_.clear();
+    rim_.assign(at(topology.triangle_count()), 0);
+    for (Index t = 0; t < topology.triangle_count(); ++t) {
+        for (int i = 0; i < 3; ++i) {
+            const Index end = topology.triangles((i + 1) % 3, t);
+            const auto faces = triangles_at(topology.triangles(i, t));
+            const auto shared = std::count_if(faces.begin(), faces.end(), [&](Index face) {
+                return (topology.triangles.col(face).array() == end).any();
+            });
+            if (shared == 1) rim_[at(t)] |= static_cast<std::uint8_t>(1U << static_cast<unsigned>(i));
+        }
+    }
 }
 
 void SurfaceNeighbours::measure(const Topology& topology, const Matrix3X& position) {

@@ -1,6 +1,7 @@
 // Neighbourhood of the surfaces that a response works on: which triangles meet at a vertex, vertex areas and normals.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -18,6 +19,8 @@ public:
         const auto v = static_cast<std::size_t>(vertex);
         return {triangle_.data() + first_[v], static_cast<std::size_t>(first_[v + 1] - first_[v])};
     }
+    /// Bit i is set where the triangle's edge from corner i to corner i + 1 belongs to no other triangle.
+    [[nodiscard]] unsigned rim_edges(Index triangle) const { return rim_[static_cast<std::size_t>(triangle)]; }
     /// One third of the adjacent triangles' area when measured, m².
     [[nodiscard]] double area(Index vertex) const { return area_[static_cast<std::size_t>(vertex)]; }
     /// Unit, area-weighted mean of the adjacent outer normals; zero where they cancel.
@@ -36,6 +39,7 @@ public:
 private:
     std::vector<Index> first_;  ///< N + 1
     std::vector<Index> triangle_;
+    std::vector<std::uint8_t> rim_;  ///< per triangle
     std::vector<double> area_;
 };
 

@@ -14,6 +14,7 @@
 //   §9.2       ledger_resolution      resolution=ledger, samples, anchor, settle_time, clear_speed, slip_damping
 //              rupture, torn_tissue   tear_time, d_max
 //   §9.2       squeezed_tissue        squeeze
+//   §6         rim_contacts           projection=hold with reduction=vertex: free rims of tissue
 //   §10        grasp                  grasp, grasp_k, grasp_slip, release_time
 //   §8         show_tip_forces        tip and the device's parameters
 #include <algorithm>
@@ -29,6 +30,7 @@
 #include "respond/held_contacts.hpp"
 #include "respond/ledger_resolution.hpp"
 #include "respond/rigid_contacts.hpp"
+#include "respond/rim_contacts.hpp"
 #include "respond/squeezed_tissue.hpp"
 #include "respond/thesis_settings.hpp"
 #include "respond/thesis_state.hpp"
@@ -52,6 +54,7 @@ public:
         moment_.assign(at(topology.body_count()), {});
         reduction_.prepare(topology);
         held_.prepare();
+        rims_.prepare();
         squeezed_.prepare(topology);
         torn_.prepare(topology);
         rigid_.prepare(topology);
@@ -76,7 +79,10 @@ public:
             return settings().tip_proxy && kind(body_b) == BodyKind::rigid ? proxies_.share_left(body_a, place) : 1.0;
         };
         rigid_.respond(state_, frame, beside_tip, effect);
-        if (state_.has_tissue && settings().constrain) held_.keep_resting(state_, frame, effect);
+        if (state_.has_tissue && settings().constrain) {
+            rims_.respond(state_, frame, effect);
+            held_.keep_resting(state_, frame, effect);
+        }
         if (state_.has_tissue && settings().share_squeeze) squeezed_.share(state_, contacts, effect);
         if (state_.has_tissue && settings().constrain) torn_.judge(state_, frame, effect);
         if (state_.has_tissue && settings().resolution == Resolution::back_projection) {
@@ -154,6 +160,12 @@ private:
             rigid_.add(state_, frame, contact);
             return;
         }
+        const bool held_outside = settings().reduce && settings().constrain && topology_->bodies[at(body_a)].closed &&
+                                  kind(body_a) != BodyKind::tissue && kind(body_b) == BodyKind::tissue;
+        if (held_outside && state_.surface.rim_edges(contact.a) == 0) {
+            reduction_.keep_corners(*topology_, state_.surface, frame, contact);
+            rims_.collect(state_, frame, contact);
+        }
         if (edges) {
             if (settings().reduce) {
                 reduction_.keep_edges(*topology_, frame, contact);
@@ -163,10 +175,7 @@ private:
             return;
         }
         const bool b_enters = contact.kind == ContactCase::b_enters_a;
-        if (b_enters && settings().reduce && settings().constrain && topology_->bodies[at(body_a)].closed &&
-            kind(body_a) != BodyKind::tissue && kind(body_b) == BodyKind::tissue) {
-            reduction_.keep_pierced(*topology_, frame, contact);
-        }
+        if (b_enters && held_outside) reduction_.keep_pierced(*topology_, frame, contact);
         const Index entering = b_enters ? contact.b : contact.a;
         const Index face = b_enters ? contact.a : contact.b;
         const Index deepest = b_enters ? contact.vertex_b : contact.vertex_a;
@@ -347,6 +356,8 @@ private:
         if (tissue_b && settings().constrain) {
             const bool apart = pair != nullptr && held_.hold_edges_apart(state_, frame, body_a, side, *pair, effect);
             if (apart || side || (pair != nullptr && !pair->crosses)) return;
+            // A corner that is held outside takes the triangle along.
+            if (held_.holds_corner(*topology_, contact.b, body_a)) return;
             held_.hold_crossing(state_, frame, contact, a, b, pair != nullptr ? &pair->key : nullptr, effect);
             return;
         }
@@ -482,6 +493,7 @@ private:
     ContactReduction reduction_;
     RigidContacts rigid_;
     HeldContacts held_;
+    RimContacts rims_;
     SqueezedTissue squeezed_;
     TornTissue torn_;
     LedgerResolution ledger_;

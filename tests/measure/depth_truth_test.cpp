@@ -267,6 +267,44 @@ TEST(DepthTruth, GoingAroundTheRimIsNoPenetration) {
     EXPECT_EQ(truth.measure(world.frame).wrong_side, 1) << "through the sheet and around the rim is one crossing";
 }
 
+TEST(DepthTruth, RimThatHasSlippedPastPointsOfABodyLeavesNothingBeyondTheSheet) {
+    // A sheet comes from the right until its rim is 2 mm inside a ball of 5 mm, goes up through the ball's upper half
+    // and away above it. At the end nothing meets; on the way the rim alone is inside, by 5 mm less its distance from
+    // the middle.
+    World world(ball(0.005, 3), sheet(0.01, 20), false);
+    const auto rim_at = [&](double x, double z) {
+        world.place(Vector3::Zero(), [&](const Vector3& p) { return Vector3(p + Vector3(x + 0.005, 0.0003, z)); });
+    };
+    rim_at(0.0055, 0.0012);
+    DepthTruth truth(world.topology, world.frame);
+    for (const double x : {0.0047, 0.0039, 0.003}) {
+        rim_at(x, 0.0012);
+        EXPECT_NEAR(truth.measure(world.frame).max_depth, 0.005 - std::hypot(x, 0.0012), 1e-4) << x;
+    }
+    for (const double z : {0.0019, 0.0027, 0.0033, 0.0042}) {
+        rim_at(0.003, z);
+        EXPECT_NEAR(truth.measure(world.frame).max_depth, std::max(0.0, 0.005 - std::hypot(0.003, z)), 1e-4) << z;
+    }
+    for (const double x : {0.003, 0.006}) {
+        rim_at(x, 0.0055);
+        EXPECT_EQ(truth.measure(world.frame).wrong_side, 0) << x;
+    }
+}
+
+TEST(DepthTruth, PartOfABodyThatIsCutOffIsBeyondTheSheetHoweverTheRimStands) {
+    // The same sheet goes up through the ball as a whole: its rim is outside, the ball's top is cut off.
+    World world(ball(0.005, 3), sheet(0.03, 20), false);
+    const auto height = [&](double z) {
+        world.place(Vector3::Zero(), [&](const Vector3& p) { return Vector3(p + Vector3(0.0001, 0.0003, z)); });
+    };
+    height(0.0055);
+    DepthTruth truth(world.topology, world.frame);
+    for (const double z : {0.0047, 0.0041, 0.0033}) {
+        height(z);
+        EXPECT_NEAR(truth.measure(world.frame).max_depth, 0.005 - z, 1e-4) << z;
+    }
+}
+
 TEST(DepthTruth, CrossingsOfARandomWalkAgreeWithTheSideOfThePlane) {
     // The flat sheet is huge: the side is the sign of z. Steps land on the plane, on vertices and on edges all the
     // time.

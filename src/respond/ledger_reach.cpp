@@ -1,0 +1,137 @@
+// The crossing ledger at a free rim. A point that has crossed tissue near its rim is cut off by it only while the rim
+// is outside the body: a rim inside leaves a way round, and one that has slipped past the point leaves nothing to
+// clear.
+#include <algorithm>
+#include <array>
+
+#include "respond/crossing_ledger.hpp"
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+/// Along the edges of instruments and rigid bodies, through the points on them. Notes the rims of the tissues, too.
+void CrossingLedger::link_samples(const Topology& topology, const SurfaceNeighbours& surface) {
+    for (Tissue& tissue : tissues_) {
+        const Range triangles = topology.bodies[at(tissue.body)].triangles;
+        tissue.rim.clear();
+        for (Index t = triangles.first; t < triangles.end(); ++t) {
+            for (int i = 0; i < 3; ++i) {
+                if ((surface.rim_edges(t) & (1U << static_cast<unsigned>(i))) == 0) continue;
+                tissue.rim.push_back({topology.triangles(i, t), topology.triangles((i + 1) % 3, t)});
+            }
+        }
+    }
+    std::vector<std::pair<Index, Index>> links;
+    const auto link = [&links](Index a, Index b) {
+        links.emplace_back(a, b);
+        links.emplace_back(b, a);
+    };
+    for (const SampledEdge& edge : edges_) {
+        link(sample_of_vertex_[at(edge.u)], edge.samples.first);
+        for (Index s = edge.samples.first; s + 1 < edge.samples.end(); ++s) link(s, s + 1);
+        link(edge.samples.end() - 1, sample_of_vertex_[at(edge.v)]);
+    }
+    for (const BodyRange& body : topology.bodies) {
+        if (body.kind == BodyKind::tissue || body.vertices.count == 0 || sample_of_vertex_[at(body.vertices.first)] < 0)
+            continue;
+        for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
+            for (int i = 0; i < 3; ++i) {
+                const auto [u, v] = std::minmax({topology.triangles(i, t), topology.triangles((i + 1) % 3, t)});
+                const auto edge = std::lower_bound(edges_.begin(), edges_.end(), std::pair{u, v},
+                                                   [](const SampledEdge& one, const auto& ends) {
+                                                       return std::pair{one.u, one.v} < ends;
+                                                   });
+                if (edge != edges_.end() && edge->u == u && edge->v == v) continue;
+                link(sample_of_vertex_[at(u)], sample_of_vertex_[at(v)]);
+            }
+        }
+    }
+    std::sort(links.begin(), links.end());
+    links.erase(std::unique(links.begin(), links.end()), links.end());
+    first_link_.assign(samples_.size() + 1, 0);
+    for (const auto& [from, to] : links) ++first_link_[at(from) + 1];
+    for (std::size_t s = 0; s < samples_.size(); ++s) first_link_[s + 1] += first_link_[s];
+    link_.clear();
+    for (const auto& [from, to] : links) link_.push_back(to);
+    joined_.assign(samples_.size(), 0);
+    crossed_.reserve(samples_.size());
+    group_.reserve(samples_.size());
+}
+
+/// A rim that has moved since the start, so that nothing holds it.
+bool CrossingLedger::free_rim_is_near(const Frame& frame, const Topology& topology, const Tissue& tissue) const {
+    Box around;
+    Index last_body = -1;
+    for (const Index s : crossed_) {
+        const Index body = samples_[at(s)].body;
+        if (body == last_body) continue;
+        last_body = body;
+        const Range vertices = topology.bodies[at(body)].vertices;
+        for (Index v = vertices.first; v < vertices.end(); ++v) around.add(frame.position.col(v));
+    }
+    around.min -= Vector3::Constant(resting_margin * tissue.edge);
+    around.max += Vector3::Constant(resting_margin * tissue.edge);
+    return std::any_of(tissue.rim.begin(), tissue.rim.end(), [&](const std::array<Index, 2>& edge) {
+        const auto moved = [&](Index v) { return frame.position.col(v) != original_.col(v); };
+        if (!moved(edge[0]) && !moved(edge[1])) return false;
+        Box box;
+        for (const Index v : edge) box.add(frame.position.col(v));
+        return box.overlaps(around);
+    });
+}
+
+/// Marks the samples that have crossed an open sheet but hang together, along edges of their body that do not pass
+/// through the sheet, with samples that have not. Where no edge of theirs does at all, the rim has slipped past them:
+/// their count is put right.
+void CrossingLedger::find_joined(const Topology& topology, const Frame& frame, Tissue& tissue) {
+    std::fill(joined_.begin(), joined_.end(), std::uint8_t{0});
+    if (tissue.closed) return;
+    crossed_.clear();
+    for (std::size_t s = 0; s < samples_.size(); ++s) {
+        if (tissue.count[s] != 0 && first_link_[s] != first_link_[s + 1]) crossed_.push_back(static_cast<Index>(s));
+    }
+    if (crossed_.empty() || !free_rim_is_near(frame, topology, tissue)) return;
+    for (const Index s : crossed_) {
+        if (joined_[at(s)] == 0) join(at(s), topology, frame, tissue);
+    }
+}
+
+/// Finds the crossed samples that hang together with `first` and what they hang on.
+void CrossingLedger::join(std::size_t first, const Topology& topology, const Frame& frame, Tissue& tissue) {
+    group_.assign(1, static_cast<Index>(first));
+    joined_[first] = cut_off;
+    bool reaches_right = false;
+    bool passes = false;
+    for (std::size_t g = 0; g < group_.size(); ++g) {
+        const std::size_t s = at(group_[g]);
+        const Vector3 from = samples_[s].of(frame.position) + hair;
+        for (Index l = first_link_[s]; l < first_link_[s + 1]; ++l) {
+            const std::size_t other = at(link_[at(l)]);
+            if (crossings(topology, frame, tissue, from, samples_[other].of(frame.position) + hair) != 0) {
+                passes = true;
+            } else if (tissue.count[other] == 0) {
+                reaches_right = true;
+            } else if (joined_[other] == 0) {
+                joined_[other] = cut_off;
+                group_.push_back(static_cast<Index>(other));
+            }
+        }
+    }
+    if (!reaches_right || passes) return;
+    std::size_t right = 0;
+    for (std::size_t s = 0; s < samples_.size(); ++s) {
+        if (samples_[s].body == samples_[first].body && tissue.count[s] == 0) ++right;
+    }
+    if (right < group_.size()) return;
+    for (const Index s : group_) {
+        joined_[at(s)] = joined;
+        tissue.count[at(s)] = 0;
+        ++repairs_;
+    }
+}
+
+}  // namespace trocar

@@ -1,0 +1,110 @@
+#include "respond/rim_contacts.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <tuple>
+
+#include "respond/crossing_ledger.hpp"
+#include "respond/equations.hpp"
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Where a segment passes through a triangle, as part of its length; negative where it does not.
+double way_to(const equations::Corners& face, const Vector3& from, const Vector3& to) {
+    const Vector3 normal = (face[1] - face[0]).cross(face[2] - face[0]);
+    const double start = normal.dot(from - face[0]);
+    const double end = normal.dot(to - face[0]);
+    if ((start > 0.0) == (end > 0.0)) return -1.0;
+    const double way = start / (start - end);
+    const Vector3 point = from + way * (to - from);
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (normal.dot((face[(i + 1) % 3] - face[i]).cross(point - face[i])) < 0.0) return -1.0;
+    }
+    return way;
+}
+
+}  // namespace
+
+void RimContacts::prepare() {
+    piercings_.clear();
+    points_.clear();
+    points_now_.clear();
+}
+
+void RimContacts::collect(const ThesisState& state, const Frame& frame, const Contact& contact) {
+    const Topology& topology = *state.topology;
+    const unsigned rim = state.surface.rim_edges(contact.b);
+    const equations::Corners face = corners_of(topology, frame.position, contact.a);
+    for (int i = 0; i < 3; ++i) {
+        if ((rim & (1U << static_cast<unsigned>(i))) == 0) continue;
+        const auto [u, v] = std::minmax({topology.triangles(i, contact.b), topology.triangles((i + 1) % 3, contact.b)});
+        const double way = way_to(face, frame.position.col(u), frame.position.col(v));
+        if (way < 0.0) continue;
+        piercings_.push_back({u, v, topology.body_of_triangle[at(contact.a)], way, contact.a});
+    }
+}
+
+void RimContacts::respond(const ThesisState& state, const Frame& frame, Effect& effect) {
+    std::sort(piercings_.begin(), piercings_.end(), [](const Piercing& a, const Piercing& b) {
+        return std::tie(a.u, a.v, a.body, a.way, a.triangle) < std::tie(b.u, b.v, b.body, b.way, b.triangle);
+    });
+    // Between two piercings that follow each other, and from the outermost to the ends, the edge is all in or all out.
+    for (std::size_t p = 0; p < piercings_.size(); ++p) {
+        const Piercing& here = piercings_[p];
+        const auto goes_on = [&](std::size_t other) {
+            return other < piercings_.size() && piercings_[other].u == here.u && piercings_[other].v == here.v &&
+                   piercings_[other].body == here.body;
+        };
+        RimPoint point{here.u, here.v, here.body, 0.0, here.triangle};
+        if (p == 0 || !goes_on(p - 1)) {
+            point.way = 0.5 * here.way;
+            hold(state, frame, point, false, effect);
+        }
+        point.way = 0.5 * (here.way + (goes_on(p + 1) ? piercings_[p + 1].way : 1.0));
+        hold(state, frame, point, false, effect);
+    }
+    piercings_.clear();
+    for (const RimPoint& point : points_) {
+        const bool known = std::any_of(points_now_.begin(), points_now_.end(), [&point](const RimPoint& now) {
+            return now.u == point.u && now.v == point.v && now.body == point.body;
+        });
+        if (!known) hold(state, frame, point, true, effect);
+    }
+    points_.swap(points_now_);
+    points_now_.clear();
+}
+
+void RimContacts::hold(const ThesisState& state, const Frame& frame, RimPoint point, bool resting, Effect& effect) {
+    const Topology& topology = *state.topology;
+    Vector3 x = point.of(frame.position);
+    Vector3 weights;
+    follow_surface(topology, state.surface, frame, x, point.triangle, weights);
+    const auto foot = [&] {
+        return equations::point_at(corners_of(topology, frame.position, point.triangle), weights);
+    };
+    if (resting) {
+        // The nearest point slides along the edge while it rests.
+        const Vector3 edge = frame.position.col(point.v) - frame.position.col(point.u);
+        const double size = edge.squaredNorm();
+        if (size > 0.0) {
+            point.way = std::clamp(edge.dot(foot() - frame.position.col(point.u)) / size, 0.0, 1.0);
+            x = point.of(frame.position);
+            follow_surface(topology, state.surface, frame, x, point.triangle, weights);
+        }
+    }
+    const bool inside = state.surface.is_behind(topology, frame.position, point.triangle, weights, x);
+    const double distance = (foot() - x).norm();
+    if (resting ? inside || distance > state.resting_margin(point.u) : !inside) return;
+    const Vector3 normal = state.surface.blended_normal(topology, frame.position, point.triangle, weights);
+    const double gap = inside ? -distance : normal.dot(x - foot());
+    const LoadPoint on_rim{{point.u, point.v, -1}, {1.0 - point.way, point.way, 0.0}};
+    HeldContacts::hold_points_apart(state, frame, point.body, LoadPoint::in_triangle(topology, point.triangle, weights),
+                                    on_rim, normal, gap, effect);
+    points_now_.push_back(point);
+}
+
+}  // namespace trocar

@@ -1,0 +1,112 @@
+// A tool against the free rim of a hole: the sheet has no face beyond its rim, so that neither sides of faces nor
+// depths below them say what is inside the tool.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "measure/depth_truth.hpp"
+#include "support/closed_loop.hpp"
+
+namespace trocar {
+namespace {
+
+using test::ClosedLoop;
+using test::LoopBody;
+using test::make_shaft;
+using test::make_sheet;
+using test::Mesh;
+
+constexpr double clear = 1e-4;  // m, what the requirement calls clear
+
+/// Without the triangles that have a corner within `radius` of the middle, and without the points that are left over.
+/// `round`: the corners of the hole are moved onto a circle.
+Mesh with_hole(const Mesh& sheet, double radius, bool round) {
+    Mesh mesh;
+    std::map<Index, Index> number;
+    for (const auto& triangle : sheet.triangles) {
+        const bool cut = std::any_of(triangle.begin(), triangle.end(), [&](Index v) {
+            return sheet.points[static_cast<std::size_t>(v)].head<2>().norm() < radius;
+        });
+        if (cut) continue;
+        std::array<Index, 3> kept{};
+        for (std::size_t i = 0; i < 3; ++i) {
+            const auto [place, is_new] = number.try_emplace(triangle[i], static_cast<Index>(mesh.points.size()));
+            if (is_new) mesh.points.push_back(sheet.points[static_cast<std::size_t>(triangle[i])]);
+            kept[i] = place->second;
+        }
+        mesh.triangles.push_back(kept);
+    }
+    for (Vector3& p : mesh.points) {
+        const double r = p.norm();
+        if (round && r < 1.25 * radius) p *= radius / r;
+    }
+    return mesh;
+}
+
+/// How far the sheet is inside an upright shaft with this axis and inscribed radius, m: by the distance of its edges
+/// from the axis in the plane, where they are above the shaft's end.
+double depth_in_shaft(const ClosedLoop& loop, const Vector3& axis, double radius) {
+    double deepest = 0.0;
+    const auto at = [&](Index v) { return Vector3(loop.frame.position.col(v) - axis); };
+    const Range triangles = loop.topology.bodies[1].triangles;
+    for (Index t = triangles.first; t < triangles.end(); ++t) {
+        for (int i = 0; i < 3; ++i) {
+            const Vector3 p = at(loop.topology.triangles(i, t));
+            const Vector3 q = at(loop.topology.triangles((i + 1) % 3, t));
+            if (std::min(p.z(), q.z()) < 0.0) continue;
+            const Eigen::Vector2d edge = (q - p).head<2>();
+            const double along = std::clamp(-p.head<2>().dot(edge) / edge.squaredNorm(), 0.0, 1.0);
+            deepest = std::max(deepest, radius - (p.head<2>() + along * edge).norm());
+        }
+    }
+    return deepest;
+}
+
+struct Drag {
+    double radius = 0.004;
+    double edge = 0.005;
+    double beyond = 0.006;  ///< m, further than to where the shaft touches the hole
+    bool round = true;
+};
+
+class DragAgainstRim : public testing::TestWithParam<Drag> {};
+
+TEST_P(DragAgainstRim, LeavesNoPartOfTheSheetInsideTheShaft) {
+    const Drag drag = GetParam();
+    constexpr double hole = 0.012;
+    constexpr int sides = 12;
+    const double way = hole - drag.radius + drag.beyond;
+    const auto place = [&](double t) { return Vector3(std::min(0.1 * t, way), 0.0007, -0.03); };
+    const int squares = static_cast<int>(std::lround(0.1 / drag.edge));
+    ClosedLoop loop({LoopBody{.name = "shaft",
+                              .kind = BodyKind::instrument,
+                              .mesh = make_shaft(drag.radius, 0.06, sides, 0.003),
+                              .offset = place},
+                     LoopBody{.name = "sheet",
+                              .kind = BodyKind::tissue,
+                              .closed = false,
+                              .mesh = with_hole(make_sheet(squares, drag.edge), hole, drag.round)}},
+                    "thesis:profile=corrected");
+    DepthTruth truth(loop.topology, loop.frame);
+    const double inscribed = drag.radius * std::cos(std::numbers::pi / sides);
+    double force = 0.0;
+    for (int tick = 0; tick < 300; ++tick) {
+        ASSERT_TRUE(loop.step()) << loop.outcome.message;
+        ASSERT_EQ(loop.effect.ruptures, 0) << tick;
+        EXPECT_LE(depth_in_shaft(loop, place(loop.frame.time), inscribed), clear) << tick;
+        EXPECT_LE(truth.measure(loop.frame).max_depth, clear) << tick;
+        force = std::max(force, loop.tool_force(0).norm());
+    }
+    // It is the sheet that holds the shaft back, not an empty hole.
+    EXPECT_GT(force, 0.1);
+}
+
+INSTANTIATE_TEST_SUITE_P(CorrectedRim, DragAgainstRim,
+                         testing::Values(Drag{}, Drag{.beyond = 0.009}, Drag{.radius = 0.0025}, Drag{.round = false},
+                                         Drag{.radius = 0.0025, .round = false}));
+
+}  // namespace
+}  // namespace trocar
