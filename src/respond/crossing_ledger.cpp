@@ -44,6 +44,7 @@ void CrossingLedger::prepare(const Topology& topology, const std::vector<TissueS
     on_edges_ = on_edges;
     edges_.clear();
     updates_ = 0;
+    moved_.clear();
     repairs_ = 0;
     penetrations_.clear();
     tissues_.clear();
@@ -444,9 +445,6 @@ void CrossingLedger::update(const Topology& topology, const SurfaceNeighbours& s
             count_crossings(topology, frame, tissue);
             if (tissue.closed) check_closed(topology, frame, tissue);
         }
-        for (const Range& range : moved_) {
-            last_.middleCols(range.first, range.count) = frame.position.middleCols(range.first, range.count);
-        }
     }
     last_tick_ = frame.tick;
     ++updates_;
@@ -454,6 +452,48 @@ void CrossingLedger::update(const Topology& topology, const SurfaceNeighbours& s
     kept_.swap(penetrations_);
     penetrations_.clear();
     for (Tissue& tissue : tissues_) update_layers(topology, surface, frame, tissue);
+    for (const Range& range : moved_) {
+        last_.middleCols(range.first, range.count) = frame.position.middleCols(range.first, range.count);
+    }
+}
+
+/// True where an edge of the body that passes through no tissue leads to a sample on its right side. Through both walls
+/// of closed tissue at the start and then drawn out, a tool comes out by the wall that it never went in by: nothing but
+/// the rest of the tool tells that it is free.
+bool CrossingLedger::is_joined_to_right(std::size_t s, const Topology& topology, const SurfaceNeighbours& surface,
+                                        const Frame& frame, Tissue& tissue) const {
+    const LedgerSample& sample = samples_[s];
+    const Vector3 from = sample.of(frame.position) + hair;
+    const auto is_right = [&](Index vertex) {
+        const Index u = sample_of_vertex_[at(vertex)];
+        if (at(u) == s || tissue.count[at(u)] != 0) return false;
+        const auto crossing = std::lower_bound(tissue.crossings.begin(), tissue.crossings.end(), u,
+                                               [](const Crossing& one, Index number) { return one.sample < number; });
+        if (crossing != tissue.crossings.end() && crossing->sample == u) return false;
+        // Those with a smaller number are already this tick's.
+        const std::vector<Penetration>& known = at(u) < s ? penetrations_ : kept_;
+        const Range& range = tissue.layers[at(u)];
+        for (Index layer = range.first; layer < range.end(); ++layer) {
+            if (known[at(layer)].crossed != 0) return false;
+        }
+        const Vector3 to = frame.position.col(vertex) + hair;
+        Box way;
+        way.add(from);
+        way.add(to);
+        bool passes = false;
+        tissue.grid.visit(way, [&](Index t) {
+            const equations::Corners corners = corners_of(topology, frame.position, t);
+            passes = passes || segment_crossing(from, to, corners[0], corners[1], corners[2]) != 0;
+        });
+        return !passes;
+    };
+    if (sample.other >= 0) return is_right(sample.vertex) || is_right(sample.other);
+    for (const Index t : surface.triangles_at(sample.vertex)) {
+        for (int i = 0; i < 3; ++i) {
+            if (is_right(topology.triangles(i, t))) return true;
+        }
+    }
+    return false;
 }
 
 /// Layers of the last tick that are still crossed, or near, keep their anchor.
@@ -474,9 +514,14 @@ void CrossingLedger::update_layers(const Topology& topology, const SurfaceNeighb
         for (Index layer = last.first; layer < last.end(); ++layer) layers_.keep(kept_[at(layer)]);
         for (auto c = first; c != crossing; ++c) layers_.cross(c->triangle, c->sign);
         layers_.cancel();
+        if (count == 0 && layers_.any_crossed() && is_joined_to_right(s, topology, surface, frame, tissue)) {
+            layers_.forget_crossings();
+        }
         layers_.agree_with(count,
                            [&] { return nearest_triangle(topology, frame, tissue, samples_[s].of(frame.position)); });
-        layers_.append_to(penetrations_, resting_margin * tissue.edge);
+        // Where it has left the surface in this tick, the surface can follow it.
+        const double way = (samples_[s].of(frame.position) - samples_[s].of(last_)).norm();
+        layers_.append_to(penetrations_, resting_margin * tissue.edge + way);
         range.count = static_cast<Index>(penetrations_.size()) - range.first;
     }
 }

@@ -97,6 +97,8 @@ private:
     [[nodiscard]] bool free_rim_is_near(const Frame& frame, const Topology& topology, const Tissue& tissue) const;
     void join(std::size_t first, const Topology& topology, const Frame& frame, Tissue& tissue);
     [[nodiscard]] const Tissue* tissue_of(Index body) const;
+    [[nodiscard]] bool is_joined_to_right(std::size_t s, const Topology& topology, const SurfaceNeighbours& surface,
+                                          const Frame& frame, Tissue& tissue) const;
     void update_layers(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame, Tissue& tissue);
     void find_regions(const Topology& topology, const Frame& frame, Tissue& tissue);
     void fill_near(const Topology& topology, const Frame& frame, Tissue& tissue);

@@ -120,23 +120,57 @@ double share_round_edge(const equations::Corners& face, const Vector3& face_norm
            smooth(4.0 * level);
 }
 
+/// Where a sample and the surface are nearest.
+struct Foot {
+    Vector3 from = Vector3::Zero();  ///< the sample's place
+    Index triangle = -1;
+    Vector3 weights = Vector3::Zero();
+    Vector3 point = Vector3::Zero();
+    double distance = 0.0;  ///< m
+    bool at_start = false;  ///< of the tick, where a script's body comes from, and not at its end
+};
+
+/// At the tick's end a sample that leaves a pocket is nearest to its walls, and until the tissue has followed it is in
+/// the bottom of the pocket: it is there that it has to be held.
+Foot foot_of(const ThesisState& state, const Frame& frame, const Penetration& p) {
+    const Vector3 here = p.sample.of(frame.position);
+    const auto foot_from = [&](const Vector3& x, Index triangle, Vector3 weights) {
+        follow_surface(*state.topology, state.surface, frame, x, triangle, weights);
+        const Vector3 point = equations::point_at(corners_of(*state.topology, frame.position, triangle), weights);
+        return Foot{x, triangle, weights, point, (point - x).norm()};
+    };
+    Foot end = foot_from(here, p.triangle, p.weights);
+    const Vector3 way = (p.sample.of(frame.velocity) - state.hand_velocity(p.sample.body)) * state.dt;
+    if (p.crossed != 0 || way.isZero()) return end;
+    Foot start = foot_from(here - way, end.triangle, end.weights);
+    constexpr double mostly = 0.5;  // of the way leads away from the surface: else the sample slides along it
+    start.at_start = end.distance - start.distance > mostly * way.norm();
+    return start.at_start ? start : end;
+}
+
 /// anchor=faces: what hard contact does between a point and a mesh. The face nearest to the sample is pushed along its
 /// own normal, and so is every face around it that rises towards the sample and comes within its reach in this tick: in
 /// the pocket that a point makes, the sample touches several at once, and the walls take it along when it goes
 /// sideways. Where the surface bends away from the sample, the normal turns over a narrow band along the edge.
 void push_faces(const ThesisState& state, const Frame& frame, const Penetration& p, Effect& effect) {
     const Topology& topology = *state.topology;
-    const Vector3 x = p.sample.of(frame.position);
     const Vector3 velocity = p.sample.of(frame.velocity);
+    const Foot foot = foot_of(state, frame, p);
+    const Vector3& x = foot.from;
+    const Index home = foot.triangle;
+    const auto at_its_time = [&](const auto& rate, LinearContact& linear) {
+        if (foot.at_start) {
+            linear.face_velocity = rate(velocity);
+            state.clear_slowly(linear);
+        } else {
+            state.end_on_time(p.sample.body, velocity, rate, linear);
+        }
+        effect.contacts.push_back(linear);
+    };
     const auto centre = [](const equations::Corners& c) { return Vector3((c[0] + c[1] + c[2]) / 3.0); };
     const double near = 0.1 * state.scale_of(p.tissue).edge;
-    Index home = p.triangle;
-    Vector3 weights = p.weights;
-    follow_surface(topology, state.surface, frame, x, home, weights);
     const equations::Corners corners = corners_of(topology, frame.position, home);
     const Vector3 face = p.side * equations::unit_normal(corners);
-    const Vector3 foot = equations::point_at(corners, weights);
-    const double nearest = (foot - x).norm();
     Vector3 normal = face;
     const auto has = [&](Index triangle, Index vertex) {
         return (topology.triangles.col(triangle).array() == vertex).any();
@@ -153,7 +187,8 @@ void push_faces(const ThesisState& state, const Frame& frame, const Penetration&
             const Vector3 other_foot = equations::point_at(other, w);
             const double distance = (other_foot - x).norm();
             normal +=
-                share_round_edge(other, other_normal, face, foot - other_foot, distance - nearest, near) * other_normal;
+                share_round_edge(other, other_normal, face, foot.point - other_foot, distance - foot.distance, near) *
+                other_normal;
             const Vector3& shared = corners[at(i)];
             // Faces in one plane, to rounding, are one wall.
             const auto rises = [&shared](const Vector3& from, const Vector3& to) {
@@ -170,17 +205,14 @@ void push_faces(const ThesisState& state, const Frame& frame, const Penetration&
             if (beyond >= 1.0 || depth < -near - reach) continue;
             depth -= std::max(0.0, beyond) * std::max(0.0, depth);
             LinearContact wall = against_sample(state, frame, p, t, w, other_normal, depth);
-            state.end_on_time(
-                p.sample.body, velocity, [&](const Vector3& u) { return u.dot(wall.normal); }, wall);
-            effect.contacts.push_back(wall);
+            at_its_time([&](const Vector3& u) { return u.dot(wall.normal); }, wall);
         }
     }
     normal.normalize();
     const double slope = std::max(face.dot(normal), least_slope);
-    LinearContact linear = against_sample(state, frame, p, home, weights, normal, face.dot(foot - x) / slope);
-    state.end_on_time(
-        p.sample.body, velocity, [&](const Vector3& u) { return -face.dot(u) / slope; }, linear);
-    effect.contacts.push_back(linear);
+    LinearContact linear =
+        against_sample(state, frame, p, home, foot.weights, normal, face.dot(foot.point - x) / slope);
+    at_its_time([&](const Vector3& u) { return -face.dot(u) / slope; }, linear);
     steady(state, frame, p, linear, effect);
 }
 

@@ -113,6 +113,14 @@ void SampleLayers::cancel() {
     }
 }
 
+bool SampleLayers::any_crossed() const {
+    return std::any_of(layers_.begin(), layers_.end(), [](const Penetration& layer) { return layer.crossed != 0; });
+}
+
+void SampleLayers::forget_crossings() {
+    for (Penetration& layer : layers_) layer.crossed = 0;
+}
+
 /// From the nearest point to the one that the normal meets: pushing the surface there along the normal closes the depth
 /// and nothing else.
 void SampleLayers::place(Penetration& layer) const {

@@ -69,15 +69,18 @@ public:
     /// Crossings of two layers in opposite senses undo each other where the surface shows that they are of one layer:
     /// where one of them has the sample on its right side.
     void cancel();
+    [[nodiscard]] bool any_crossed() const;
+    /// The sample is on its right side after all.
+    void forget_crossings();
     /// The layers as they are, or the one nearest to the sample where their crossings do not add up to `count` (at the
     /// start, and where a count has been put right): `nearest` tells the triangle.
     template <typename Nearest>
     void agree_with(int count, const Nearest& nearest) {
         if (crossings() == count) return;
-        for (Penetration& layer : layers_) layer.crossed = 0;
+        forget_crossings();
         if (count == 0) return;
         const Index triangle = nearest();
-        if (triangle >= 0) cross(triangle, count - crossings());
+        if (triangle >= 0) cross(triangle, count);
     }
     /// Sets normal, depth and anchor of every layer and appends those that are crossed, or within the margin (m) of the
     /// sample and not torn.

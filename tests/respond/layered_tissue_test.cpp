@@ -1,5 +1,6 @@
-// Tissue in two layers under a tool: a sheet folded over itself and a flat bag. The ledger against closed forms on
-// walls that stand still, the corrected response against the heights of both layers, found by brute force.
+// Tissue in two layers under a tool: a sheet folded over itself and a flat bag; and tools that are drawn out. The
+// ledger against closed forms on walls that stand still, the corrected response against the heights of the layers over
+// the tool, found by brute force.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -112,6 +113,24 @@ TEST(TissueLayers, ToolThatLeavesBesideTheBendIsFree) {
     EXPECT_EQ(passed.all_crossed(), 0);
 }
 
+TEST(TissueLayers, ToolThatStartsThroughBothWallsOfABagIsFreeOnceItIsDrawnOut) {
+    const double thickness = 0.02;
+    for (const double step : {0.0003, 0.004}) {
+        PassedTissue passed(make_bag(12, edge, thickness));
+        const auto at_height = [&](double z) { passed.move_to(Vector3(0.0013, 0.0007, z)); };
+        // The point is 6 mm below the lower wall, the shaft's end high above the upper one.
+        const double lowest = -thickness - 0.006;
+        at_height(lowest);
+        EXPECT_EQ(passed.count(), 0);
+        EXPECT_GT(passed.all_crossed(), 0) << "the rest of the shaft is inside";
+        const double highest = 0.02;
+        const auto steps = static_cast<int>(std::ceil((highest - lowest) / step));
+        for (int i = 0; i <= steps; ++i) at_height(lowest + (highest - lowest) * i / steps);
+        EXPECT_EQ(passed.count(), 0);
+        EXPECT_EQ(passed.all_crossed(), 0) << "step " << step;
+    }
+}
+
 /// How far the tool's vertices are below a layer at worst, m, measured along the vertical.
 double depth_below(const ClosedLoop& loop, Range layer) {
     std::vector<std::tuple<Vector3, Vector3, Vector3>> triangles;
@@ -164,6 +183,35 @@ TEST(CorrectedLayers, ToolPressedOrStabbedIntoTwoLayersIsClearOfBothInEveryTick)
             EXPECT_LT(worst, clear) << "stab " << stab << " closed " << tissue.closed;
             EXPECT_LT(below, clear) << "stab " << stab << " closed " << tissue.closed;
             EXPECT_GT(force, 0.1) << "both layers must have been pressed";
+        }
+    }
+}
+
+TEST(CorrectedWithdrawal, SheetDoesNotFlyPastAToolThatLeavesItsPocketFast) {
+    constexpr double clear = 1e-4;  // m
+    const test::Mesh sheet = test::make_sheet(14, edge);
+    for (const double speed : {0.5, 1.0, 2.0, 3.0}) {
+        for (const double point_length : {0.008, 0.0}) {
+            const double lowest = -0.008;
+            const auto path = [=](double time) {
+                const double in = 0.003 - 0.2 * time;
+                const double out = lowest + speed * (time - 0.2);
+                return Vector3(0.0013, 0.0007, std::max({std::min(in, 0.003), lowest, std::min(out, 0.02)}));
+            };
+            ClosedLoop loop({LoopBody{.name = "tool",
+                                      .kind = BodyKind::instrument,
+                                      .mesh = make_shaft(0.002, 0.06, 8, point_length),
+                                      .offset = path},
+                             LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = sheet}},
+                            "thesis:profile=corrected");
+            const Range triangles = loop.topology.bodies[1].triangles;
+            double below = 0.0;
+            for (int tick = 0; tick < 260; ++tick) {
+                ASSERT_TRUE(loop.step()) << loop.outcome.message;
+                below = std::max(below, depth_below(loop, triangles));
+                ASSERT_EQ(loop.effect.ruptures, 0) << "tick " << tick;
+            }
+            EXPECT_LT(below, clear) << "speed " << speed << " point " << point_length;
         }
     }
 }
