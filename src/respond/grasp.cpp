@@ -11,8 +11,7 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 constexpr double close_below = 0.2;
 constexpr double open_above = 0.3;
 constexpr std::size_t most_vertices = 8;
-constexpr double jaw_length = 0.012;   ///< m, from the tip towards the shaft
-constexpr double jaw_radius = 0.0025;  ///< m, half the diagonal of the 4 × 3 mm cross-section
+constexpr double radius_of_jaw = 2.5 / 12.0;  ///< of its length: half the diagonal of 4 × 3 mm at 12 mm (METHODS §10)
 
 }  // namespace
 
@@ -96,7 +95,8 @@ void Grasp::attach(const Topology& topology, const Materials& materials, const F
         if (holder_[at(v)] >= 0 || materials.pinned[at(v)] != 0) return;
         const Vector3 from_tip = frame.position.col(v) - tip;
         const double along = from_tip.dot(axis);
-        if (along < -jaw_radius || along > jaw_length || (from_tip - along * axis).norm() > jaw_radius) return;
+        const double radius = radius_of_jaw * settings_.jaw_length;
+        if (along < -radius || along > settings_.jaw_length || (from_tip - along * axis).norm() > radius) return;
         touches_.push_back(
             {.vertex = v, .normal = normal, .piece = piece_[at(instrument_vertex)], .distance = from_tip.norm()});
     };

@@ -31,6 +31,7 @@ struct GraspSettings {
                                ///< between the jaws, else nothing is grasped; false: one contact is enough
     double stiffness = 300.0;  ///< N/m, of the spring that holds a vertex
     double slip_force = 2.0;   ///< N, on one vertex
+    double jaw_length = 0.012;  ///< m, from the tip towards the shaft: what is held lies there
     double release_time = 0.0;  ///< s, in which the force on a vertex that slips or is let go falls to zero
 };
 

@@ -115,6 +115,9 @@ std::vector<Parameter> thesis_parameters() {
                "grasped tissue: follows the tool (faithful), or on springs that slip at 2 N (corrected)"),
         number("grasp_k", "N/m", "300", 0.0, 1e6, "stiffness that holds a vertex with grasp=spring"),
         number("grasp_slip", "N", "2", 0.0, 1e6, "force on one vertex at which it slips with grasp=spring"),
+        number("jaw_length", "m", "0.012", 0.0, 1e3,
+               "how far from the tip towards the shaft a grasp may hold tissue, and 2.5/12 of it to the sides; in a "
+               "scene of another size grasp_k and grasp_slip want another value too"),
         number("release_time", "s", "0.05", 0.0, 10.0,
                "with grasp=spring, time in which the force on a vertex that slips or is let go falls evenly to zero "
                "(eight vertices at 2 N each: 0.32 N per tick of 1 ms); 0: at once, as grasp=follow always does"),
@@ -173,6 +176,7 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.grasping = {.both_jaws = s.grasp == GraspRule::spring,
                   .stiffness = values.number("grasp_k"),
                   .slip_force = values.number("grasp_slip"),
+                  .jaw_length = values.number("jaw_length"),
                   .release_time = s.grasp == GraspRule::spring ? values.number("release_time") : 0.0};
     s.friction = values.number("friction");
     s.friction_k = values.number("friction_k");

@@ -133,6 +133,18 @@ TEST(Grasp, FollowedVertexLoadsTheToolWithStiffnessTimesTravel) {
     }
 }
 
+TEST(Grasp, HoldsWhatLiesNoFurtherFromTheTipThanTheJawsAreLong) {
+    // The tip is 20 mm beyond the vertex.
+    for (const char* profile : {"thesis:profile=corrected", "thesis:profile=faithful"}) {
+        for (const auto& [length, holds] : {std::pair{0.012, 0}, {0.018, 0}, {0.022, 1}, {0.12, 1}}) {
+            Bench bench(std::string(profile) + ",jaw_length=" + std::to_string(length));
+            bench.materials.tip[0] = Vector3(0.0, 0.0, -0.02);
+            bench.close();
+            EXPECT_EQ(bench.effect.grasped, holds) << profile << " " << length;
+        }
+    }
+}
+
 TEST(Grasp, HeldBySpringsItIsTwoSpringsInSeries) {
     for (const double k : {300.0, 900.0}) {
         Bench bench("thesis:profile=corrected,grasp_k=" + std::to_string(k));

@@ -673,6 +673,7 @@ std::vector<Switch> switches() {
         {"grasp", "thesis:profile=corrected", "follow", "the lifted tissue", lifted},
         {"grasp_k", "thesis:profile=corrected", "30", "force on two jaws that lift a fold", grasped_force},
         {"grasp_slip", "thesis:profile=corrected", "0.001", "force on two jaws that lift a fold", grasped_force},
+        {"jaw_length", "thesis:profile=corrected", "0.0001", "force on two jaws that lift a fold", grasped_force},
         {"release_time", "thesis:profile=corrected", "0", "force on two jaws that let go of a fold", released_force},
         {"friction", "thesis:resolution=none", "0.1", "friction of a pressed vertex",
          measured(vertex_of_a_in_b, instrument, tissue, none,
