@@ -72,6 +72,11 @@ bool equal(const Json& want, const Json& got, const Tolerance& tolerance) {
     return want == got;
 }
 
+bool is_finite(const Json& json) {
+    if (json.is_structured()) return std::all_of(json.begin(), json.end(), is_finite);
+    return !json.is_number_float() || std::isfinite(json.get<double>());
+}
+
 bool meets(Rule rule, const Json& want, const Json& got, const Tolerance& tolerance) {
     if (rule == Rule::information) return true;
     if (rule == Rule::band) {
@@ -144,6 +149,9 @@ Json judge(const Json& one, const std::string& file, const std::string& pointer,
     const LawAnswer answer =
         answer_case(family, *input, expected == nullptr ? Json() : *expected, file, pointer + "/input");
     result["message"] = answer.message;
+    if (answer.message.empty() && !is_finite(answer.values)) {
+        result["message"] = "not_finite: a result is beyond what a double can hold";
+    }
     if (expected == nullptr) {
         result["result"] = "computed";
         result["got"] = answer.values;

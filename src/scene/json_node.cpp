@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
+#include <string>
+#include <vector>
 
 #include "geometry/input_error.hpp"
 
@@ -44,11 +47,42 @@ std::string place_of(std::string_view text, std::size_t offset) {
     return fmt::format("line {}, column {}", line, column);
 }
 
+/// The JSON pointer of the value that a parser is about to read, from the events that it has told.
+class Whereabouts {
+public:
+    void opens() { open_.emplace_back(); }
+    void closes() {
+        open_.pop_back();
+        has_read();
+    }
+    void names(const std::string& key) { open_.back().key = key; }
+    void has_read() {
+        if (!open_.empty()) ++open_.back().read;
+    }
+    [[nodiscard]] std::string pointer() const {
+        std::string text;
+        for (const Level& level : open_) text += "/" + (level.key ? *level.key : std::to_string(level.read));
+        return text.empty() ? "/" : text;
+    }
+
+private:
+    struct Level {
+        std::optional<std::string> key;  ///< of an object; none: an array
+        std::size_t read = 0;
+    };
+    std::vector<Level> open_;
+};
+
 template <typename AnyJson>
 AnyJson parse(std::string_view text, const std::string& file) {
     std::vector<std::set<std::string>> keys;  // of the objects that are open
+    Whereabouts whereabouts;
     using Event = typename AnyJson::parse_event_t;
     const typename AnyJson::parser_callback_t watch = [&](int /*depth*/, Event event, AnyJson& parsed) {
+        if (event == Event::object_start || event == Event::array_start) whereabouts.opens();
+        if (event == Event::object_end || event == Event::array_end) whereabouts.closes();
+        if (event == Event::value) whereabouts.has_read();
+        if (event == Event::key) whereabouts.names(parsed.template get<std::string>());
         if (event == Event::object_start) keys.emplace_back();
         if (event == Event::object_end) keys.pop_back();
         if (event == Event::key && !keys.back().insert(parsed.template get<std::string>()).second) {
@@ -65,7 +99,7 @@ AnyJson parse(std::string_view text, const std::string& file) {
             offset >= text.size() ? "the end of the file" : quoted(std::string(text.substr(offset, 1)));
         throw InputError(file, place_of(text, offset), "JSON", found + " where it cannot stand");
     } catch (const Json::out_of_range&) {
-        throw InputError(file, "", "JSON with numbers that a double can hold", "a number beyond 1.8e308");
+        throw InputError(file, whereabouts.pointer(), "a number that a double can hold", "one beyond 1.8e308");
     }
 }
 

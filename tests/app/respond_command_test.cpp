@@ -146,6 +146,14 @@ TEST(Respond, WithoutExpectedTheCaseIsComputed) {
     EXPECT_EQ(answer.json["computed"], 1);
 }
 
+TEST(Respond, ResultBeyondADoubleHasAName) {
+    // 2e400 about the tip.
+    const Json input{{"tip", {0, 0, 0}}, {"points", {{1e200, 1e200, 0}}}, {"forces", {{1e200, -1e200, 0}}}};
+    const Json result = respond_to({{{"id", "wrench-mine"}, {"input", input}}}).json["cases"][0];
+    EXPECT_TRUE(result["got"]["M_about_tip"][2].is_null());
+    EXPECT_EQ(result["message"].get<std::string>().substr(0, 12), "not_finite: ");
+}
+
 TEST(Respond, BothSignsOf36AreGiven) {
     const Json input{{"tri_instrument", {{0.2, 0.2, -0.1}, {0.2, 0.3, 1}, {0.3, 0.2, 1}}},
                      {"tri_tissue", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}},
