@@ -63,6 +63,7 @@ void CrossingLedger::prepare(const Topology& topology, const std::vector<TissueS
             tissue.body = body;
             tissue.closed = range.closed;
             tissue.edge = scales[at(body)].edge;
+            tissue.margin = scales[at(body)].margin;
             tissue.blocks.prepare(topology, range.triangles);
             tissues_.push_back(std::move(tissue));
         }
@@ -521,7 +522,7 @@ void CrossingLedger::update_layers(const Topology& topology, const SurfaceNeighb
                            [&] { return nearest_triangle(topology, frame, tissue, samples_[s].of(frame.position)); });
         // Where it has left the surface in this tick, the surface can follow it.
         const double way = (samples_[s].of(frame.position) - samples_[s].of(last_)).norm();
-        layers_.append_to(penetrations_, resting_margin * tissue.edge + way);
+        layers_.append_to(penetrations_, tissue.margin + way);
         range.count = static_cast<Index>(penetrations_.size()) - range.first;
     }
 }

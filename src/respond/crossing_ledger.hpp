@@ -24,8 +24,6 @@ namespace trocar {
 /// passes, so that the count is the exact side.
 class CrossingLedger {
 public:
-    static constexpr double resting_margin = 0.4;  ///< of the tissue's mean edge
-
     /// `on_edges`: the samples are the vertices, and for instruments and rigid bodies also points on edges longer than
     /// the tissue's, half such an edge apart; without them a shaft thinner than the tissue's mesh passes through
     /// between its own vertices. `scales`: of all bodies.
@@ -36,8 +34,8 @@ public:
     /// start; a body that does not cross belongs where it is. `contacts` tells which bodies cross.
     void update(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
                 const ContactSet& contacts);
-    /// Samples on the wrong side, and those that have come back but are within the resting margin of the surface, in a
-    /// fixed order. The latter keep a resting contact from being lost and found again every other tick.
+    /// Samples on the wrong side, and those that have come back but are within the margin (TissueScale) of the surface,
+    /// in a fixed order. The latter keep a resting contact from being lost and found again every other tick.
     [[nodiscard]] std::vector<Penetration>& penetrations() { return penetrations_; }
     [[nodiscard]] const std::vector<Penetration>& penetrations() const { return penetrations_; }
     /// Those of a vertex with a tissue body, one a layer.
@@ -60,7 +58,8 @@ private:
     struct Tissue {
         Index body = -1;
         bool closed = false;
-        double edge = 0.0;  ///< m, mean at rest
+        double edge = 0.0;    ///< m, mean at rest
+        double margin = 0.0;  ///< m
         SurfaceBlocks blocks;
         std::vector<Box> regions;  ///< per body whose vertices are samples: where the grid is asked
         std::vector<Index> near;   ///< triangles that the grid holds

@@ -73,8 +73,8 @@ bool CrossingLedger::free_rim_is_near(const Frame& frame, const Topology& topolo
         const Range vertices = topology.bodies[at(body)].vertices;
         for (Index v = vertices.first; v < vertices.end(); ++v) around.add(frame.position.col(v));
     }
-    around.min -= Vector3::Constant(resting_margin * tissue.edge);
-    around.max += Vector3::Constant(resting_margin * tissue.edge);
+    around.min -= Vector3::Constant(tissue.margin);
+    around.max += Vector3::Constant(tissue.margin);
     return std::any_of(tissue.rim.begin(), tissue.rim.end(), [&](const std::array<Index, 2>& edge) {
         const auto moved = [&](Index v) { return frame.position.col(v) != original_.col(v); };
         if (!moved(edge[0]) && !moved(edge[1])) return false;

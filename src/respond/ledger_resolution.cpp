@@ -25,8 +25,8 @@ constexpr double least_slope = 0.3;
 /// drag the sheet along (a stab at 2 m/s was left 0.4 mm deep), so it fades.
 void steady(const ThesisState& state, const Frame& frame, const Penetration& p, const LinearContact& push,
             Effect& effect) {
-    constexpr double near = 0.04;  // of an edge
-    if (state.settings.slip_damping == 0.0 || p.depth < -near * state.scale_of(p.tissue).edge) return;
+    constexpr double near = 0.05;  // of the margin
+    if (state.settings.slip_damping == 0.0 || p.depth < -near * state.scale_of(p.tissue).margin) return;
     const Topology& topology = *state.topology;
     double pressing = 0.0;
     double turn = 0.0;
@@ -168,7 +168,7 @@ void push_faces(const ThesisState& state, const Frame& frame, const Penetration&
         effect.contacts.push_back(linear);
     };
     const auto centre = [](const equations::Corners& c) { return Vector3((c[0] + c[1] + c[2]) / 3.0); };
-    const double near = 0.1 * state.scale_of(p.tissue).edge;
+    const double near = 0.25 * state.scale_of(p.tissue).margin;
     const equations::Corners corners = corners_of(topology, frame.position, home);
     const Vector3 face = p.side * equations::unit_normal(corners);
     Vector3 normal = face;

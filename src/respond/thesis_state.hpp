@@ -91,7 +91,7 @@ public:
     }
     /// Up to this distance (m) what touched a tissue vertex may come back in the next tick.
     [[nodiscard]] double resting_margin(Index vertex) const {
-        return CrossingLedger::resting_margin * scale_of(topology->body_of_vertex(vertex)).edge;
+        return scale_of(topology->body_of_vertex(vertex)).margin;
     }
 
     /// Translation that a hand gave a body in the last tick, m/s; zero for bodies that no hand leads.

@@ -12,6 +12,8 @@ namespace trocar {
 struct TissueScale {
     double edge = 0.0;  ///< m, mean rest length of its springs
     double side = 0.0;  ///< m, side of a square as large as its surface at rest
+    double margin =
+        0.0;  ///< m, as near counts as resting on it: a thirtieth of its side, at least 0.4 and at most 1 of its edges
     double wave_speed =
         0.0;  ///< m/s, sqrt(E / rho) of what its springs and masses amount to; infinite without mass or springs
 };
