@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "respond/equations.hpp"
+#include "respond/penetration.hpp"
 
 namespace trocar {
 namespace {

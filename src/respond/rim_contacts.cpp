@@ -5,8 +5,8 @@
 #include <cmath>
 #include <tuple>
 
-#include "respond/crossing_ledger.hpp"
 #include "respond/equations.hpp"
+#include "respond/penetration.hpp"
 
 namespace trocar {
 namespace {

@@ -216,5 +216,34 @@ TEST(CorrectedWithdrawal, SheetDoesNotFlyPastAToolThatLeavesItsPocketFast) {
     }
 }
 
+TEST(CorrectedWithdrawal, ToolThatStartsThroughBothWallsOfABagTearsThemAndIsFreeOnceItIsOut) {
+    for (const double thickness : {0.01, 0.02}) {
+        for (const double below : {0.006, 0.012}) {
+            const double lowest = -thickness - below;
+            const auto path = [=](double time) {
+                return Vector3(0.0013, 0.0007, std::min(lowest + 0.2 * std::max(time - 0.05, 0.0), 0.03));
+            };
+            const LayeredTissue bag = make_bag(12, edge, thickness);
+            ClosedLoop loop({LoopBody{.name = "tool",
+                                      .kind = BodyKind::instrument,
+                                      .mesh = make_shaft(0.002, 0.06, 8, 0.008),
+                                      .offset = path},
+                             LoopBody{.name = "bag", .kind = BodyKind::tissue, .closed = true, .mesh = bag.mesh}},
+                            "thesis:profile=corrected");
+            DepthTruth truth(loop.topology, loop.frame);
+            EXPECT_GT(truth.measure(loop.frame).max_depth, 0.003);
+            std::int64_t ruptures = 0;
+            const auto ticks = static_cast<int>((0.05 + (0.03 - lowest) / 0.2 + 0.2) * 1000.0);
+            for (int tick = 0; tick < ticks; ++tick) {
+                ASSERT_TRUE(loop.step()) << loop.outcome.message;
+                ruptures += loop.effect.ruptures;
+            }
+            EXPECT_GT(ruptures, 0);
+            EXPECT_LT(truth.measure(loop.frame).max_depth, 1e-9) << "thickness " << thickness << " below " << below;
+            EXPECT_EQ(loop.tool_force(0).norm(), 0.0) << "thickness " << thickness << " below " << below;
+        }
+    }
+}
+
 }  // namespace
 }  // namespace trocar
