@@ -35,7 +35,7 @@ struct LinearContact {
     double friction = 0.0;
     double tangent_k = 0.0;                      ///< N/m, of the tangential spring
     Vector3 surface_velocity = Vector3::Zero();  ///< m/s, of the other surface where no reaction_vertices are set
-    Index slip_key = -1;                         ///< under which the integrator remembers the spring: a vertex, or above
+    Index slip_key = -1;  ///< under which the integrator remembers the spring: a vertex, or above
 };
 
 /// Puts a tissue vertex somewhere before the tissue is integrated.
