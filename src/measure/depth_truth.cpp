@@ -142,7 +142,7 @@ private:
 
 struct BodySamples {
     std::vector<AreaSample> area;
-    std::vector<std::array<Index, 2>> edges;  ///< of the triangles, both ways, sorted
+    std::vector<std::array<Index, 2>> edges;  ///< of an instrument or rigid body, both ways, sorted
     double area_weight = 0.0;                 ///< m², surface that one area sample stands for
     Box box;                                  ///< of the vertices, on the current frame
     Box swept;                                ///< the same together with the frame before
@@ -482,7 +482,7 @@ DepthTruth::DepthTruth(const Topology& topology, const Frame& first, std::span<c
         double area = 0.0;
         samples.area = spread(topology.triangles, range.triangles, first.position, area_samples, area);
         if (!samples.area.empty()) samples.area_weight = area / static_cast<double>(samples.area.size());
-        for (Index t = range.triangles.first; t < range.triangles.end(); ++t) {
+        for (Index t = range.triangles.first; range.kind != BodyKind::tissue && t < range.triangles.end(); ++t) {
             for (int corner = 0; corner < 3; ++corner) {
                 const Index u = topology.triangles(corner, t);
                 const Index v = topology.triangles((corner + 1) % 3, t);

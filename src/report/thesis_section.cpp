@@ -153,12 +153,11 @@ void add_table_2_1(Draft& draft) {
     table.note =
         "Time and depth belong together: a response that leaves the bodies inside each other can be fast. Left at "
         "worst: greatest true depth after a tick; n/a where no run had both a depth and a truth. Without tissue only "
-        "the "
-        "contact gives way: that depth is the force over the scene's k, not an error. Rows of unlike scenes do not "
+        "the contact gives way: that depth is the force over the scene's k, not an error. Rows of unlike scenes do not "
         "compare: those of a few scenes name them. Tear due: in tissue that hard contact tears too and whose rupture "
-        "was told. Responses that edit "
-        "velocities or positions (impulse, reflection, position-based) act once at the start of a tick and are "
-        "judged at its end, after the tissue's sub-steps: with shorter ticks they leave less. Between bodies without "
+        "was told. Responses that edit velocities or positions (impulse, reflection, position-based) act once at the "
+        "start of a tick and are judged at its end, after the tissue's sub-steps: with shorter ticks they leave less. "
+        "Between bodies without "
         "tissue they act as penalty, since a response does not know a hand's mass.";
     draft.add(std::move(table));
 }

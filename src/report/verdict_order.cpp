@@ -53,7 +53,8 @@ void sort_alike(std::vector<VerdictRow>& rows) {
 double error_on(const SceneResult& result, const std::string& pair_class) {
     const double way = result.first(&RunFigures::position_worst_equal_k);
     const bool rigid = pair_class == "I2I" || pair_class == "I2R";
-    return std::fmax(rigid && !std::isnan(way) ? way : result.first(&RunFigures::left_max), least_error);
+    // NaN stays NaN: std::max gives its first argument when neither is larger.
+    return std::max(rigid && !std::isnan(way) ? way : result.first(&RunFigures::left_max), least_error);
 }
 
 bool have_depths(const std::vector<VerdictRow>& rows) {

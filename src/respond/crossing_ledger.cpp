@@ -105,13 +105,19 @@ std::span<const Penetration> CrossingLedger::layers(Index vertex, Index tissue) 
     return std::span(penetrations_).subspan(at(range.first), at(range.count));
 }
 
-std::span<const Penetration> CrossingLedger::layers_on_edge(Index u, Index v, Index tissue) const {
+/// Null where the edge has no samples of its own.
+const CrossingLedger::SampledEdge* CrossingLedger::sampled_edge(Index u, Index v) const {
     const auto key = std::minmax({u, v});
     const auto edge = std::lower_bound(edges_.begin(), edges_.end(), key, [](const SampledEdge& one, const auto& ends) {
         return std::pair{one.u, one.v} < ends;
     });
+    return edge != edges_.end() && edge->u == key.first && edge->v == key.second ? &*edge : nullptr;
+}
+
+std::span<const Penetration> CrossingLedger::layers_on_edge(Index u, Index v, Index tissue) const {
+    const SampledEdge* edge = sampled_edge(u, v);
     const Tissue* one = tissue_of(tissue);
-    if (one == nullptr || edge == edges_.end() || edge->u != key.first || edge->v != key.second) return {};
+    if (one == nullptr || edge == nullptr) return {};
     const Index first = one->layers[at(edge->samples.first)].first;
     const Index end = one->layers[at(edge->samples.end() - 1)].end();
     return std::span(penetrations_).subspan(at(first), at(end - first));
@@ -500,7 +506,7 @@ bool CrossingLedger::is_joined_to_right(std::size_t s, const Topology& topology,
 /// Layers of the last tick that are still crossed, or near, keep their anchor.
 void CrossingLedger::update_layers(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
                                    Tissue& tissue) {
-    find_joined(topology, frame, tissue);
+    free_slipped(topology, frame, tissue);
     layers_.look_at(topology, surface, frame);
     auto crossing = tissue.crossings.begin();
     for (std::size_t s = 0; s < samples_.size(); ++s) {
@@ -510,7 +516,7 @@ void CrossingLedger::update_layers(const Topology& topology, const SurfaceNeighb
         while (crossing != tissue.crossings.end() && at(crossing->sample) == s) ++crossing;
         const Range last = range;
         range = {static_cast<Index>(penetrations_.size()), 0};
-        if (joined_[s] == joined || (last.count == 0 && first == crossing && count == 0)) continue;
+        if (reach_[s] == Reach::freed || (last.count == 0 && first == crossing && count == 0)) continue;
         layers_.begin(samples_[s], tissue.body);
         for (Index layer = last.first; layer < last.end(); ++layer) layers_.keep(kept_[at(layer)]);
         for (auto c = first; c != crossing; ++c) layers_.cross(c->triangle, c->sign);

@@ -74,8 +74,8 @@ private:
     /// Samples are tracked at a point a hair beside the vertex, always the same way, so that no path runs exactly
     /// through an edge of a regular mesh.
     static inline const Vector3 hair{1.37e-11, -2.91e-11, 2.23e-11};
-    static constexpr std::uint8_t cut_off = 1;
-    static constexpr std::uint8_t joined = 2;
+    /// Of a sample in this tick: whether a rim has slipped past it.
+    enum class Reach : std::uint8_t { unknown, looked_at, freed };
     /// An edge with samples on it, u < v.
     struct SampledEdge {
         Index u = -1;
@@ -92,10 +92,11 @@ private:
     void count_crossings(const Topology& topology, const Frame& frame, Tissue& tissue);
     void count_crossings_of(std::size_t s, const Topology& topology, const Frame& frame, Tissue& tissue);
     void link_samples(const Topology& topology, const SurfaceNeighbours& surface);
-    void find_joined(const Topology& topology, const Frame& frame, Tissue& tissue);
+    void free_slipped(const Topology& topology, const Frame& frame, Tissue& tissue);
     [[nodiscard]] bool free_rim_is_near(const Frame& frame, const Topology& topology, const Tissue& tissue) const;
-    void join(std::size_t first, const Topology& topology, const Frame& frame, Tissue& tissue);
+    void free_group(std::size_t first, const Topology& topology, const Frame& frame, Tissue& tissue);
     [[nodiscard]] const Tissue* tissue_of(Index body) const;
+    [[nodiscard]] const SampledEdge* sampled_edge(Index u, Index v) const;
     [[nodiscard]] bool is_joined_to_right(std::size_t s, const Topology& topology, const SurfaceNeighbours& surface,
                                           const Frame& frame, Tissue& tissue) const;
     void update_layers(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame, Tissue& tissue);
@@ -110,10 +111,10 @@ private:
     std::vector<Index> sample_of_vertex_;
     std::vector<SampledEdge> edges_;  ///< sorted
     bool on_edges_ = false;
-    std::vector<Index> first_link_;     ///< samples + 1
-    std::vector<Index> link_;           ///< per sample those that an edge of its body leads to next; none on tissue
-    std::vector<std::uint8_t> joined_;  ///< per sample: joined, cut_off or, where it has not crossed, 0
-    std::vector<Index> crossed_;        ///< samples whose count is not zero
+    std::vector<Index> first_link_;  ///< samples + 1
+    std::vector<Index> link_;        ///< per sample those that an edge of its body leads to next; none on tissue
+    std::vector<Reach> reach_;       ///< per sample
+    std::vector<Index> crossed_;     ///< samples whose count is not zero
     std::vector<Index> group_;
     std::vector<std::uint8_t> tested_;  ///< bodies × bodies
     Matrix3X last_;                     ///< 3×N, positions at the last call

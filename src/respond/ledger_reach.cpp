@@ -1,6 +1,5 @@
-// The crossing ledger at a free rim. A point that has crossed tissue near its rim is cut off by it only while the rim
-// is outside the body: a rim inside leaves a way round, and one that has slipped past the point leaves nothing to
-// clear.
+// The crossing ledger at a free rim. A rim that has slipped past a point that had crossed the tissue leaves nothing to
+// clear there, though the point never came back through the tissue.
 #include <algorithm>
 #include <array>
 
@@ -40,12 +39,9 @@ void CrossingLedger::link_samples(const Topology& topology, const SurfaceNeighbo
             continue;
         for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
             for (int i = 0; i < 3; ++i) {
-                const auto [u, v] = std::minmax({topology.triangles(i, t), topology.triangles((i + 1) % 3, t)});
-                const auto edge = std::lower_bound(edges_.begin(), edges_.end(), std::pair{u, v},
-                                                   [](const SampledEdge& one, const auto& ends) {
-                                                       return std::pair{one.u, one.v} < ends;
-                                                   });
-                if (edge != edges_.end() && edge->u == u && edge->v == v) continue;
+                const Index u = topology.triangles(i, t);
+                const Index v = topology.triangles((i + 1) % 3, t);
+                if (sampled_edge(u, v) != nullptr) continue;
                 link(sample_of_vertex_[at(u)], sample_of_vertex_[at(v)]);
             }
         }
@@ -57,7 +53,7 @@ void CrossingLedger::link_samples(const Topology& topology, const SurfaceNeighbo
     for (std::size_t s = 0; s < samples_.size(); ++s) first_link_[s + 1] += first_link_[s];
     link_.clear();
     for (const auto& [from, to] : links) link_.push_back(to);
-    joined_.assign(samples_.size(), 0);
+    reach_.assign(samples_.size(), Reach::unknown);
     crossed_.reserve(samples_.size());
     group_.reserve(samples_.size());
 }
@@ -84,11 +80,9 @@ bool CrossingLedger::free_rim_is_near(const Frame& frame, const Topology& topolo
     });
 }
 
-/// Marks the samples that have crossed an open sheet but hang together, along edges of their body that do not pass
-/// through the sheet, with samples that have not. Where no edge of theirs does at all, the rim has slipped past them:
-/// their count is put right.
-void CrossingLedger::find_joined(const Topology& topology, const Frame& frame, Tissue& tissue) {
-    std::fill(joined_.begin(), joined_.end(), std::uint8_t{0});
+/// Frees the samples past which a rim of an open sheet has slipped.
+void CrossingLedger::free_slipped(const Topology& topology, const Frame& frame, Tissue& tissue) {
+    std::fill(reach_.begin(), reach_.end(), Reach::unknown);
     if (tissue.closed) return;
     crossed_.clear();
     for (std::size_t s = 0; s < samples_.size(); ++s) {
@@ -96,14 +90,16 @@ void CrossingLedger::find_joined(const Topology& topology, const Frame& frame, T
     }
     if (crossed_.empty() || !free_rim_is_near(frame, topology, tissue)) return;
     for (const Index s : crossed_) {
-        if (joined_[at(s)] == 0) join(at(s), topology, frame, tissue);
+        if (reach_[at(s)] == Reach::unknown) free_group(at(s), topology, frame, tissue);
     }
 }
 
-/// Finds the crossed samples that hang together with `first` and what they hang on.
-void CrossingLedger::join(std::size_t first, const Topology& topology, const Frame& frame, Tissue& tissue) {
+/// The crossed samples that hang together with `first` along edges of their body. Where one of these edges leads to a
+/// sample that has not crossed and none passes through the sheet, the rim has slipped past all of them, unless they
+/// are the greater part of the body: their count is put right.
+void CrossingLedger::free_group(std::size_t first, const Topology& topology, const Frame& frame, Tissue& tissue) {
     group_.assign(1, static_cast<Index>(first));
-    joined_[first] = cut_off;
+    reach_[first] = Reach::looked_at;
     bool reaches_right = false;
     bool passes = false;
     for (std::size_t g = 0; g < group_.size(); ++g) {
@@ -115,8 +111,8 @@ void CrossingLedger::join(std::size_t first, const Topology& topology, const Fra
                 passes = true;
             } else if (tissue.count[other] == 0) {
                 reaches_right = true;
-            } else if (joined_[other] == 0) {
-                joined_[other] = cut_off;
+            } else if (reach_[other] == Reach::unknown) {
+                reach_[other] = Reach::looked_at;
                 group_.push_back(static_cast<Index>(other));
             }
         }
@@ -128,7 +124,7 @@ void CrossingLedger::join(std::size_t first, const Topology& topology, const Fra
     }
     if (right < group_.size()) return;
     for (const Index s : group_) {
-        joined_[at(s)] = joined;
+        reach_[at(s)] = Reach::freed;
         tissue.count[at(s)] = 0;
         ++repairs_;
     }

@@ -47,7 +47,8 @@ std::string place_of(std::string_view text, std::size_t offset) {
     return fmt::format("line {}, column {}", line, column);
 }
 
-/// The JSON pointer of the value that a parser is about to read, from the events that it has told.
+/// The JSON pointer of the value that a parser is about to read, and the keys of the objects that are open, from the
+/// events that it has told.
 class Whereabouts {
 public:
     void opens() { open_.emplace_back(); }
@@ -55,7 +56,11 @@ public:
         open_.pop_back();
         has_read();
     }
-    void names(const std::string& key) { open_.back().key = key; }
+    /// False for a key that the object has had before.
+    bool names(const std::string& key) {
+        open_.back().key = key;
+        return open_.back().keys.insert(key).second;
+    }
     void has_read() {
         if (!open_.empty()) ++open_.back().read;
     }
@@ -68,6 +73,7 @@ public:
 private:
     struct Level {
         std::optional<std::string> key;  ///< of an object; none: an array
+        std::set<std::string> keys;      ///< that the object has had
         std::size_t read = 0;
     };
     std::vector<Level> open_;
@@ -75,17 +81,13 @@ private:
 
 template <typename AnyJson>
 AnyJson parse(std::string_view text, const std::string& file) {
-    std::vector<std::set<std::string>> keys;  // of the objects that are open
     Whereabouts whereabouts;
     using Event = typename AnyJson::parse_event_t;
     const typename AnyJson::parser_callback_t watch = [&](int /*depth*/, Event event, AnyJson& parsed) {
         if (event == Event::object_start || event == Event::array_start) whereabouts.opens();
         if (event == Event::object_end || event == Event::array_end) whereabouts.closes();
         if (event == Event::value) whereabouts.has_read();
-        if (event == Event::key) whereabouts.names(parsed.template get<std::string>());
-        if (event == Event::object_start) keys.emplace_back();
-        if (event == Event::object_end) keys.pop_back();
-        if (event == Event::key && !keys.back().insert(parsed.template get<std::string>()).second) {
+        if (event == Event::key && !whereabouts.names(parsed.template get<std::string>())) {
             throw InputError(file, "", "every key once in an object",
                              fmt::format("the key {} twice", quoted(parsed.template get<std::string>())));
         }

@@ -35,8 +35,7 @@ void ContactSolver::collect(const Effect& effect, const Frame& frame, const Tiss
     mass_.clear();
     active_.clear();
     crowded_ = false;
-    products_ = 0;
-    sweeps_ = 0;
+    passes_ = 0;
     mean_force_.assign(effect.contacts.size(), 0.0);
     mean_friction_.assign(effect.contacts.size(), Vector3::Zero());
     // A contact that was not in the last tick's effect starts with an unstretched tangential spring.
@@ -170,7 +169,7 @@ void ContactSolver::assemble(double h, const TissueState& state) {
 
 /// The matrix of solve_linear times velocities of the touched vertices.
 void ContactSolver::apply(double h, const Matrix3X& velocity, Matrix3X& result) {
-    ++products_;
+    ++passes_;
     for (std::size_t l = 0; l < touched_.size(); ++l) {
         const auto column = static_cast<Eigen::Index>(l);
         result.col(column) = mass_[l] * velocity.col(column);
@@ -264,8 +263,8 @@ bool ContactSolver::find_active(double h, const TissueState& state) {
     constexpr int rounds_at_once = 8;
     constexpr int most_changes = 60;
     constexpr int most_products = 1500;
-    const std::int64_t start = products_;
-    for (int change = 0; change < most_changes && products_ - start < most_products; ++change) {
+    const std::int64_t start = passes_;
+    for (int change = 0; change < most_changes && passes_ - start < most_products; ++change) {
         if (!solve_linear(h, state)) return false;
         bool settled = true;
         for (Active& contact : active_) {
@@ -297,7 +296,7 @@ void ContactSolver::sweep(double h, TissueState& state) {
     constexpr double tolerance = 1e-4;  // of the largest force
     for (Active& contact : active_) contact.force = 0.0;
     for (int i = 0; i < most_sweeps; ++i) {
-        ++sweeps_;
+        ++passes_;
         double largest = 0.0;
         double change = 0.0;
         for (Active& contact : active_) {

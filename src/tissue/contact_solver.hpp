@@ -41,7 +41,7 @@ public:
     /// Per contact of the effect: mean force along the normal, N; 0 for contacts without tissue.
     [[nodiscard]] std::span<const double> mean_force() const { return mean_force_; }
     /// How often all contacts were gone through since `collect`: products with their matrix, and sweeps.
-    [[nodiscard]] std::int64_t passes() const { return products_ + sweeps_; }
+    [[nodiscard]] std::int64_t passes() const { return passes_; }
 
 private:
     /// One contact inside a tick: entries are the moving vertices with their signed weights.
@@ -91,8 +91,7 @@ private:
     // Buffers grow to the largest number of contacts seen and are kept.
     std::vector<Active> active_;
     bool crowded_ = false;  ///< in this tick the contacts that are on were not found: sweeps take their place
-    std::int64_t products_ = 0;
-    std::int64_t sweeps_ = 0;
+    std::int64_t passes_ = 0;
     std::vector<double> mean_force_;
     std::vector<Vector3> mean_friction_;  ///< N, per contact of the effect
     Matrix3X slip_;                       ///< per slip key (N at first), m: tangential spring of the contact

@@ -9,9 +9,9 @@
 #include <set>
 
 #include "respond/common.hpp"
-#include "simulate/runs.hpp"
 #include "support/closed_loop.hpp"
 #include "support/response_samples.hpp"
+#include "support/scene_runs.hpp"
 
 namespace trocar {
 namespace {
@@ -466,15 +466,8 @@ double attraction(const std::string& method) {
 double force_of_grasp(const std::string& method, int ticks) {
     const Scene scene =
         read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "i2t_grasp.json", std::nullopt);
-    RunSpec spec;
-    spec.mode = "closed_loop";
-    spec.detector = "ohc_clustered";
-    spec.response = method;
-    spec.contacts = "canonical";
-    spec.ticks = ticks;
-    spec.truth_stride = 100;
     double sum = 0.0;
-    for (const StepRow& row : run_closed_loop(scene, spec).rows) sum += row.tool_force.norm();
+    for (const StepRow& row : test::run_scene_with(scene, method, 100, ticks).rows) sum += row.tool_force.norm();
     return sum;
 }
 

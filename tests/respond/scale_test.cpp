@@ -6,36 +6,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <numbers>
 #include <string>
 #include <vector>
 
 #include "respond/tissue_scale.hpp"
-#include "simulate/runs.hpp"
 #include "support/closed_loop.hpp"
+#include "support/scene_runs.hpp"
+#include "support/scene_samples.hpp"
 
 namespace trocar {
 namespace {
 
-Scene scene_of(const std::string& name, const std::string& text) {
-    const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / (name + ".json");
-    std::ofstream(file) << text;
-    Scene scene = read_scene(file, std::nullopt);
-    std::filesystem::remove(file);
-    return scene;
-}
-
-Record run(const Scene& scene, const std::string& response, std::int64_t truth_stride = 1) {
-    RunSpec spec;
-    spec.mode = "closed_loop";
-    spec.detector = "ohc_clustered";
-    spec.response = response;
-    spec.contacts = "canonical";
-    spec.truth_stride = truth_stride;
-    return run_closed_loop(scene, spec);
-}
+using test::run_scene_with;
+using test::scene_from_text;
 
 /// A needle 0.5 mm a tick through the plane of a sheet of 40 mm to `depth` (m), and aside by 6 mm; all lengths times s,
 /// forces times s⁴.
@@ -59,11 +43,13 @@ Scene stab_in_size(double s, double depth) {
         0.04 * s, 0.005 * s, youngs_modulus * s * s, thickness * s, damping * s * s * s, 0.002 * s, 0.08 * s, 0.008 * s,
         0.0013 * s, 0.0007 * s, 0.001 * s, (0.001 + depth) / 0.5, -depth * s, (0.001 + depth) / 0.5 + 0.03, 0.0073 * s,
         100.0 * s * s * s, 2.0 * s * s * s);
-    return scene_of("sized", text);
+    return scene_from_text(text);
 }
 
 TEST(SameSceneInAnotherSize, TearsNowhereElseAndHasTheSameForceAndDepth) {
-    const auto run_in_size = [](double s) { return run(stab_in_size(s, 0.008), "thesis:profile=corrected,clamp=off"); };
+    const auto run_in_size = [](double s) {
+        return run_scene_with(stab_in_size(s, 0.008), "thesis:profile=corrected,clamp=off");
+    };
     const Record here = run_in_size(1.0);
     ASSERT_TRUE(here.outcome.ok()) << here.outcome.message;
     double largest = 0.0;
@@ -86,7 +72,7 @@ TEST(SameSceneInAnotherSize, TearsWhereItTearsToo) {
     // 30 mm into a sheet of 40 mm: straight to the middle of a side is 36 mm, to a pinned corner 41 mm, of springs
     // that are to be at most twice as long; beside the needle's point they are soon.
     const auto first_tear = [](double s) {
-        const Record record = run(stab_in_size(s, 0.03), "thesis:profile=corrected");
+        const Record record = run_scene_with(stab_in_size(s, 0.03), "thesis:profile=corrected");
         EXPECT_TRUE(record.outcome.ok()) << record.outcome.message;
         for (std::size_t i = 0; i < record.rows.size(); ++i) {
             if (record.rows[i].ruptures > 0) return static_cast<int>(i);
@@ -115,7 +101,7 @@ TEST(FinerMesh, KeepsANeedleThatIsDraggedOverItOutsideAsACoarseOneDoes) {
      {{"time": 0.15, "pose": [0.0023, -0.0031, -0.004, 0, 0, 0]}},
      {{"time": 0.35, "pose": [0.0123, 0.0009, -0.004, 0, 0, 0]}}]}}}}]}})",
             edge);
-        const Record record = run(scene_of("dragged", text), "thesis:profile=corrected");
+        const Record record = run_scene_with(scene_from_text(text), "thesis:profile=corrected");
         ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
         EXPECT_EQ(record.summary.at("ruptures"), 0.0) << edge;
         for (std::size_t i = 0; i < record.rows.size(); ++i) {
@@ -176,7 +162,7 @@ double pressed_ball(double radius, double edge, const Vector3& place) {
      {{"time": 0, "pose": [{2}, {3}, {4}, 0, 0, 0]}}, {{"time": 0.2, "pose": [{2}, {3}, {5}, 0, 0, 0]}}]}}}}],
  "contact": [{{"bodies": ["ball", "sheet"], "k": 100, "mu": 2}}]}})",
         edge, radius, place.x(), place.y(), radius + 0.001, radius - 0.004);
-    const Record record = run(scene_of("film", text), "thesis:profile=corrected", 300);
+    const Record record = run_scene_with(scene_from_text(text), "thesis:profile=corrected", 300);
     EXPECT_TRUE(record.outcome.ok()) << record.outcome.message;
     double force = 0.0;
     for (std::size_t i = record.rows.size() - 50; i < record.rows.size(); ++i) {

@@ -12,8 +12,9 @@
 #include "measure/depth_truth.hpp"
 #include "reference/reference.hpp"
 #include "respond/common.hpp"
-#include "simulate/runs.hpp"
 #include "support/closed_loop.hpp"
+#include "support/scene_runs.hpp"
+#include "support/scene_samples.hpp"
 
 namespace trocar {
 namespace {
@@ -287,17 +288,6 @@ struct SceneResult {
     Outcome outcome;
 };
 
-/// Closed loop with the fast detector; the depth is measured on every `truth_stride`-th tick.
-Record run_with(const Scene& scene, const std::string& response, std::int64_t truth_stride) {
-    RunSpec spec;
-    spec.mode = "closed_loop";
-    spec.detector = "ohc_clustered";
-    spec.response = response;
-    spec.contacts = "canonical";
-    spec.truth_stride = truth_stride;
-    return run_closed_loop(scene, spec);
-}
-
 /// Each scene runs once per response, whatever number of tests asks.
 const SceneResult& run_scene(const std::string& name, const std::string& response) {
     static std::map<std::pair<std::string, std::string>, SceneResult> known;
@@ -309,7 +299,7 @@ const SceneResult& run_scene(const std::string& name, const std::string& respons
     for (const SceneBody& body : scene.bodies) {
         if (body.motion) last = std::max(last, body.motion->last_key_time());
     }
-    const Record record = run_with(scene, response, 5);
+    const Record record = test::run_scene_with(scene, response, 5);
     SceneResult& result = place->second;
     result.outcome = record.outcome;
     for (const StepRow& row : record.rows) {
@@ -393,7 +383,7 @@ TEST(StabScenes, SheetStaysBeforeANeedleThatIsFourTimesAsFast) {
         const double earlier = 0.75 * (keys.at(1).time - start);
         for (std::size_t i = 1; i < keys.size(); ++i) keys[i].time -= earlier;
     }
-    const Record record = run_with(scene, "thesis:profile=corrected", 1);
+    const Record record = test::run_scene_with(scene, "thesis:profile=corrected", 1);
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
     for (const StepRow& row : record.rows) EXPECT_LE(row.max_depth, 1e-4) << "at " << row.time;
 }
@@ -408,12 +398,9 @@ TEST(StabScenes, TearOfAFinerSheetOpensInsteadOfLettingItFlyUpTheNeedle) {
     const std::size_t place = text.find(coarse);
     ASSERT_NE(place, std::string::npos);
     text.replace(place, coarse.size(), "\"edge\": 0.0025");
-    const std::filesystem::path finer = std::filesystem::path(testing::TempDir()) / "i2t_stab_finer.json";
-    std::ofstream(finer) << text;
-    Scene scene = read_scene(finer, std::nullopt);
-    std::filesystem::remove(finer);
+    Scene scene = test::scene_from_text(text);
     scene.ticks = 160;
-    const Record record = run_with(scene, "thesis:profile=corrected", 1);
+    const Record record = test::run_scene_with(scene, "thesis:profile=corrected", 1);
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
     EXPECT_GT(record.summary.at("ruptures"), 0.0);
     double last = 0.0;

@@ -1,0 +1,24 @@
+// Closed loops of whole scenes for tests of responses.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "simulate/runs.hpp"
+
+namespace trocar::test {
+
+/// With the fast detector; the depth is measured on every `truth_stride`-th tick. `ticks`: 0 = as the scene says.
+inline Record run_scene_with(const Scene& scene, const std::string& response, std::int64_t truth_stride = 1,
+                             std::int64_t ticks = 0) {
+    RunSpec spec;
+    spec.mode = "closed_loop";
+    spec.detector = "ohc_clustered";
+    spec.response = response;
+    spec.contacts = "canonical";
+    spec.ticks = ticks;
+    spec.truth_stride = truth_stride;
+    return run_closed_loop(scene, spec);
+}
+
+}  // namespace trocar::test
