@@ -11,6 +11,7 @@
 #include "geometry/whole_file.hpp"
 #include "measure/environment.hpp"
 #include "reference/build_reference.hpp"
+#include "simulate/overrides.hpp"
 
 namespace trocar::app {
 namespace {
@@ -59,6 +60,7 @@ Reference declared_absent(const Scene& scene, const std::string& reason) {
     Reference made;
     made.scene = scene.name;
     made.scene_hash = fmt::format("{:016x}", scene.hash);
+    made.turned_k = scene.turned_k;
     made.origin["settings"] = "none";
     made.origin["seed"] = "none";
     made.hard.reason = reason;
@@ -67,17 +69,10 @@ Reference declared_absent(const Scene& scene, const std::string& reason) {
 }
 
 /// Whether the stored reference was made from this state of the scene by this very program, built from a clean commit.
-bool made_by_this_program(const std::filesystem::path& scene_file, const Scene& scene, const std::string& command) {
-    std::error_code error;
-    if (!std::filesystem::exists(reference_file(scene_file), error)) return false;
-    FoundReference found;
-    try {
-        found = find_reference(scene);
-    } catch (const InputError&) {
-        return false;  // a broken one is made anew like a missing one
-    }
-    if (!found.reference) return false;
-    const auto& origin = found.reference->origin;
+bool made_by_this_program(const Scene& scene, const std::string& command) {
+    const FoundReference found = find_reference(scene);
+    if (found.state != ReferenceState::present) return false;
+    const auto& origin = found.reference.origin;
     const auto same = [&](const char* key, const std::string& value) {
         const auto stored = origin.find(key);
         return stored != origin.end() && stored->second == value;
@@ -100,35 +95,42 @@ int reference(const CommonOptions& common, const ReferenceOptions& options) {
             fmt::print(stderr, "trocar: {}: left out (no data; name its folder with --data)\n", file.string());
             continue;
         }
-        const Scene scene = read_scene(file, common.data);
+        Scene scene = read_scene(file, common.data);
+        if (options.k) {
+            apply_overrides(fmt::format("k={}", *options.k), scene);
+            if (std::isnan(scene.turned_k)) {
+                throw InputError("--k", file.filename().string(), "another stiffness than the scene's own",
+                                 fmt::format("{}", *options.k));
+            }
+        }
+        const std::filesystem::path target = reference_file(file, scene.turned_k);
         std::string command = fmt::format("trocar reference {}", file.filename().string());
         if (options.time_step_ms) command += fmt::format(" --step {:g}", *options.time_step_ms);
+        if (options.k) command += fmt::format(" --k {}", *options.k);
         if (!options.without.empty()) command += " --without";
         // An interrupted row of scenes goes on where it was.
-        if (!options.check && !made_by_this_program(file, scene, command)) {
+        if (!options.check && !made_by_this_program(scene, command)) {
             Reference made =
                 options.without.empty() ? computed(scene, options) : declared_absent(scene, options.without);
             const auto origin = environment();
             for (const char* key : {"commit", "dirty", "version", "compiler"}) made.origin[key] = origin.at(key);
             made.origin["command"] = command;
             std::error_code error;
-            std::filesystem::create_directories(reference_file(file).parent_path(), error);
-            write_whole(reference_file(file), to_json(made));
+            std::filesystem::create_directories(target.parent_path(), error);
+            write_whole(target, to_json(made));
         }
         const FoundReference found = find_reference(scene);
         all_fit = all_fit && found.state == ReferenceState::present;
         if (common.json) {
             Json answer{{"scene", scene.name},
-                        {"file", reference_file(file).string()},
+                        {"file", target.string()},
                         {"state", word_of(found.state)},
-                        {"message", found.message}};
-            if (found.reference) {
-                answer["hard"] = solution_json(found.reference->hard);
-                answer["equal_k"] = solution_json(found.reference->equal_k);
-            }
+                        {"message", found.message()},
+                        {"hard", solution_json(found.reference.hard)},
+                        {"equal_k", solution_json(found.reference.equal_k)}};
             answers.push_back(answer);
         } else {
-            fmt::print("{:<16} {:<8} {}\n", scene.name, word_of(found.state), found.message);
+            fmt::print("{:<16} {:<8} {}\n", scene.name, word_of(found.state), found.message());
         }
         std::fflush(stdout);
     }

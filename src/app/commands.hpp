@@ -98,6 +98,7 @@ struct ReferenceOptions {
     std::vector<std::filesystem::path> scenes;
     bool check = false;                  ///< only say whether the stored ones fit; nothing is made
     std::optional<double> time_step_ms;  ///< finest step instead of the scene's own
+    std::optional<double> k;             ///< N/m, of every contact instead of the scene's own
     std::string without;                 ///< store that there is none, for this reason; nothing is computed
 };
 int reference(const CommonOptions& common, const ReferenceOptions& options);

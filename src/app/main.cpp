@@ -157,6 +157,8 @@ int main(int argc, char** argv) {
         ->required();
     sub->add_flag("--check", reference_options.check, "Make nothing; status 1 when one is missing or stale");
     sub->add_option("--step", reference_options.time_step_ms, "Finest step in ms (default: by the script's speed)");
+    sub->add_option("--k", reference_options.k,
+                    "Contact stiffness in N/m between every two bodies, as a study's knob k sets it; another file");
     sub->add_option("--without", reference_options.without, "Store that there is none, and this reason");
     line.on(sub, reference_options, reference);
 

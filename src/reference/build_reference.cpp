@@ -574,15 +574,21 @@ Reference build_reference(const Scene& scene, const ReferencePlan& plan, const R
     Reference reference;
     reference.scene = scene.name;
     reference.scene_hash = fmt::format("{:016x}", scene.hash);
+    reference.turned_k = scene.turned_k;
     const double step = step_of(scene, plan);
     reference.origin["seed"] = fmt::format("{} (no chance is involved)", scene.seed);
-    if (starts_crossed(scene)) {
+    const bool solves_hard = std::isnan(scene.turned_k);
+    if (solves_hard && starts_crossed(scene)) {
         reference.origin["start"] = "hard: led in from the end of the script in equilibrium, then still";
     }
     const double grasp = time_of_grasp(scene);
     std::string hard = "none";
     std::string equal_k = "none";
-    reference.hard = solve_law_surely(scene, ReferenceLaw::hard, plan, step, grasp, hard, progress);
+    if (solves_hard) {
+        reference.hard = solve_law_surely(scene, ReferenceLaw::hard, plan, step, grasp, hard, progress);
+    } else {
+        reference.hard = unavailable("hard contact has no stiffness: it is solved once, for the scene's own k");
+    }
     reference.equal_k = solve_law_surely(scene, ReferenceLaw::foundation, plan, step, grasp, equal_k, progress);
     reference.origin["settings"] = fmt::format(
         "BDF2, begun and taken up after every key of the script by backward Euler; Newton to 1e-6 of the largest "

@@ -31,7 +31,7 @@ using ReferenceProgress = std::function<void(const std::string&)>;
 /// the force shows an order. The solution stored is the one of the finest step and stiffness, up to the moment until
 /// which both refinements converge. Where an order is below 0.5 and the plan names no step, all this is done once more
 /// with h / 4: the stored solution is that one if its orders are not, else the first with a bound that covers both.
-/// Origin holds the settings; the caller adds commit and command.
+/// Of a scene of turned k only equal k is solved. Origin holds the settings; the caller adds commit and command.
 Reference build_reference(const Scene& scene, const ReferencePlan& plan, const ReferenceProgress& progress = {});
 
 /// A law's observed order from three refinements and the bound on what is left: `coarse` and `fine` are the

@@ -205,19 +205,39 @@ std::string clearing_text(const ReferenceSolution& solution) {
                        solution.max_strain_time);
 }
 
-std::string law_text(const ReferenceSolution& solution) {
-    if (!solution.available) return "no reference (" + solution.reason + ")" + clearing_text(solution);
-    const auto order = [](double value, const Refinement& refinement) {
-        if (std::isfinite(value)) return fmt::format("{:.1f}", value);
-        return fmt::format("n/a (last differences {:.1g} and {:.1g} N, counted as none up to {:.1g} N)",
-                           refinement.force[0], refinement.force[1], refinement.force_floor);
+bool equal_or_both_unset(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+/// What the file for this contact stiffness holds, or for both laws why nothing.
+FoundReference look_up(const Scene& scene, double turned_k) {
+    const auto none = [](ReferenceState state, const std::string& reason) {
+        FoundReference found{.state = state, .reference = {}};
+        found.reference.hard.reason = reason;
+        found.reference.equal_k.reason = reason;
+        return found;
     };
-    return fmt::format(
-        "order in step {}, in stiffness {}; residual {:.1e}; bound {:.2g} N RMS{}{}",
-        order(solution.order_time_step, solution.by_time_step), order(solution.order_stiffness, solution.by_stiffness),
-        solution.residual, solution.force_bound,
-        solution.reason.empty() ? "" : fmt::format("; up to {:g} s: {}", solution.until, solution.reason),
-        clearing_text(solution));
+    if (scene.file.empty()) return none(ReferenceState::missing, "the scene was not read from a file");
+    const std::filesystem::path file = reference_file(scene.file, turned_k);
+    std::error_code error;
+    if (!std::filesystem::exists(file, error)) {
+        return none(ReferenceState::missing, std::isnan(turned_k)
+                                                 ? "none is stored for this scene"
+                                                 : fmt::format("none is stored for k = {} N/m", turned_k));
+    }
+    FoundReference found{.state = ReferenceState::present, .reference = {}};
+    try {
+        found.reference = read_reference(file);
+    } catch (const InputError& fault) {
+        return none(ReferenceState::stale, fmt::format("the stored one cannot be read, make it anew by trocar "
+                                                       "reference: {}",
+                                                       fault.what()));
+    }
+    if (found.reference.scene_hash != fmt::format("{:016x}", scene.hash)) {
+        return none(ReferenceState::stale, "the stored one belongs to another state of the scene");
+    }
+    if (!equal_or_both_unset(found.reference.turned_k, turned_k)) {
+        return none(ReferenceState::stale, "the stored one belongs to another k");
+    }
+    return found;
 }
 
 }  // namespace
@@ -235,8 +255,9 @@ Matrix3X ReferenceSolution::positions_at(double time) const {
     return (1.0 - weight) * positions[static_cast<std::size_t>(left)] + weight * positions[right];
 }
 
-std::filesystem::path reference_file(const std::filesystem::path& scene_file) {
-    return scene_file.parent_path() / "reference" / (scene_file.stem().string() + ".json");
+std::filesystem::path reference_file(const std::filesystem::path& scene_file, double turned_k) {
+    const std::string which = std::isnan(turned_k) ? "" : fmt::format(".k={}", turned_k);
+    return scene_file.parent_path() / "reference" / (scene_file.stem().string() + which + ".json");
 }
 
 Reference read_reference(const std::filesystem::path& file) {
@@ -253,6 +274,7 @@ Reference read_reference(const std::filesystem::path& file) {
     Reference reference;
     reference.scene = reader.text("scene");
     reference.scene_hash = reader.text("scene_hash");
+    if (document.contains("turned_k")) reference.turned_k = reader.number("turned_k");
     for (const auto& [key, value] : reader.at("origin").items()) {
         if (!value.is_string()) reader.fail("origin/" + key, "a text", value.type_name());
         reference.origin[key] = value.get<std::string>();
@@ -264,6 +286,7 @@ Reference read_reference(const std::filesystem::path& file) {
 
 std::string to_json(const Reference& reference) {
     Json head{{"format", format_name}, {"scene", reference.scene}, {"scene_hash", reference.scene_hash}};
+    if (!std::isnan(reference.turned_k)) head["turned_k"] = reference.turned_k;
     head["origin"] = Json::object();
     for (const auto& [key, value] : reference.origin) head["origin"][key] = value;
     std::string text = head.dump();
@@ -273,36 +296,32 @@ std::string to_json(const Reference& reference) {
     return text + "}\n";
 }
 
+std::string text_of(const ReferenceSolution& solution) {
+    if (!solution.available) return "no reference (" + solution.reason + ")" + clearing_text(solution);
+    const auto order = [](double value, const Refinement& refinement) {
+        if (std::isfinite(value)) return fmt::format("{:.1f}", value);
+        return fmt::format("n/a (last differences {:.1g} and {:.1g} N, counted as none up to {:.1g} N)",
+                           refinement.force[0], refinement.force[1], refinement.force_floor);
+    };
+    return fmt::format(
+        "order in step {}, in stiffness {}; residual {:.1e}; bound {:.2g} N RMS{}{}",
+        order(solution.order_time_step, solution.by_time_step), order(solution.order_stiffness, solution.by_stiffness),
+        solution.residual, solution.force_bound,
+        solution.reason.empty() ? "" : fmt::format("; up to {:g} s: {}", solution.until, solution.reason),
+        clearing_text(solution));
+}
+
+std::string FoundReference::message() const {
+    const std::string hard = text_of(reference.hard);
+    const std::string equal_k = text_of(reference.equal_k);
+    return hard == equal_k ? hard : fmt::format("hard contact: {}. Equal k: {}.", hard, equal_k);
+}
+
 FoundReference find_reference(const Scene& scene) {
-    FoundReference found;
-    if (scene.file.empty()) {
-        found.message = "no reference: the scene was not read from a file";
-        return found;
+    FoundReference found = look_up(scene, scene.turned_k);
+    if (!std::isnan(scene.turned_k)) {
+        found.reference.hard = look_up(scene, ReferenceSolution::unset).reference.hard;
     }
-    const std::filesystem::path file = reference_file(scene.file);
-    std::error_code error;
-    if (!std::filesystem::exists(file, error)) {
-        found.message = "no reference: none is stored for this scene";
-        return found;
-    }
-    Reference reference;
-    try {
-        reference = read_reference(file);
-    } catch (const InputError& fault) {
-        found.state = ReferenceState::stale;
-        found.message = fmt::format(
-            "no reference: the stored one cannot be read, make it anew by trocar reference ({})", fault.what());
-        return found;
-    }
-    if (reference.scene_hash != fmt::format("{:016x}", scene.hash)) {
-        found.state = ReferenceState::stale;
-        found.message = "no reference: the stored one belongs to another state of the scene";
-        return found;
-    }
-    found.state = ReferenceState::present;
-    found.message =
-        fmt::format("hard contact: {}. Equal k: {}.", law_text(reference.hard), law_text(reference.equal_k));
-    found.reference = std::move(reference);
     return found;
 }
 
@@ -335,8 +354,7 @@ std::vector<Vector3> low_pass(const std::vector<Vector3>& samples, double dt, do
 }
 
 ReferenceComparison::ReferenceComparison(const FoundReference& found, double dt) : dt_(dt) {
-    if (!found.reference) return;
-    const Reference& reference = *found.reference;
+    const Reference& reference = found.reference;
     if (reference.equal_k.available) laws_[0].solution = &reference.equal_k;
     if (reference.hard.available) laws_[1].solution = &reference.hard;
     if (const auto& clears = reference.hard.clears_within_strain_limit) clears_ = *clears ? 1.0 : 0.0;

@@ -2,7 +2,8 @@
 // implicit solver of the same springs found, once with hard contact and once with contact as stiff as the scene says,
 // with how well it knows them; and the errors of a run against it. Reads no detector, response, contact or ledger.
 //
-// Figures that every closed-loop record carries in its summary (NaN = no reference, see environment "reference"):
+// Figures that every closed-loop record carries in its summary (NaN = no reference, see environment
+// "reference.hard" and "reference.equal_k"):
 //   force_error_rms_equal_k, force_error_worst_equal_k        N, tool force below 30 Hz, length of the vector
 //   difference impulse_error_worst_equal_k                               N s, per 10 ms, length of the vector
 //   difference position_error_rms_equal_k, position_error_worst_equal_k  m, of the stored tissue vertices or operators
@@ -36,7 +37,8 @@ struct Refinement {
     double force_floor = unset;                    ///< N: differences of force up to this count as none
 };
 
-/// One solved law of contact: hard, or an elastic foundation of the scene's stiffness.
+/// One solved law of contact: hard, or an elastic foundation of the scene's stiffness or of the one that a study's knob
+/// puts in its place.
 struct ReferenceSolution {
     static constexpr double unset = std::numeric_limits<double>::quiet_NaN();
     bool available = false;
@@ -75,14 +77,17 @@ struct ReferenceSolution {
 
 struct Reference {
     std::string scene;
-    std::string scene_hash;                     ///< 16 hex digits of Scene::hash
-    std::map<std::string, std::string> origin;  ///< commit, command, solver settings, seed
+    std::string scene_hash;                      ///< 16 hex digits of Scene::hash
+    double turned_k = ReferenceSolution::unset;  ///< N/m, Scene::turned_k; then it holds equal k alone
+    std::map<std::string, std::string> origin;   ///< commit, command, solver settings, seed
     ReferenceSolution hard;
     ReferenceSolution equal_k;
 };
 
-/// Where the reference of a scene file is kept: reference/NAME.json beside it.
-std::filesystem::path reference_file(const std::filesystem::path& scene_file);
+/// Where the reference of a scene file is kept: reference/NAME.json beside it, or reference/NAME.k=VALUE.json for
+/// another contact stiffness than the file's.
+std::filesystem::path reference_file(const std::filesystem::path& scene_file,
+                                     double turned_k = ReferenceSolution::unset);
 
 /// Throws InputError with file and JSON pointer.
 Reference read_reference(const std::filesystem::path& file);
@@ -90,13 +95,17 @@ std::string to_json(const Reference& reference);
 
 enum class ReferenceState : std::uint8_t { present, missing, stale };
 struct FoundReference {
-    ReferenceState state = ReferenceState::missing;
-    std::string message;                 ///< one line for a report: orders and bounds, or why there is none
-    std::optional<Reference> reference;  ///< set when present
+    ReferenceState state = ReferenceState::missing;  ///< of the file for the scene's contact stiffness
+    Reference reference;                             ///< a law of which no file fits is not available, for that reason
+    /// One line: both laws as text_of tells them.
+    [[nodiscard]] std::string message() const;
 };
 /// The reference of the scene, looked up beside its file and held against its hash: one made for another state of the
-/// scene is stale and not given.
+/// scene is stale and not given. Of a scene of turned k, equal k comes from that k's file and hard contact, which has
+/// no stiffness, from the scene's own.
 FoundReference find_reference(const Scene& scene);
+/// What a report tells of a law, in a clause: orders and bound, or why there is no reference.
+std::string text_of(const ReferenceSolution& solution);
 
 /// Follows one run and tells its errors against the reference.
 class ReferenceComparison {

@@ -55,34 +55,47 @@ struct Mark {
     double time = not_known;                            ///< µs of computing per simulated ms, median over processes
     double error = not_known;                           ///< mm, or pairs
     std::array<double, 2> force{not_known, not_known};  ///< N RMS, against each of `laws`
+    /// N RMS: what the references of this point's k themselves may be off; errors below it are alike.
+    std::array<double, 2> force_bound{not_known, not_known};
     double substeps = not_known;
     std::string outcome = {};  ///< empty: ok
     bool dominated = false;
     std::array<bool, 2> force_dominated{};
 };
 
+/// What the reference can tell apart, N; NaN where a force is not known.
+double told_apart(const Mark& mark, std::size_t law) {
+    return std::isnan(mark.force.at(law)) ? not_known
+                                          : as_printed(std::fmax(mark.force.at(law), mark.force_bound.at(law)));
+}
+
 /// All curves over one knob on one scene.
 struct Chart {
     std::string scene;
     std::string knob;
     bool replay = false;
-    std::vector<Mark> marks = {};                             ///< curve by curve, each in the order of its points
-    std::string reference = {};                               ///< what the records tell of the scene's reference
-    std::array<double, 2> force_bound{not_known, not_known};  ///< N RMS: errors below it are alike
+    std::vector<Mark> marks = {};  ///< curve by curve, each in the order of its points
+    // What the records tell of the references: hard contact's has no stiffness, equal k is solved for each.
+    std::string hard_reference = {};
+    std::map<Point, std::string> equal_k_reference = {};
     [[nodiscard]] const char* unit() const { return knob == "dt" ? " s" : knob == "k" ? " N/m" : ""; }
     [[nodiscard]] const char* error_title() const {
         return replay ? "pairs missed + extra" : "left after the tick, worst (mm)";
     }
-    /// What the reference can tell apart, N; NaN where a force is not known.
-    [[nodiscard]] double told_apart(const Mark& mark, std::size_t law) const {
-        return std::isnan(mark.force.at(law)) ? not_known
-                                              : as_printed(std::fmax(mark.force.at(law), force_bound.at(law)));
-    }
-    /// False where every error lies within the bound, or none is known, or a knob turns what the law depends on.
+    /// False where every error lies within the bound, or none is known.
     [[nodiscard]] bool ranks_forces(std::size_t law) const {
-        if (knob == "k" && law == equal_k) return false;
         return std::any_of(marks.begin(), marks.end(),
-                           [&](const Mark& mark) { return mark.force.at(law) > force_bound.at(law); });
+                           [&](const Mark& mark) { return mark.force.at(law) > mark.force_bound.at(law); });
+    }
+    /// Of all points' references.
+    [[nodiscard]] std::string force_bound_text(std::size_t law) const {
+        double least = not_known;
+        double largest = not_known;
+        for (const Mark& mark : marks) {
+            least = std::fmin(least, mark.force_bound.at(law));
+            largest = std::fmax(largest, mark.force_bound.at(law));
+        }
+        return least < largest ? scaled(least) + " to " + scaled(largest) : scaled(largest);
     }
 };
 
@@ -103,6 +116,7 @@ Mark make_mark(const std::string& curve, const std::string& point, const std::ve
         replay ? summary_of(first, "missing") + summary_of(first, "extra") : summary_of(first, "residual_max_m") * mm;
     for (const Law& law : laws) {
         mark.force.at(law.number) = summary_of(first, std::string("force_error_rms") + law.ending);
+        mark.force_bound.at(law.number) = summary_of(first, std::string("force_bound") + law.ending);
     }
     mark.substeps = summary_of(first, "substeps");
     return mark;
@@ -125,20 +139,18 @@ void mark_dominated(Chart& chart, double noise_floor) {
         mark.dominated = is_dominated(mark, chart.marks, noise, [](const Mark& m) { return as_printed(m.error); });
         for (const Law& law : laws) {
             mark.force_dominated.at(law.number) =
-                is_dominated(mark, chart.marks, noise, [&](const Mark& m) { return chart.told_apart(m, law.number); });
+                is_dominated(mark, chart.marks, noise, [&](const Mark& m) { return told_apart(m, law.number); });
         }
     }
 }
 
-/// What the records tell of the scene's reference.
-void read_reference(const std::vector<const Record*>& runs, Chart& chart) {
+/// What the records tell of the scene's references.
+void read_references(const std::vector<const Record*>& runs, Chart& chart) {
     for (const Record* run : runs) {
-        for (const Law& law : laws) {
-            double& bound = chart.force_bound.at(law.number);
-            bound = std::fmax(bound, summary_of(*run, std::string("force_bound") + law.ending));
-        }
-        const auto told = run->environment.find("reference");
-        if (told != run->environment.end()) chart.reference = told->second;
+        const auto hard_text = run->environment.find("reference.hard");
+        if (hard_text != run->environment.end()) chart.hard_reference = hard_text->second;
+        const auto equal_k_text = run->environment.find("reference.equal_k");
+        if (equal_k_text != run->environment.end()) chart.equal_k_reference[{run->spec.point}] = equal_k_text->second;
     }
 }
 
@@ -173,7 +185,7 @@ std::vector<Chart> charts_of(const Draft& draft) {
                 all.insert(all.end(), runs.begin(), runs.end());
             }
         }
-        if (!chart.replay) read_reference(all, chart);
+        if (!chart.replay) read_references(all, chart);
         mark_dominated(chart, draft.results.noise_floor());
         charts.push_back(std::move(chart));
     }
@@ -197,7 +209,7 @@ Ends ends_of(const Chart& chart) {
         if (ends.fast == nullptr || by_time(mark) < by_time(*ends.fast)) ends.fast = &mark;
         for (const Law& law : laws) {
             const Mark*& best = ends.force.at(law.number);
-            const auto by_force = [&](const Mark& m) { return std::pair(chart.told_apart(m, law.number), m.time); };
+            const auto by_force = [&](const Mark& m) { return std::pair(told_apart(m, law.number), m.time); };
             if (std::isnan(mark.force.at(law.number)) || !chart.ranks_forces(law.number)) continue;
             if (best == nullptr || by_force(mark) < by_force(*best)) best = &mark;
         }
@@ -246,19 +258,22 @@ Table force_ends_table(const std::vector<Chart>& charts) {
         "Two laws, two rankings: a response with springs as soft as the scene's k belongs beside the reference of "
         "equal k, one that holds surfaces apart beside hard contact; against the other law the difference of the laws "
         "counts as error. ≤: within the reference's own bound, where errors cannot be told apart; the fastest of these "
-        "stands here. not ranked: no reference, all errors within its bound, or the knob turns k, which the reference "
-        "of equal k was solved for.";
+        "stands here. not ranked: no reference, or all errors within its bound. Where the knob turns k, the reference "
+        "of "
+        "equal k is solved anew for each value, and every point is held against that of its own.";
     for (const Chart& chart : charts) {
         if (chart.replay) continue;
         const Ends ends = ends_of(chart);
         for (const Law& law : laws) {
             const Mark* best = ends.force.at(law.number);
-            const double bound = chart.force_bound.at(law.number);
-            TableRow row{.cells = {chart.scene, chart.knob, law.name, "not ranked", "", scaled(bound), ""}};
+            TableRow row{
+                .cells = {chart.scene, chart.knob, law.name, "not ranked", "", chart.force_bound_text(law.number), ""}};
             if (best != nullptr) {
+                const double bound = best->force_bound.at(law.number);
                 const double force = best->force.at(law.number);
                 row.cells[3] = mark_text(chart, *best);
                 row.cells[4] = force <= bound ? "≤ " + scaled(bound) : scaled(force);
+                row.cells[5] = scaled(bound);
                 row.cells[6] = scaled(best->time);
             }
             table.rows.push_back(std::move(row));
@@ -269,13 +284,15 @@ Table force_ends_table(const std::vector<Chart>& charts) {
 
 /// Why a force error of the chart is n/a, and how far the others can be trusted.
 std::string reference_note(const Chart& chart) {
-    std::string note = "Force errors are root mean squares below 30 Hz against the scene's reference. " +
-                       (chart.reference.empty() ? "It has none." : chart.reference);
-    if (chart.knob == "k") {
-        note +=
-            " Equal k is n/a wherever k is not the scene's own: that reference was solved for the scene's stiffness, "
-            "and for another one it would call the difference in stiffness an error. Hard contact has no stiffness and "
-            "judges every k.";
+    std::string note = "Force errors are root mean squares below 30 Hz against the scene's reference. ";
+    if (chart.hard_reference.empty()) return note + "It has none.";
+    note += fmt::format("Hard contact: {}.", chart.hard_reference);
+    const auto& equal_k_texts = chart.equal_k_reference;
+    const bool alike = std::all_of(equal_k_texts.begin(), equal_k_texts.end(),
+                                   [&](const auto& it) { return it.second == equal_k_texts.begin()->second; });
+    for (const auto& [point, text] : equal_k_texts) {
+        if (alike) return note + fmt::format(" Equal k: {}.", text);
+        note += fmt::format(" Equal k at {}{}: {}.", point.text, chart.unit(), text);
     }
     return note;
 }
@@ -413,7 +430,7 @@ void add_work_precision(Draft& draft) {
             }
             draft.figure(fmt::format("work_precision_{}{}", number, panel.law->ending), drawing,
                          fmt::format("Work and force error against {} on {}. The reference itself knows {} N.",
-                                     panel.law->name, over, scaled(chart.force_bound.at(panel.law->number))));
+                                     panel.law->name, over, chart.force_bound_text(panel.law->number)));
         }
         draft.add(points_table(chart));
     }

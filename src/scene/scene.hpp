@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,6 +42,8 @@ struct Scene {
     Frame first;
     Materials materials;
     std::vector<SceneBody> bodies;  ///< as Topology::bodies
+    /// N/m, of every contact where a study's knob has put it in place of what the file says; NaN: as the file says.
+    double turned_k = std::numeric_limits<double>::quiet_NaN();
 
     [[nodiscard]] bool has_tissue() const { return !materials.springs.empty(); }
 };

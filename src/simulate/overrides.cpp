@@ -55,7 +55,11 @@ void apply_overrides(const std::string& overrides, Scene& scene) {
             scene.ticks = std::llround(static_cast<double>(scene.ticks) / factor);
             scene.dt = value;
         } else if (name == "k") {
-            for (ContactLaw& law : scene.materials.contact_laws) law.k = value;
+            for (ContactLaw& law : scene.materials.contact_laws) {
+                if (law.k == value) continue;  // what the file says already is no turn of the knob
+                law.k = value;
+                scene.turned_k = value;
+            }
         } else {
             scene.materials.substeps = static_cast<int>(value);
         }

@@ -200,14 +200,6 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
         plain.overrides.clear();
         Record record = make_run(turned, plain, limits);
         record.spec.overrides = spec.overrides;
-        const double k = override_value(spec.overrides, "k");
-        const auto& laws = scene.materials.contact_laws;
-        if (k > 0.0 && std::any_of(laws.begin(), laws.end(), [k](const ContactLaw& law) { return law.k != k; })) {
-            // The reference of equal stiffness was made for the scene's own: against another it says nothing.
-            for (auto& [name, value] : record.summary) {
-                if (name.ends_with("_equal_k")) value = std::nan("");
-            }
-        }
         return record;
     }
     if (spec.mode == "paced") return run_paced_loop(scene, spec, limits);
@@ -272,7 +264,8 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     Balance balance(scene);
     ScriptedPath script(scene);
     const FoundReference reference = find_reference(scene);
-    record.environment["reference"] = reference.message;
+    record.environment["reference.hard"] = text_of(reference.reference.hard);
+    record.environment["reference.equal_k"] = text_of(reference.reference.equal_k);
     ReferenceComparison comparison(reference, scene.dt);
     for (std::int64_t tick = 0; record.outcome.ok() && tick < ticks && go_on(limits, tick); ++tick) {
         StepRow row = simulation.step();

@@ -1,5 +1,6 @@
 // The implicit solver behind the stored references, held against closed forms, balances and symmetry that no solver of
 // ours has computed.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +9,7 @@
 #include "contact/effect.hpp"
 #include "reference/build_reference.hpp"
 #include "reference/implicit_solver.hpp"
+#include "simulate/overrides.hpp"
 #include "support/tissue_samples.hpp"
 #include "tissue/mass_spring.hpp"
 
@@ -438,6 +440,27 @@ TEST(BuildReference, PlateOnSpringsHasItsClosedFormAnOrderAndAnAnswerAboutStrain
         EXPECT_LE(hard.strain_range[0], hard.max_strain);
         EXPECT_GE(hard.strain_range[1], hard.max_strain);
         EXPECT_EQ(reference.equal_k.clears_within_strain_limit, std::nullopt);
+    }
+}
+
+TEST(BuildReference, AnotherStiffnessGivesTheForceOfItsSpringsInSeries) {
+    // Three springs of 80 N/m and the foundation of 6 k behind them (FoundationAndSpringsAreInSeries).
+    const double press = 0.003;
+    const double springs = 3.0 * 80.0;
+    Scene scene = plate_on_springs(press, 80.0, 0.0, 0.05, 1000.0, 0.0);
+    scene.dt = 0.001;
+    for (const double k : {20.0, 100.0, 700.0}) {
+        SCOPED_TRACE(k);
+        Scene turned = scene;
+        apply_overrides(fmt::format("k={}", k), turned);
+        const Reference reference = build_reference(turned, {});
+        EXPECT_EQ(reference.turned_k, k);
+        EXPECT_FALSE(reference.hard.available);
+        EXPECT_NE(reference.hard.reason.find("no stiffness"), std::string::npos) << reference.hard.reason;
+        ASSERT_TRUE(reference.equal_k.available) << reference.equal_k.reason;
+        const double force = press * springs * 6.0 * k / (springs + 6.0 * k);
+        EXPECT_NEAR(reference.equal_k.force_at(0.099).z(), force, 0.01 * force);
+        EXPECT_LT(reference.equal_k.force_bound, 0.02 * force);
     }
 }
 

@@ -10,6 +10,7 @@
 
 #include "geometry/input_error.hpp"
 #include "reference/reference.hpp"
+#include "simulate/overrides.hpp"
 #include "support/data.hpp"
 #include "support/program.hpp"
 
@@ -64,7 +65,41 @@ INSTANTIATE_TEST_SUITE_P(Scenes, StoredReference, testing::ValuesIn(scene_names(
 
 TEST(StoredReferences, NoneIsLeftOverFromASceneThatIsGone) {
     for (const auto& entry : std::filesystem::directory_iterator(folder / "reference")) {
-        EXPECT_TRUE(std::filesystem::exists(folder / entry.path().filename())) << entry.path();
+        const Reference stored = read_reference(entry.path());
+        const std::filesystem::path scene = folder / (stored.scene + ".json");
+        EXPECT_TRUE(std::filesystem::exists(scene)) << entry.path();
+        EXPECT_EQ(reference_file(scene, stored.turned_k), entry.path());
+    }
+}
+
+/// The stored references for other contact stiffnesses than the scenes' own, by file name.
+std::vector<std::string> turned_names() {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "reference")) {
+        const std::string name = entry.path().stem().string();
+        if (name.find(".k=") != std::string::npos) names.push_back(name);
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+TEST(StoredReferences, ThoseOfATurnedStiffnessBelongToTheirSceneAndSayHowGoodTheyAre) {
+    for (const std::string& name : turned_names()) {
+        SCOPED_TRACE(name);
+        const Reference stored = read_reference(folder / "reference" / (name + ".json"));
+        EXPECT_EQ(stored.origin.at("dirty"), "no");
+        EXPECT_EQ(stored.origin.at("command"),
+                  fmt::format("trocar reference {}.json --k {}", stored.scene, stored.turned_k));
+        EXPECT_FALSE(stored.hard.available);
+        EXPECT_TRUE(stored.equal_k.available
+                        ? std::isfinite(stored.equal_k.force_bound) && stored.equal_k.residual <= 1e-4
+                        : !stored.equal_k.reason.empty());
+        const std::filesystem::path file = folder / (stored.scene + ".json");
+        if (lacks_data(file, data_folder())) continue;
+        Scene scene = read_scene(file, data_folder());
+        apply_overrides(fmt::format("k={}", stored.turned_k), scene);
+        EXPECT_EQ(find_reference(scene).state, ReferenceState::present)
+            << "make it anew with: " << stored.origin.at("command");
     }
 }
 
@@ -114,7 +149,7 @@ TEST(StoredReference, ComesBackFromItsFileAndComplainsAboutABrokenOne) {
     std::filesystem::remove(place);
 }
 
-FoundReference found_ramp() { return {.state = ReferenceState::present, .message = "", .reference = ramp()}; }
+FoundReference found_ramp() { return {.state = ReferenceState::present, .reference = ramp()}; }
 
 TEST(ReferenceComparison, AConstantErrorIsToldAsItIs) {
     const FoundReference found = found_ramp();
@@ -180,9 +215,63 @@ TEST(StoredReferences, AFileOfAnotherFormatIsNamedAndNoRunEndsOfIt) {
     std::ofstream(reference_file(copy)) << R"({"format": "trocar-reference-0"})";
     const FoundReference found = find_reference(read_scene(copy, std::nullopt));
     EXPECT_EQ(found.state, ReferenceState::stale);
-    EXPECT_FALSE(found.reference);
-    EXPECT_NE(found.message.find("no reference: the stored one cannot be read"), std::string::npos) << found.message;
-    EXPECT_NE(found.message.find("trocar-reference-0"), std::string::npos) << found.message;
+    EXPECT_FALSE(found.reference.hard.available || found.reference.equal_k.available);
+    const std::string message = found.message();
+    EXPECT_NE(message.find("no reference (the stored one cannot be read"), std::string::npos) << message;
+    EXPECT_NE(message.find("trocar-reference-0"), std::string::npos) << message;
+}
+
+TEST(StoredReferences, ATurnedStiffnessHasItsOwnEqualKAndTheSceneHardContact) {
+    const test::TemporaryFolder temporary;
+    std::filesystem::create_directories(temporary.path() / "reference");
+    const std::filesystem::path file = temporary.path() / "i2t_poke.json";
+    std::filesystem::copy_file(folder / "i2t_poke.json", file);
+    const Scene own = read_scene(file, std::nullopt);
+    const auto at_k = [&](double k) {
+        Scene scene = own;
+        apply_overrides(fmt::format("k={}", k), scene);
+        return scene;
+    };
+    const auto store = [&](Reference reference, double turned_k, double told_k, const std::string& hash) {
+        reference.scene_hash = hash;
+        reference.turned_k = told_k;
+        std::ofstream(reference_file(file, turned_k)) << to_json(reference);
+    };
+    const std::string hash = fmt::format("{:016x}", own.hash);
+    Reference whole = ramp();
+    whole.equal_k = whole.hard;
+    whole.equal_k.force *= 2.0;
+    Reference turned = ramp();
+    turned.equal_k = turned.hard;
+    turned.equal_k.force *= 3.0;
+    turned.hard = {};
+    store(whole, std::nan(""), std::nan(""), hash);
+    store(turned, 400.0, 400.0, hash);
+    // The same stiffness as the scene's own is no other: the scene's own file answers.
+    EXPECT_TRUE(std::filesystem::exists(temporary.path() / "reference" / "i2t_poke.k=400.json"));
+    EXPECT_NEAR(find_reference(at_k(100.0)).reference.equal_k.force_at(0.2).z(), 0.8, 1e-12);
+    const FoundReference at_400 = find_reference(at_k(400.0));
+    EXPECT_EQ(at_400.state, ReferenceState::present);
+    EXPECT_NEAR(at_400.reference.equal_k.force_at(0.2).z(), 1.2, 1e-12);
+    EXPECT_NEAR(at_400.reference.hard.force_at(0.2).z(), 0.4, 1e-12);
+
+    const auto lacks_equal_k_alone = [](const FoundReference& found, ReferenceState state, const char* reason) {
+        EXPECT_EQ(found.state, state);
+        EXPECT_FALSE(found.reference.equal_k.available);
+        EXPECT_NE(found.reference.equal_k.reason.find(reason), std::string::npos) << found.reference.equal_k.reason;
+        EXPECT_NEAR(found.reference.hard.force_at(0.2).z(), 0.4, 1e-12);
+        for (const auto& [name, value] : ReferenceComparison(found, 0.001).figures()) {
+            EXPECT_TRUE(std::isnan(value) || !name.ends_with("_equal_k")) << name;
+        }
+    };
+    lacks_equal_k_alone(find_reference(at_k(25.0)), ReferenceState::missing, "none is stored for k = 25 N/m");
+    store(turned, 25.0, 25.0, "0000000000000001");
+    lacks_equal_k_alone(find_reference(at_k(25.0)), ReferenceState::stale, "another state of the scene");
+    store(turned, 25.0, 400.0, hash);
+    lacks_equal_k_alone(find_reference(at_k(25.0)), ReferenceState::stale, "another k");
+    store(turned, std::nan(""), std::nan(""), "0000000000000001");
+    EXPECT_FALSE(find_reference(at_k(400.0)).reference.hard.available) << "the scene's own is stale";
+    EXPECT_TRUE(find_reference(at_k(400.0)).reference.equal_k.available);
 }
 
 }  // namespace

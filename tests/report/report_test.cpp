@@ -524,7 +524,8 @@ TEST(Report, ForceErrorsAreRankedBeyondTheBoundOfTheReferenceOnly) {
     const auto with_forces = [&records](double first, double second, double third) {
         const std::array<double, 3> errors{first, second, third};
         for (std::size_t i = 0; i < records.size(); ++i) {
-            records[i].environment["reference"] = "hard contact: order in step 1.0; bound 0.02 N RMS.";
+            records[i].environment["reference.hard"] = "order in step 1.0; bound 0.02 N RMS";
+            records[i].environment["reference.equal_k"] = "no reference (for a test)";
             records[i].summary["force_error_rms_hard"] = errors.at(i);
             records[i].summary["force_bound_hard"] = 0.02;
         }
@@ -539,13 +540,52 @@ TEST(Report, ForceErrorsAreRankedBeyondTheBoundOfTheReferenceOnly) {
     EXPECT_NE(markdown.find("| `mine + slow` | 100 N/m | n/a | 300 | 0.750 † | n/a / 0.00100 † | ok |"),
               std::string::npos);
     EXPECT_NE(markdown.find("| `mine + soft` | 50 N/m | n/a | 100 | 2.00 | n/a / 0.500 | ok |"), std::string::npos);
-    EXPECT_NE(markdown.find("bound 0.02 N RMS. Equal k is n/a wherever k is not the scene's own"), std::string::npos);
+    EXPECT_NE(markdown.find("Hard contact: order in step 1.0; bound 0.02 N RMS. Equal k: no reference (for a test)."),
+              std::string::npos);
+    EXPECT_FALSE(ranked.files.contains("charts/work_precision_1_equal_k.svg"));
     EXPECT_NE(ranked.files.at("charts/work_precision_1_hard.svg").find("force error against hard contact"),
               std::string::npos);
     const Report alike = with_forces(0.02, 0.019, 0.001);
     EXPECT_NE(alike.files.at("report.md").find("| poke | k | hard contact | not ranked |  | 0.0200 |  |"),
               std::string::npos);
     EXPECT_FALSE(alike.files.contains("charts/work_precision_1_hard.svg"));
+}
+
+TEST(Report, EveryStiffnessIsHeldAgainstTheReferenceOfItsOwn) {
+    std::vector<Record> records = sweep();
+    // soft at 50 N/m, soft and slow at 100 N/m: the references of the two stiffnesses know their forces differently.
+    const std::array<double, 3> errors{0.03, 0.03, 0.5};
+    for (std::size_t i = 0; i < records.size(); ++i) {
+        const bool fine = records[i].spec.point == "50";
+        records[i].environment["reference.hard"] = "bound 9 N";
+        records[i].environment["reference.equal_k"] = fine ? "bound 0.01 N RMS" : "bound 0.04 N RMS";
+        records[i].summary["force_error_rms_equal_k"] = errors.at(i);
+        records[i].summary["force_bound_equal_k"] = fine ? 0.01 : 0.04;
+    }
+    const Report told = make_report(records);
+    const std::string& markdown = told.files.at("report.md");
+    // 0.03 N at 100 N/m may be 0.04 N: that of 50 N/m is the least.
+    EXPECT_NE(markdown.find("| poke | k | contact of equal k | `mine + soft` at 50 N/m | 0.0300 | 0.0100 | 100 |"),
+              std::string::npos)
+        << markdown;
+    EXPECT_NE(markdown.find("| `mine + slow` | 100 N/m | n/a | 300 | 0.750 † | 0.500 † / n/a | ok |"),
+              std::string::npos);
+    EXPECT_NE(markdown.find("Equal k at 50 N/m: bound 0.01 N RMS. Equal k at 100 N/m: bound 0.04 N RMS."),
+              std::string::npos);
+    EXPECT_NE(markdown.find("The reference itself knows 0.0100 to 0.0400 N."), std::string::npos);
+    const std::string& chart = told.files.at("charts/work_precision_1_equal_k.svg");
+    EXPECT_NE(chart.find("mine + soft, k = 50 N/m: 100 µs, 0.0300 N"), std::string::npos);
+
+    // A point without one keeps the place of the others.
+    records[0].environment["reference.equal_k"] = "no reference (none is stored for k = 50 N/m)";
+    records[0].summary["force_error_rms_equal_k"] = not_known;
+    records[0].summary["force_bound_equal_k"] = not_known;
+    const Report partly = make_report(records);
+    EXPECT_NE(partly.files.at("report.md").find("Equal k at 50 N/m: no reference (none is stored for k = 50 N/m)."),
+              std::string::npos);
+    EXPECT_NE(partly.files.at("report.md").find("| `mine + soft` | 50 N/m | n/a | 100 | 2.00 | n/a / n/a | ok |"),
+              std::string::npos);
+    EXPECT_EQ(partly.files.at("charts/work_precision_1_equal_k.svg").find("k = 50 N/m"), std::string::npos);
 }
 
 TEST(Report, ASettingThatAStudyTurnsIsNobodysDefault) {

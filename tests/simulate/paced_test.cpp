@@ -71,6 +71,7 @@ TEST(Overrides, TickKeepsTheLengthOfRunAndSubStep) {
     EXPECT_EQ(scene.materials.substeps, (substeps + 1) / 2);
     EXPECT_EQ(scene.hash, hash);
     for (const ContactLaw& law : scene.materials.contact_laws) EXPECT_EQ(law.k, 321.0);
+    EXPECT_EQ(scene.turned_k, 321.0);
     apply_overrides("substeps=9", scene);
     EXPECT_EQ(scene.materials.substeps, 9);
     EXPECT_EQ(override_value("dt=0.0005,k=321", "k"), 321.0);

@@ -1,14 +1,18 @@
 #include "simulate/runs.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <set>
 
 #include "geometry/input_error.hpp"
 #include "measure/metrics.hpp"
 #include "method/registry.hpp"
+#include "reference/reference.hpp"
 #include "simulate/simulation.hpp"
 #include "support/scene_samples.hpp"
 
@@ -190,6 +194,42 @@ TEST(TrianglePairs, WithTheTestTakesLongerOnTheSamePairs) {
     EXPECT_GT(record.summary.at("with_per_iteration_median_ns"), record.summary.at("without_per_iteration_median_ns"));
     EXPECT_TRUE(std::isnan(record.summary.at("with_per_pair_p99_ns"))) << "n too small";
     for (const auto& [name, value] : record.summary) EXPECT_NO_THROW((void)summary_figure(name)) << name;
+}
+
+TEST(MakeRun, ATurnedStiffnessIsHeldAgainstItsOwnReference) {
+    const test::TemporaryFolder temporary;
+    const std::filesystem::path file = temporary.path() / "poke.json";
+    std::ofstream(file) << test::poke_text();
+    const Scene scene = read_scene(file, std::nullopt);
+    // A reference that shows no force at k = 400 N/m: all of the run's force is error.
+    Reference reference;
+    reference.scene = scene.name;
+    reference.scene_hash = fmt::format("{:016x}", scene.hash);
+    reference.turned_k = 400.0;
+    ReferenceSolution& equal_k = reference.equal_k;
+    equal_k.available = true;
+    equal_k.until = 1.0;
+    equal_k.force_bound = 0.125;
+    equal_k.sample_interval = 1.0;
+    equal_k.position_interval = 1.0;
+    equal_k.points = {0};
+    equal_k.force = Vector3::Zero();
+    equal_k.positions = {scene.first.position.col(0)};
+    std::filesystem::create_directories(temporary.path() / "reference");
+    std::ofstream(reference_file(file, 400.0)) << to_json(reference);
+
+    RunSpec spec = spec_of("closed_loop", "brute_force", "penalty");
+    spec.overrides = "k=400";
+    Record record = make_run(scene, spec);
+    EXPECT_EQ(record.summary.at("force_bound_equal_k"), 0.125);
+    EXPECT_GT(record.summary.at("force_error_rms_equal_k"), 0.0);
+    EXPECT_NE(record.environment.at("reference.hard").find("none is stored for this scene"), std::string::npos);
+    for (const char* other : {"k=300", ""}) {
+        spec.overrides = other;
+        record = make_run(scene, spec);
+        EXPECT_TRUE(std::isnan(record.summary.at("force_error_rms_equal_k"))) << other;
+        EXPECT_NE(record.environment.at("reference.equal_k").find("none is stored for"), std::string::npos);
+    }
 }
 
 TEST(MakeRun, UnknownModeOrMethodIsBadInput) {
