@@ -7,10 +7,12 @@
 #include <filesystem>
 #include <fstream>
 #include <numbers>
+#include <set>
 
 #include "geometry/input_error.hpp"
 #include "reference/reference.hpp"
 #include "simulate/overrides.hpp"
+#include "study/study.hpp"
 #include "support/data.hpp"
 #include "support/program.hpp"
 
@@ -69,6 +71,23 @@ TEST(StoredReferences, NoneIsLeftOverFromASceneThatIsGone) {
         const std::filesystem::path scene = folder / (stored.scene + ".json");
         EXPECT_TRUE(std::filesystem::exists(scene)) << entry.path();
         EXPECT_EQ(reference_file(scene, stored.turned_k), entry.path());
+    }
+}
+
+TEST(StoredReferences, EveryStiffnessThatAStudyTurnsHasOne) {
+    std::set<std::pair<std::string, std::string>> points;
+    for (const auto& entry : std::filesystem::directory_iterator(folder.parent_path() / "bench/studies")) {
+        if (entry.path().extension() != ".json") continue;
+        for (const PlannedRun& run : make_plan(read_study(entry.path()))) {
+            if (run.spec.knob == "k") points.emplace(run.spec.scene, run.spec.overrides);
+        }
+    }
+    EXPECT_FALSE(points.empty());
+    for (const auto& [name, overrides] : points) {
+        Scene scene = read_scene(folder / (name + ".json"), std::nullopt);
+        apply_overrides(overrides, scene);
+        const FoundReference found = find_reference(scene);
+        EXPECT_EQ(found.state, ReferenceState::present) << name << " " << overrides << ": " << found.message();
     }
 }
 
