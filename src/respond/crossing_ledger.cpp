@@ -97,6 +97,10 @@ int CrossingLedger::count(Index vertex, Index tissue) const {
     return one == nullptr || sample < 0 ? 0 : one->count[at(sample)];
 }
 
+bool CrossingLedger::is_free(Index vertex, Index tissue) const {
+    return count(vertex, tissue) == 0 && layers(vertex, tissue).empty();
+}
+
 std::span<const Penetration> CrossingLedger::layers(Index vertex, Index tissue) const {
     const Index sample = sample_of_vertex_[at(vertex)];
     const Tissue* one = tissue_of(tissue);

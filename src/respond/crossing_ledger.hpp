@@ -42,6 +42,17 @@ public:
     [[nodiscard]] std::span<const Penetration> layers(Index vertex, Index tissue) const;
     /// Those of the samples between two vertices with a tissue body.
     [[nodiscard]] std::span<const Penetration> layers_on_edge(Index u, Index v, Index tissue) const;
+    /// True when a vertex has not crossed the tissue and is not held near it either. The two bodies are tested against
+    /// each other.
+    [[nodiscard]] bool is_free(Index vertex, Index tissue) const;
+    /// Calls visit(triangle) for the tissue's triangles whose boxes meet the box, which may reach from a vertex that is
+    /// followed as far as two of the tissue's edges.
+    template <typename Visit>
+    void visit_near(Index tissue, const Box& box, const Visit& visit) {
+        for (Tissue& one : tissues_) {
+            if (one.body == tissue) one.grid.visit(box, visit);
+        }
+    }
     /// Signed crossings of a sample with a tissue body since the start (front to back +1), start state included.
     [[nodiscard]] int count(Index vertex, Index tissue) const;
     /// Counts put right since prepare: by the periodic check against the winding number of closed tissue, for which

@@ -173,6 +173,9 @@ void HeldContacts::hold_points_apart(const ThesisState& state, const Frame& fram
     if (state.kind(body_a) == BodyKind::instrument) {
         linear.reaction_body = body_a;
         linear.reaction_point = a.blend(frame.position);
+    } else if (state.kind(body_a) == BodyKind::tissue) {
+        linear.reaction_vertices = a.vertices;
+        linear.reaction_weights = a.weights;
     }
     effect.contacts.push_back(linear);
 }

@@ -1,6 +1,7 @@
-// Corrected 3.7-3.11 (METHODS §6): tissue vertices in faces and tissue edges across edges are held by stiff contacts in
-// every sub-step, which clear the depth within the settle time, never pull, and give the tool exactly the momentum that
-// the tissue gets. What rests stays known for a small gap: else it would be lost and found again every other tick.
+// Corrected 3.7-3.11 (METHODS §6): tissue vertices in faces and tissue edges across edges (those of other tissue, too)
+// are held by stiff contacts in every sub-step, which clear the depth within the settle time, never pull, and give the
+// tool exactly the momentum that the tissue gets. What rests stays known for a small gap: else it would be lost and
+// found again every other tick.
 #pragma once
 
 #include <optional>
@@ -34,7 +35,8 @@ public:
     /// the pair's own. False where they are not.
     bool hold_edges_apart(const ThesisState& state, const Frame& frame, Index body_a, std::optional<double> side,
                           const EdgePair& pair, Effect& effect);
-    /// Pushes tissue at `b` along `direction` (unit) from the point `a` of body_a, beyond which it is by `gap` (m).
+    /// Pushes tissue at `b` along `direction` (unit) from the point `a` of body_a, beyond which it is by `gap` (m). A
+    /// body_a that is tissue takes the reaction at its vertices.
     static void hold_points_apart(const ThesisState& state, const Frame& frame, Index body_a, const LoadPoint& a,
                                   const LoadPoint& b, const Vector3& direction, double gap, Effect& effect);
     /// True when a corner of this triangle is held by a face of this body in the tick at hand.

@@ -256,6 +256,8 @@ const Penetration* deepest_of(std::span<const Penetration> layers, const Vector3
 void LedgerResolution::prepare(const ThesisState& state) {
     const Topology& topology = *state.topology;
     ledger_.prepare(topology, state.scale, state.settings.edge_samples);
+    approaching_tissue_.prepare(state);
+    approaching_.clear();
     faces_.assign(topology.bodies.size(), 1);
     for (const auto& [a, b] : topology.body_pairs) {
         if (topology.bodies[at(a)].kind != BodyKind::tissue || topology.bodies[at(b)].kind != BodyKind::tissue)
@@ -287,6 +289,11 @@ void LedgerResolution::respond(const ThesisState& state, const Frame& frame, con
         }
         for (std::size_t c = before; c < effect.contacts.size(); ++c) effect.contacts[c].gap += p.opening;
     }
+}
+
+void LedgerResolution::keep_apart(const ThesisState& state, const Frame& frame, Effect& effect) {
+    approaching_tissue_.find(state, frame, effect, ledger_, approaching_);
+    for (const Penetration& p : approaching_) push_anchor(state, frame, p, effect);
 }
 
 std::optional<double> LedgerResolution::side_of(const Topology& topology, const Frame& frame, Index triangle,

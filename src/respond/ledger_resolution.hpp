@@ -13,6 +13,7 @@
 #include <optional>
 #include <vector>
 
+#include "respond/approaching_tissue.hpp"
 #include "respond/crossing_ledger.hpp"
 #include "respond/squeezed_tissue.hpp"
 #include "respond/thesis_state.hpp"
@@ -25,6 +26,8 @@ public:
     void prepare(const ThesisState& state);
     void respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts,
                  const SqueezedTissue& squeezed, const TornTissue& torn, Effect& effect);
+    /// Holds tissue apart that is about to meet, when all that tools do to it is known.
+    void keep_apart(const ThesisState& state, const Frame& frame, Effect& effect);
     [[nodiscard]] const std::vector<Penetration>& penetrations() const { return ledger_.penetrations(); }
     /// On which side (+1: front) of the tissue around a face of it this triangle belongs, where the ledger knows it of
     /// a corner or of a point on its edges; 0 where one has been given up.
@@ -36,6 +39,8 @@ private:
                                        const TornTissue& torn, Penetration& p);
 
     CrossingLedger ledger_;
+    ApproachingTissue approaching_tissue_;
+    std::vector<Penetration> approaching_;
     /// Per body: 1 = anchor=faces counts for what presses on it. Not where tissue presses on tissue: both give way, and
     /// walls between which a sheet is caught make it swing.
     std::vector<std::uint8_t> faces_;

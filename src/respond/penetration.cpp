@@ -92,12 +92,15 @@ void SampleLayers::cross(Index triangle, int crossings) {
     layers_.push_back(layer);
 }
 
+bool SampleLayers::is_behind(const Penetration& layer) const {
+    return surface_->is_behind(*topology_, frame_->position, layer.triangle, layer.weights, x_);
+}
+
 bool SampleLayers::is_clear(const Penetration& layer) const {
     constexpr double rounding = 1e-9;  // m: as near, the sample is on neither side
     const Vector3 foot = anchor_of(layer);
     if ((foot - x_).norm() < rounding) return false;
-    const bool behind = surface_->is_behind(*topology_, frame_->position, layer.triangle, layer.weights, x_);
-    return behind != (layer.crossed > 0);
+    return is_behind(layer) != (layer.crossed > 0);
 }
 
 void SampleLayers::cancel() {
@@ -142,6 +145,8 @@ void SampleLayers::append_to(std::vector<Penetration>& penetrations, double marg
     for (Penetration& layer : layers_) {
         if (layer.crossed == 0 && layer.ruptured) continue;
         if (layer.crossed != 0) layer.side = layer.crossed > 0 ? 1.0 : -1.0;
+        // Not crossed before, nor after all that it met in this tick: it is where it belongs.
+        if (layer.side == 0.0) layer.side = is_behind(layer) ? -1.0 : 1.0;
         place(layer);
         if (layer.crossed == 0 && (anchor_of(layer) - x_).norm() > margin) continue;
         penetrations.push_back(layer);

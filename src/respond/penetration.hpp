@@ -27,7 +27,7 @@ struct LedgerSample {
     }
 };
 
-/// A layer of tissue that a sample point has crossed, or has come back through and is still near.
+/// A layer of tissue that a sample point has crossed, has come back through and is still near, or is about to meet.
 struct Penetration {
     LedgerSample sample;
     Index tissue = -1;    ///< tissue body
@@ -37,7 +37,7 @@ struct Penetration {
         Vector3::Zero();             ///< unit, continuous along the surface, towards the side where the sample belongs
     Vector3 face = Vector3::Zero();  ///< unit normal of the anchor's triangle, same side
     double depth = 0.0;              ///< m, of the sample below the anchor along -normal; negative = clear
-    double side = 1.0;               ///< +1: belongs in front of the surface, -1: behind it
+    double side = 0.0;               ///< +1: belongs in front of the surface, -1: behind it
     int crossed = 0;                 ///< signed crossings of this layer (front to back +1); 0: on the right side
     std::int64_t age = 0;            ///< ticks
     std::int64_t stalled = 0;        ///< ticks for which the depth has not fallen while the tissue is at its limit
@@ -64,7 +64,8 @@ public:
     void begin(const LedgerSample& sample, Index tissue);
     /// A layer of the last tick.
     void keep(const Penetration& layer);
-    /// The sample has crossed this triangle in the tick: of a layer that is known, or of a new one.
+    /// The sample has crossed this triangle in the tick, or with 0 crossings is about to meet it: of a layer that is
+    /// known, or of a new one.
     void cross(Index triangle, int crossings);
     /// Crossings of two layers in opposite senses undo each other where the surface shows that they are of one layer:
     /// where one of them has the sample on its right side.
@@ -89,6 +90,7 @@ public:
 private:
     [[nodiscard]] int crossings() const;
     [[nodiscard]] bool is_of(const Penetration& layer, Index triangle) const;
+    [[nodiscard]] bool is_behind(const Penetration& layer) const;
     [[nodiscard]] bool is_clear(const Penetration& layer) const;
     [[nodiscard]] Vector3 anchor_of(const Penetration& layer) const;
     void follow(const Vector3& point, Index& triangle, Vector3& weights) const {

@@ -13,6 +13,7 @@
 //   §5         contact_reduction      reduction
 //   §9.2       ledger_resolution      resolution=ledger, samples, anchor, settle_time, clear_speed, slip_damping
 //              rupture, torn_tissue   tear_time, d_max
+//   §9.2       approaching_tissue     resolution=ledger: tissue about to meet tissue
 //   §9.2       squeezed_tissue        squeeze
 //   §6         rim_contacts           projection=hold with reduction=vertex: free rims of tissue
 //   §10        grasp                  grasp, grasp_k, grasp_slip, jaw_length, release_time
@@ -83,6 +84,7 @@ public:
             rims_.respond(state_, frame, effect);
             held_.keep_resting(state_, frame, effect);
         }
+        if (by_ledger()) ledger_.keep_apart(state_, frame, effect);
         if (state_.has_tissue && settings().share_squeeze) squeezed_.share(state_, contacts, effect);
         if (state_.has_tissue && settings().constrain) torn_.judge(state_, frame, effect);
         if (state_.has_tissue && settings().resolution == Resolution::back_projection) {
@@ -345,10 +347,7 @@ private:
         const double on_tissue = tissue_b ? materials_->triangle_stiffness[at(contact.b)] : 0.0;
         const double k = state_.stiffness(body_a, body_b, on_tissue, contact.vertex_b);
         if (tissue_a && tissue_b) {
-            // Of two tissues, either may have a corner that has crossed the other.
-            if (by_ledger() && (ledger_.side_of(*topology_, frame, contact.a, contact.b) ||
-                                ledger_.side_of(*topology_, frame, contact.b, contact.a)))
-                return;
+            if (by_ledger() && hold_tissue_edges(frame, contact, pair, effect)) return;
             bounce(state_, frame, direction, b, a, depth, k, effect);
             return;
         }
@@ -384,6 +383,20 @@ private:
         } else {
             finish_rigid(kind(body_b) == BodyKind::rigid ? body_a : -1, contact.point, linear, effect);
         }
+    }
+    /// Of two tissues, either may have a corner of which the ledger knows on which side of the other it belongs. False
+    /// where it does not.
+    bool hold_tissue_edges(const Frame& frame, const Contact& contact, const EdgePair* pair, Effect& effect) {
+        const auto hold = [&](Index a, Index b, const EdgeKey& key) {
+            const auto side = ledger_.side_of(*topology_, frame, a, b);
+            if (side && *side != 0.0 && pair != nullptr && settings().constrain) {
+                const EdgePair edges{.key = key, .contact = contact};
+                held_.hold_edges_apart(state_, frame, topology_->body_of_triangle[at(a)], side, edges, effect);
+            }
+            return side.has_value();
+        };
+        const EdgeKey key = pair == nullptr ? EdgeKey{} : pair->key;
+        return hold(contact.a, contact.b, key) || hold(contact.b, contact.a, {key[2], key[3], key[0], key[1]});
     }
     [[nodiscard]] LoadPoint edge_load(const Frame& frame, Index triangle, Index vertex, const Vector3& point) const {
         if (!settings().distribute) return LoadPoint::at_vertex(vertex);

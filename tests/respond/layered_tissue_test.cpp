@@ -1,6 +1,7 @@
-// Tissue in two layers under a tool: a sheet folded over itself and a flat bag; and tools that are drawn out. The
-// ledger against closed forms on walls that stand still, the corrected response against the heights of the layers over
-// the tool, found by brute force.
+// Tissue in two layers under a tool: a sheet folded over itself, a flat bag, two sheets one above the other; and tools
+// that are drawn out. The ledger against closed forms on walls that stand still, the corrected response against the
+// heights of the layers over the tool, found by brute force, and the books of energy.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -183,6 +184,92 @@ TEST(CorrectedLayers, ToolPressedOrStabbedIntoTwoLayersIsClearOfBothInEveryTick)
             EXPECT_LT(worst, clear) << "stab " << stab << " closed " << tissue.closed;
             EXPECT_LT(below, clear) << "stab " << stab << " closed " << tissue.closed;
             EXPECT_GT(force, 0.1) << "both layers must have been pressed";
+        }
+    }
+}
+
+test::Mesh lowered(test::Mesh mesh, double by) {
+    for (Vector3& point : mesh.points) point.z() -= by;
+    return mesh;
+}
+
+/// In motion and springs of all tissue, J.
+double tissue_energy(const ClosedLoop& loop) {
+    double energy = 0.0;
+    for (Index v = 0; v < loop.topology.vertex_count; ++v) {
+        if (loop.topology.bodies[static_cast<std::size_t>(loop.topology.body_of_vertex(v))].kind != BodyKind::tissue)
+            continue;
+        energy += 0.5 * loop.materials.mass[static_cast<std::size_t>(v)] * loop.frame.velocity.col(v).squaredNorm();
+    }
+    for (const Spring& spring : loop.materials.springs) {
+        const double stretch =
+            (loop.frame.position.col(spring.j) - loop.frame.position.col(spring.i)).norm() - spring.rest;
+        energy += 0.5 * spring.k * stretch * stretch + spring.preload * stretch;
+    }
+    return energy;
+}
+
+/// What a run of two tissues, bodies 1 and 2, under a tool comes to.
+struct StackedCourse {
+    double worst = 0.0;    ///< m, depth after any tick
+    double created = 0.0;  ///< J, most that the tissue has gained beyond what the tool gave
+    double work = 0.0;     ///< J, given by the tool and taken from it, added up
+};
+
+StackedCourse run_stacked(const LoopBody& tool, const test::Mesh& upper, const LayeredTissue& lower, double between) {
+    ClosedLoop loop(
+        {tool, LoopBody{.name = "upper", .kind = BodyKind::tissue, .closed = false, .mesh = upper},
+         LoopBody{
+             .name = "lower", .kind = BodyKind::tissue, .closed = lower.closed, .mesh = lowered(lower.mesh, between)}},
+        "thesis:profile=corrected");
+    DepthTruth truth(loop.topology, loop.frame);
+    const double at_rest = tissue_energy(loop);
+    StackedCourse course;
+    double given_back = 0.0;
+    for (int tick = 0; tick < 300; ++tick) {
+        const Vector3 before = loop.frame.position.col(0);
+        if (!loop.step() || loop.effect.ruptures > 0) {
+            ADD_FAILURE() << "tick " << tick << ": " << loop.outcome.message << ", ruptures " << loop.effect.ruptures;
+            break;
+        }
+        course.worst = std::max(course.worst, truth.measure(loop.frame).max_depth);
+        const double on_tool = loop.tool_force(0).dot(loop.frame.position.col(0) - before);
+        given_back += on_tool;
+        course.work += std::abs(on_tool);
+        course.created = std::max(course.created, tissue_energy(loop) - at_rest + given_back);
+    }
+    return course;
+}
+
+TEST(StackedTissue, IsClearOfEachOtherAfterEveryTickOfAStabOrADragAndTakesItsEnergyFromTheTool) {
+    constexpr double clear = 1e-4;  // m
+    const int across = 14;
+    const test::Mesh upper = test::make_sheet(across, edge);
+    // Vertex over vertex, vertices that meet edges and faces, and a closed body.
+    const std::vector<LayeredTissue> lowers{{.mesh = upper},
+                                            {.mesh = test::make_sheet(across - 1, edge * across / (across - 1))},
+                                            make_bag(12, edge, 0.02)};
+    for (const bool stab : {true, false}) {
+        const auto path = [stab](double time) -> Vector3 {
+            const double speed = stab ? 0.5 : 0.1;
+            const double lowest = stab ? -0.012 : -0.004;
+            const double back = lowest + 0.2 * (time - 0.25);
+            const double sideways = stab ? 0.0 : 0.1 * std::clamp(time - 0.08, 0.0, 0.12);
+            return {0.0013 + sideways, 0.0007, std::max({0.002 - speed * time, lowest, std::min(back, 0.005)})};
+        };
+        const LoopBody tool{.name = "tool",
+                            .kind = BodyKind::instrument,
+                            .mesh = stab ? make_shaft(0.002, 0.06, 8, 0.008) : make_shaft(0.004, 0.06, 10, 0.0),
+                            .offset = path};
+        for (const double between : {0.0003, 0.001}) {
+            for (const LayeredTissue& lower : lowers) {
+                const StackedCourse course = run_stacked(tool, upper, lower, between);
+                const std::string name = fmt::format("stab {}, {} mm apart, lower tissue of {} vertices", stab,
+                                                     1e3 * between, lower.mesh.points.size());
+                EXPECT_LE(course.worst, clear) << name;
+                EXPECT_GT(course.work, 1e-3) << name << ": both must have been pressed";
+                EXPECT_LE(course.created, 0.01 * course.work) << name;
+            }
         }
     }
 }
