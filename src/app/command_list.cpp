@@ -33,6 +33,7 @@ Json present_json(const Entry& entry) {
               {"reason", ""}};
     if constexpr (requires { entry.claims_exact; }) json["claims_exact"] = entry.claims_exact;
     if constexpr (requires { entry.table_row; }) json["table_row"] = entry.table_row;
+    if constexpr (requires { entry.without_tissue; }) json["without_tissue"] = entry.without_tissue;
     json["parameters"] = parameters_json(entry.parameters);
     return json;
 }
@@ -51,6 +52,9 @@ void print_section(const char* title, const std::vector<Entry>& present, const s
         std::string line = fmt::format("  {:<16} {} {}", entry.name, entry.library, entry.version);
         if constexpr (requires { entry.table_row; }) line += fmt::format("  (Table 2.1: {})", entry.table_row);
         fmt::print("{}\n", line);
+        if constexpr (requires { entry.without_tissue; }) {
+            if (!entry.without_tissue.empty()) fmt::print("      {}\n", entry.without_tissue);
+        }
         for (const Parameter& p : entry.parameters) {
             fmt::print("      {}={}  [{}{}{}]  {}\n", p.name, p.default_value, p.range(),
                        p.unit.empty() || p.unit == "1" ? "" : ", ", p.unit == "1" ? "" : p.unit, p.meaning);

@@ -204,6 +204,10 @@ int run(const CommonOptions& common, const RunOptions& options) {
     spec.scene_hash = fmt::format("{:016x}", scene.hash);
     spec.seed = scene.seed;
     spec.ticks = options.ticks.value_or(scene.ticks);
+    const ResponseEntry& response = registry().response(parse_method(spec.response).name);
+    if (!scene.has_tissue() && !response.without_tissue.empty()) {
+        fmt::print(stderr, "trocar: {} {}, and {} has none\n", response.name, response.without_tissue, scene.name);
+    }
 
     std::optional<RecordingWriter> recording;
     if (options.record) recording.emplace(*options.record, scene.topology, scene.dt);

@@ -74,6 +74,7 @@ struct ResponseEntry {
     bool needs_native = false;  ///< reads only native contacts
     /// Can work from a point, a normal and a depth alone, which is all that native contacts hold.
     bool reads_native = true;
+    std::string without_tissue = {};  ///< what it does between bodies without tissue, where that is another method's
     std::vector<Parameter> parameters = {};
     std::function<std::unique_ptr<Response>(const ParameterValues&)> make = {};
 };

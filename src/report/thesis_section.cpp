@@ -76,6 +76,7 @@ std::vector<std::string> table_2_1_rows() {
 void add_table_2_1(Draft& draft) {
     // Row of the thesis' table -> response and contact source -> figures.
     std::map<std::string, std::map<std::string, Measured>> measured;
+    std::map<std::string, std::set<std::string>> without_tissue;  // what responses do there -> their names
     for (const RunFigures& run : draft.results.runs()) {
         const RunSpec& spec = run.record->spec;
         if (spec.mode != "closed_loop" || spec.response.empty()) continue;
@@ -84,6 +85,8 @@ void add_table_2_1(Draft& draft) {
         }
         const auto fact = run.record->environment.find("response.table_row");
         const std::string row = fact == run.record->environment.end() ? "none" : fact->second;
+        const auto elsewhere = run.record->environment.find("response.without_tissue");
+        if (elsewhere != run.record->environment.end()) without_tissue[elsewhere->second].insert(code(spec.response));
         Measured& m = measured[row][code(spec.response) + " (" + spec.contacts + ")"];
         ++m.runs;
         m.scenes.insert(spec.scene);
@@ -157,8 +160,10 @@ void add_table_2_1(Draft& draft) {
         "compare: those of a few scenes name them. Tear due: in tissue that hard contact tears too and whose rupture "
         "was told. Responses that edit velocities or positions (impulse, reflection, position-based) act once at the "
         "start of a tick and are judged at its end, after the tissue's sub-steps: with shorter ticks they leave less. "
-        "Between bodies without "
-        "tissue they act as penalty, since a response does not know a hand's mass.";
+        "They edit what has a mass, and a response does not know a hand's.";
+    for (const auto& [what, names] : without_tissue) {
+        table.note += fmt::format(" Each of {} {}.", fmt::join(names, ", "), what);
+    }
     draft.add(std::move(table));
 }
 

@@ -59,6 +59,8 @@ private:
 
 /// Stiffness between non-deformable bodies where nobody says otherwise, N/m (METHODS §12).
 inline constexpr double rigid_stiffness = 1000.0;
+/// ResponseEntry::without_tissue of responses that have springs alone where nothing has a mass.
+inline constexpr const char* acts_as_penalty = "acts as penalty between bodies without tissue";
 
 /// Springs at each vertex, so that the force on one vertex costs its own springs only.
 class VertexSprings {

@@ -247,6 +247,7 @@ ResponseEntry global_intersection_response() {
     entry.name = "global_intersection";
     entry.version = "1";
     entry.own = true;
+    entry.without_tissue = acts_as_penalty;
     entry.parameters = {
         {.name = "attraction",
          .unit = "N/m",

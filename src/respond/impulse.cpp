@@ -61,12 +61,13 @@ ResponseEntry impulse_response() {
     entry.version = "1";
     entry.table_row = "B. Mirtich et al";
     entry.own = true;
+    entry.without_tissue = acts_as_penalty;
     entry.parameters = {{.name = "e",
                          .unit = "1",
                          .default_value = "0",
                          .minimum = 0.0,
                          .maximum = 1.0,
-                         .meaning = "restitution, on tissue; between other bodies this acts as penalty"},
+                         .meaning = "restitution, on tissue"},
                         {.name = "bias",
                          .unit = "1",
                          .default_value = "0.2",

@@ -50,20 +50,19 @@ ResponseEntry reflection_response() {
     entry.version = "1";
     entry.table_row = "F. Policarpo et al";
     entry.own = true;
-    entry.parameters = {
-        {.name = "bump",
-         .unit = "1",
-         .default_value = "0",
-         .minimum = 0.0,
-         .maximum = 1.0,
-         .meaning = "0: slides on, 1: bounces with its normal speed; on tissue, between other bodies this "
-                    "acts as penalty"},
-        {.name = "friction",
-         .unit = "1",
-         .default_value = "1",
-         .minimum = 0.0,
-         .maximum = 1.0,
-         .meaning = "1: none, 0: sticks"}};
+    entry.without_tissue = acts_as_penalty;
+    entry.parameters = {{.name = "bump",
+                         .unit = "1",
+                         .default_value = "0",
+                         .minimum = 0.0,
+                         .maximum = 1.0,
+                         .meaning = "0: slides on, 1: bounces with its normal speed; on tissue"},
+                        {.name = "friction",
+                         .unit = "1",
+                         .default_value = "1",
+                         .minimum = 0.0,
+                         .maximum = 1.0,
+                         .meaning = "1: none, 0: sticks"}};
     entry.parameters = with_tip_parameters(std::move(entry.parameters));
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Reflection>(

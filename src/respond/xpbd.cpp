@@ -53,15 +53,15 @@ ResponseEntry xpbd_response() {
     entry.name = "xpbd";
     entry.version = "1";
     entry.own = true;
-    entry.parameters = {
-        stiffness_parameter("rigid (no compliance) on tissue, 1000 elsewhere"),
-        {.name = "iterations",
-         .type = Parameter::Type::integer,
-         .unit = "1",
-         .default_value = "10",
-         .minimum = 1.0,
-         .maximum = 1000.0,
-         .meaning = "passes over all contacts per tick, on tissue; between other bodies this acts as penalty"}};
+    entry.without_tissue = acts_as_penalty;
+    entry.parameters = {stiffness_parameter("rigid (no compliance) on tissue, 1000 elsewhere"),
+                        {.name = "iterations",
+                         .type = Parameter::Type::integer,
+                         .unit = "1",
+                         .default_value = "10",
+                         .minimum = 1.0,
+                         .maximum = 1000.0,
+                         .meaning = "passes over all contacts per tick, on tissue"}};
     entry.parameters = with_tip_parameters(std::move(entry.parameters));
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Xpbd>(

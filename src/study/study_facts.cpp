@@ -129,6 +129,7 @@ std::map<std::string, std::string> method_facts(const Study& study, const Planne
             const ResponseEntry& entry = all.response(parse_method(run.response.text).name);
             add_entry_facts("response.", entry, run.response, facts);
             facts["response.table_row"] = entry.table_row;
+            if (!entry.without_tissue.empty()) facts["response.without_tissue"] = entry.without_tissue;
         }
     }
     return facts;

@@ -76,6 +76,18 @@ TEST_F(RunCommand, TextNamesSceneMethodsAndOutcome) {
     EXPECT_EQ(result.err, "") << "progress belongs on a terminal";
 }
 
+TEST_F(RunCommand, SaysWhereAResponseActsAsAnother) {
+    const std::string bare = (folder_.path() / "press.json").string();
+    std::ofstream(bare) << test::press_text(0.002);
+    for (const ResponseEntry& entry : registry().responses()) {
+        const std::string method = " --ticks 2 --json --response " + entry.name;
+        const test::ProgramResult without = run_program("run " + bare + method);
+        EXPECT_EQ(without.err.empty(), entry.without_tissue.empty()) << entry.name << ": " << without.err;
+        EXPECT_NE(without.err.find(entry.without_tissue), std::string::npos) << entry.name << ": " << without.err;
+        EXPECT_EQ(run_program("run " + scene_ + method).err, "") << entry.name;
+    }
+}
+
 TEST_F(RunCommand, RecordingHoldsTheFramesThatDetectionSaw) {
     const std::string file = (folder_.path() / "frames.trocrec").string();
     const test::ProgramResult result = run_program("run " + scene_ + " --ticks 45 --json --record " + file);

@@ -428,6 +428,7 @@ TEST(Report, TableTwoOneHasNumbersWhereAResponseStandsForARowAndNotMeasuredElsew
     Record torn = synthetic({.scene = "drag", .response = "bounce", .left_mm = 9.0});
     for (Record* record : {&tissue, &rigid, &broken, &torn}) {
         record->environment["response.table_row"] = "B. Mirtich et al";
+        record->environment["response.without_tissue"] = "acts as springs where nothing bends";
         for (StepRow& row : record->rows) row.stage_ns.at(static_cast<std::size_t>(Stage::respond)) = 7000;
         record->summary = summarize(record->rows);
         records.push_back(*record);
@@ -440,6 +441,7 @@ TEST(Report, TableTwoOneHasNumbersWhereAResponseStandsForARowAndNotMeasuredElsew
               std::string::npos)
         << markdown.substr(markdown.find("Table 2.1"), 5000);
     EXPECT_NE(markdown.find("| D. Baraff et al | Constraint | N / Y / Y | not measured |"), std::string::npos);
+    EXPECT_NE(markdown.find(" Each of `bounce` acts as springs where nothing bends."), std::string::npos);
     EXPECT_NE(markdown.find("| P. Volino et al [48, 49] | Impulse based | Y / N / Y | not measured |"),
               std::string::npos);
 }

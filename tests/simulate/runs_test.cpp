@@ -196,6 +196,22 @@ TEST(TrianglePairs, WithTheTestTakesLongerOnTheSamePairs) {
     for (const auto& [name, value] : record.summary) EXPECT_NO_THROW((void)summary_figure(name)) << name;
 }
 
+TEST(ClosedLoop, WhatSaysThatItActsAsPenaltyWithoutTissueDoes) {
+    const Scene scene = test::scene_from_text(test::press_text(0.002));
+    ASSERT_FALSE(scene.has_tissue());
+    const Record penalty = make_run(scene, spec_of("closed_loop", "brute_force", "penalty"));
+    EXPECT_GT(penalty.summary.at("force_max_n"), 0.1);
+    int count = 0;
+    for (const ResponseEntry& entry : registry().responses()) {
+        if (entry.without_tissue.empty()) continue;
+        ++count;
+        EXPECT_NE(entry.without_tissue.find("penalty"), std::string::npos) << entry.name;
+        EXPECT_EQ(make_run(scene, spec_of("closed_loop", "brute_force", entry.name)).state_hash, penalty.state_hash)
+            << entry.name;
+    }
+    EXPECT_GT(count, 0);
+}
+
 TEST(MakeRun, ATurnedStiffnessIsHeldAgainstItsOwnReference) {
     const test::TemporaryFolder temporary;
     const std::filesystem::path file = temporary.path() / "poke.json";
