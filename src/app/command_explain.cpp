@@ -360,6 +360,7 @@ int explain(const CommonOptions& common, const ExplainOptions& options) {
     const std::vector<Index> touches = touching_pairs(scene.topology, frame, truth);
     const std::vector<Answer> answers = ask_all(scene.topology, frame, truth);
     std::vector<PairFacts> facts;
+    facts.reserve(wanted.size());
     for (const TrianglePair pair : wanted) facts.emplace_back(scene, frame, depth, names, pair);
 
     if (common.json) {

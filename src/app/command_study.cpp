@@ -137,7 +137,7 @@ std::filesystem::path publish(const Study& study, const std::filesystem::path& d
         throw InputError(directory.string(), "", "at most 10 MB to publish",
                          fmt::format("{:.1f} MB", 1e-6 * static_cast<double>(size)));
     }
-    const std::filesystem::path target = std::filesystem::path("reports") / study.name;
+    std::filesystem::path target = std::filesystem::path("reports") / study.name;
     if (std::filesystem::exists(target) && std::filesystem::equivalent(target, directory)) return target;
     std::filesystem::path beside = target;
     beside += ".part";

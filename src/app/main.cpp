@@ -52,9 +52,8 @@ struct CommandLine {
     }
 };
 
-}  // namespace
-
-int main(int argc, char** argv) {
+/// Throws what the command throws.
+int run_command(int argc, char** argv) {
     CommandLine line;
     line.app.require_subcommand(1);
     line.app.footer(exit_status_text);
@@ -211,13 +210,19 @@ int main(int argc, char** argv) {
     } else if (const char* variable = std::getenv("TROCAR_DATA"); variable != nullptr && *variable != '\0') {
         line.common.data = variable;
     }
+    const int status = line.command();
+    // A full disk or a closed pipe shows only when the last bytes leave.
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+        throw trocar::InputError("standard output", "", "to be writable", std::strerror(errno));
+    }
+    return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
     try {
-        const int status = line.command();
-        // A full disk or a closed pipe shows only when the last bytes leave.
-        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-            throw trocar::InputError("standard output", "", "to be writable", std::strerror(errno));
-        }
-        return status;
+        return run_command(argc, argv);
     } catch (const trocar::InputError& error) {
         std::fprintf(stderr, "trocar: %s\n", error.what());
         return bad_input;

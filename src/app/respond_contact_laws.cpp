@@ -18,7 +18,7 @@ Json to_json_list(const List& list) {
 
 /// Outer normal, or a fault: no law of a face can be asked of a triangle without area.
 Vector3 normal_of(const Input& input, const std::string& key, const Corners& triangle) {
-    const Vector3 n = equations::unit_normal(triangle);
+    Vector3 n = equations::unit_normal(triangle);
     if (n.isZero(0.0)) input.fault(key, "a triangle with an area", "three corners on a line");
     return n;
 }

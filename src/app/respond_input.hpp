@@ -76,7 +76,7 @@ public:
     [[nodiscard]] std::string word(const std::string& key, std::initializer_list<const char*> choices) const {
         const Json& json = value(key);
         if (json.is_string()) {
-            const std::string text = json.get<std::string>();
+            std::string text = json.get<std::string>();
             for (const char* choice : choices) {
                 if (text == choice) return text;
             }
