@@ -74,6 +74,7 @@ ParameterValues::ParameterValues(std::string_view method, const std::vector<Para
     for (const auto& [key, value] : given) {
         if (values_.contains(key)) continue;
         std::vector<std::string> known;
+        known.reserve(declared.size());
         for (const Parameter& parameter : declared) known.push_back(parameter.name);
         throw InputError(
             method, fmt::format("parameter '{}'", key),

@@ -31,6 +31,7 @@ const Entry& look_up(std::string_view kind, const std::vector<Entry>& present, c
                          fmt::format("'{}', absent ({})", name, entry->reason));
     }
     std::vector<std::string> known;
+    known.reserve(present.size());
     for (const Entry& entry : present) known.push_back(entry.name);
     throw InputError(kind, "", fmt::format("one of {}", fmt::join(known, ", ")), fmt::format("'{}'", name));
 }
