@@ -292,9 +292,9 @@ struct Latex {
         for (const TableRow& row : table.rows) {
             std::string line;
             for (const std::string& cell : row.cells) {
-                std::string text = latex_inline(cell);
-                if (row.style == TableRow::Style::dominated) text = "\\textcolor{gray}{" + text + "}";
-                line += (line.empty() ? "" : " & ") + text;
+                if (&cell != &row.cells.front()) line += " & ";
+                const bool dominated = row.style == TableRow::Style::dominated;
+                line += dominated ? "\\textcolor{gray}{" + latex_inline(cell) + "}" : latex_inline(cell);
             }
             out += line + " \\\\\n";
         }
