@@ -37,6 +37,8 @@ double length(const Matrix3X& position, const std::array<Index, 2>& edge) {
     return (position.col(edge[1]) - position.col(edge[0])).norm();
 }
 
+bool is_solid(const BodyRange& body) { return body.closed && body.kind != BodyKind::tissue; }
+
 }  // namespace
 
 void CrossingLedger::prepare(const Topology& topology, const std::vector<TissueScale>& scales, bool on_edges) {
@@ -64,6 +66,7 @@ void CrossingLedger::prepare(const Topology& topology, const std::vector<TissueS
             tissue.closed = range.closed;
             tissue.edge = scales[at(body)].edge;
             tissue.margin = scales[at(body)].margin;
+            tissue.clear = scales[at(body)].clear_depth();
             tissue.blocks.prepare(topology, range.triangles);
             tissues_.push_back(std::move(tissue));
         }
@@ -510,7 +513,9 @@ bool CrossingLedger::is_joined_to_right(std::size_t s, const Topology& topology,
 /// Layers of the last tick that are still crossed, or near, keep their anchor.
 void CrossingLedger::update_layers(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
                                    Tissue& tissue) {
-    free_slipped(topology, frame, tissue);
+    const bool at_rim = !tissue.closed && free_rim_is_near(frame, tissue);
+    std::fill(reach_.begin(), reach_.end(), Reach::unknown);
+    if (at_rim) free_slipped(topology, frame, tissue);
     layers_.look_at(topology, surface, frame);
     auto crossing = tissue.crossings.begin();
     for (std::size_t s = 0; s < samples_.size(); ++s) {
@@ -530,6 +535,11 @@ void CrossingLedger::update_layers(const Topology& topology, const SurfaceNeighb
         }
         layers_.agree_with(count,
                            [&] { return nearest_triangle(topology, frame, tissue, samples_[s].of(frame.position)); });
+        if (at_rim && is_solid(topology.bodies[at(samples_[s].body)])) {
+            layers_.turn_outwards(outwards_at(samples_[s], topology, surface, frame), tissue.clear);
+            repairs_ += layers_.crossings() != count ? 1 : 0;
+            tissue.count[s] = static_cast<std::int16_t>(layers_.crossings());
+        }
         // Where it has left the surface in this tick, the surface can follow it.
         const double way = (samples_[s].of(frame.position) - samples_[s].of(last_)).norm();
         layers_.append_to(penetrations_, tissue.margin + way);

@@ -71,6 +71,7 @@ private:
         bool closed = false;
         double edge = 0.0;    ///< m, mean at rest
         double margin = 0.0;  ///< m
+        double clear = 0.0;   ///< m, a depth that counts as none
         SurfaceBlocks blocks;
         std::vector<Box> regions;  ///< per body whose vertices are samples: where the grid is asked
         std::vector<Index> near;   ///< triangles that the grid holds
@@ -104,7 +105,9 @@ private:
     void count_crossings_of(std::size_t s, const Topology& topology, const Frame& frame, Tissue& tissue);
     void link_samples(const Topology& topology, const SurfaceNeighbours& surface);
     void free_slipped(const Topology& topology, const Frame& frame, Tissue& tissue);
-    [[nodiscard]] bool free_rim_is_near(const Frame& frame, const Topology& topology, const Tissue& tissue) const;
+    [[nodiscard]] bool free_rim_is_near(const Frame& frame, const Tissue& tissue) const;
+    [[nodiscard]] static Vector3 outwards_at(const LedgerSample& sample, const Topology& topology,
+                                             const SurfaceNeighbours& surface, const Frame& frame);
     void free_group(std::size_t first, const Topology& topology, const Frame& frame, Tissue& tissue);
     [[nodiscard]] const Tissue* tissue_of(Index body) const;
     [[nodiscard]] const SampledEdge* sampled_edge(Index u, Index v) const;

@@ -1,6 +1,7 @@
 #include "respond/held_contacts.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "respond/equations.hpp"
 #include "respond/penetration.hpp"
@@ -51,41 +52,28 @@ Vector3 faces_at(const ThesisState& state, const Matrix3X& position, Index p, In
     return sum;
 }
 
-/// True when no face at the edge p-q rises above the plane through the edge with this unit normal.
-bool faces_below(const ThesisState& state, const Matrix3X& position, Index p, Index q, const Vector3& normal) {
-    constexpr double slack = 0.02;  // sine: a flat edge counts
-    const Topology& topology = *state.topology;
-    const Vector3 foot = position.col(p);
-    for (const Index t : state.surface.triangles_at(p)) {
-        if (!(topology.triangles.col(t).array() == q).any()) continue;
-        const Index apex = topology.triangles.col(t).sum() - p - q;
-        const Vector3 way = position.col(apex) - foot;
-        const Vector3 edge = (position.col(q) - foot).normalized();
-        const Vector3 into = way - way.dot(edge) * edge;
-        if (into.dot(normal) > slack * into.norm()) return false;
-    }
-    return true;
-}
-
 /// How triangle b of a contact gets clear of triangle a.
 struct WayOut {
     Vector3 direction = Vector3::Zero();  ///< unit
     double depth = 0.0;                   ///< m
 };
 
-/// The shortest of the ways along the contact's own normal, the normal of a face of a closed body, and that of b. Where
-/// a flat tool lands on a flat sheet the first is nonsense: the triangles overlap by their whole width in the plane
-/// that they share, while nothing is inside.
+/// The shortest of the ways along the contact's own normal, the normal of a face of a closed body, and that of b; none
+/// leads through a closed body, or what it holds would be drawn in. Where a flat tool lands on a flat sheet the first
+/// is nonsense: the triangles overlap by their whole width in the plane that they share, while nothing is inside.
 WayOut shortest_way_out(const Topology& topology, const Matrix3X& position, const Contact& contact) {
-    WayOut way{contact.normal, contact.depth};
     const equations::Corners a = corners_of(topology, position, contact.a);
     const equations::Corners b = corners_of(topology, position, contact.b);
-    const auto consider = [&way](const Vector3& direction, double depth) {
-        if (depth < way.depth) way = {direction, std::max(depth, 0.0)};
-    };
     const Index body_a = topology.body_of_triangle[static_cast<std::size_t>(contact.a)];
-    if (topology.bodies[static_cast<std::size_t>(body_a)].closed) {
-        const Vector3 out = equations::unit_normal(a);
+    const bool closed = topology.bodies[static_cast<std::size_t>(body_a)].closed;
+    const Vector3 out = equations::unit_normal(a);
+    WayOut way{contact.normal, std::numeric_limits<double>::infinity()};
+    const auto consider = [&](const Vector3& direction, double depth) {
+        const bool leads_in = closed && direction.dot(out) < 0.0;
+        if (!leads_in && depth < way.depth) way = {direction, std::max(depth, 0.0)};
+    };
+    consider(contact.normal, contact.depth);
+    if (closed) {
         double depth = 0.0;
         for (const Vector3& corner : b) depth = std::max(depth, out.dot(a[0] - corner));
         consider(out, depth);
@@ -103,6 +91,21 @@ WayOut shortest_way_out(const Topology& topology, const Matrix3X& position, cons
 }
 
 }  // namespace
+
+bool faces_below(const ThesisState& state, const Matrix3X& position, Index p, Index q, const Vector3& normal) {
+    constexpr double slack = 0.02;  // sine: a flat edge counts
+    const Topology& topology = *state.topology;
+    const Vector3 foot = position.col(p);
+    for (const Index t : state.surface.triangles_at(p)) {
+        if (!(topology.triangles.col(t).array() == q).any()) continue;
+        const Index apex = topology.triangles.col(t).sum() - p - q;
+        const Vector3 way = position.col(apex) - foot;
+        const Vector3 edge = (position.col(q) - foot).normalized();
+        const Vector3 into = way - way.dot(edge) * edge;
+        if (into.dot(normal) > slack * into.norm()) return false;
+    }
+    return true;
+}
 
 void HeldContacts::prepare() {
     resting_.clear();

@@ -20,6 +20,10 @@ struct RestingVertex {
     Vector3 normal = Vector3::Zero();
 };
 
+/// True when no face at the edge p-q rises above the plane through the edge with this unit normal.
+[[nodiscard]] bool faces_below(const ThesisState& state, const Matrix3X& position, Index p, Index q,
+                               const Vector3& normal);
+
 class HeldContacts {
 public:
     void prepare();

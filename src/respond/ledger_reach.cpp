@@ -59,36 +59,31 @@ void CrossingLedger::link_samples(const Topology& topology, const SurfaceNeighbo
 }
 
 /// A rim that has moved since the start, so that nothing holds it.
-bool CrossingLedger::free_rim_is_near(const Frame& frame, const Topology& topology, const Tissue& tissue) const {
-    Box around;
-    Index last_body = -1;
-    for (const Index s : crossed_) {
-        const Index body = samples_[at(s)].body;
-        if (body == last_body) continue;
-        last_body = body;
-        const Range vertices = topology.bodies[at(body)].vertices;
-        for (Index v = vertices.first; v < vertices.end(); ++v) around.add(frame.position.col(v));
-    }
-    around.min -= Vector3::Constant(tissue.margin);
-    around.max += Vector3::Constant(tissue.margin);
+bool CrossingLedger::free_rim_is_near(const Frame& frame, const Tissue& tissue) const {
     return std::any_of(tissue.rim.begin(), tissue.rim.end(), [&](const std::array<Index, 2>& edge) {
         const auto moved = [&](Index v) { return frame.position.col(v) != original_.col(v); };
         if (!moved(edge[0]) && !moved(edge[1])) return false;
         Box box;
         for (const Index v : edge) box.add(frame.position.col(v));
-        return box.overlaps(around);
+        return std::any_of(tissue.regions.begin(), tissue.regions.end(),
+                           [&box](const Box& region) { return region.overlaps(box); });
     });
+}
+
+/// The way out of the sample's body.
+Vector3 CrossingLedger::outwards_at(const LedgerSample& sample, const Topology& topology,
+                                    const SurfaceNeighbours& surface, const Frame& frame) {
+    Vector3 here = surface.vertex_normal(topology, frame.position, sample.vertex);
+    if (sample.other < 0) return here;
+    return (here + surface.vertex_normal(topology, frame.position, sample.other)).normalized();
 }
 
 /// Frees the samples past which a rim of an open sheet has slipped.
 void CrossingLedger::free_slipped(const Topology& topology, const Frame& frame, Tissue& tissue) {
-    std::fill(reach_.begin(), reach_.end(), Reach::unknown);
-    if (tissue.closed) return;
     crossed_.clear();
     for (std::size_t s = 0; s < samples_.size(); ++s) {
         if (tissue.count[s] != 0 && first_link_[s] != first_link_[s + 1]) crossed_.push_back(static_cast<Index>(s));
     }
-    if (crossed_.empty() || !free_rim_is_near(frame, topology, tissue)) return;
     for (const Index s : crossed_) {
         if (reach_[at(s)] == Reach::unknown) free_group(at(s), topology, frame, tissue);
     }

@@ -141,6 +141,18 @@ void SampleLayers::place(Penetration& layer) const {
     layer.depth = layer.normal.dot(anchor_of(layer) - x_);
 }
 
+void SampleLayers::turn_outwards(const Vector3& outwards, double shallow) {
+    constexpr double against = 0.5;  // cosine
+    for (Penetration& layer : layers_) {
+        Penetration placed = layer;
+        if (layer.crossed != 0) placed.side = layer.crossed > 0 ? 1.0 : -1.0;
+        place(placed);
+        if (placed.normal.dot(outwards) <= against || std::abs(placed.depth) > shallow) continue;
+        layer.side = -placed.side;
+        layer.crossed = placed.depth < 0.0 ? static_cast<int>(layer.side) : 0;
+    }
+}
+
 void SampleLayers::append_to(std::vector<Penetration>& penetrations, double margin) {
     for (Penetration& layer : layers_) {
         if (layer.crossed == 0 && layer.ruptured) continue;

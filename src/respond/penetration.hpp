@@ -83,12 +83,16 @@ public:
         const Index triangle = nearest();
         if (triangle >= 0) cross(triangle, count);
     }
+    /// A rim that has passed a sample has brought it to the other side without a crossing, so that the count no longer
+    /// tells the side. The sample's own body does, within `shallow` (m) of the surface: the tissue belongs to where
+    /// `outwards` leads from there. Puts layers right that would draw the tissue in.
+    void turn_outwards(const Vector3& outwards, double shallow);
     /// Sets normal, depth and anchor of every layer and appends those that are crossed, or within the margin (m) of the
     /// sample and not torn.
     void append_to(std::vector<Penetration>& penetrations, double margin);
+    [[nodiscard]] int crossings() const;
 
 private:
-    [[nodiscard]] int crossings() const;
     [[nodiscard]] bool is_of(const Penetration& layer, Index triangle) const;
     [[nodiscard]] bool is_behind(const Penetration& layer) const;
     [[nodiscard]] bool is_clear(const Penetration& layer) const;

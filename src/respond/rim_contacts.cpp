@@ -29,7 +29,16 @@ double way_to(const equations::Corners& face, const Vector3& from, const Vector3
 
 }  // namespace
 
-void RimContacts::prepare() {
+void RimContacts::prepare(const ThesisState& state) {
+    const Topology& topology = *state.topology;
+    folds_.assign(topology.bodies.size(), 0);
+    for (Index t = 0; t < topology.triangle_count(); ++t) {
+        for (int i = 0; i < 3; ++i) {
+            const bool on_rim = (state.surface.rim_edges(t) & (1U << static_cast<unsigned>(i))) != 0;
+            if (!on_rim || state.fixed(topology.triangles(i, t))) continue;
+            folds_[at(topology.body_of_triangle[at(t)])] = 1;
+        }
+    }
     piercings_.clear();
     points_.clear();
     points_now_.clear();
@@ -38,47 +47,48 @@ void RimContacts::prepare() {
 void RimContacts::collect(const ThesisState& state, const Frame& frame, const Contact& contact) {
     const Topology& topology = *state.topology;
     const unsigned rim = state.surface.rim_edges(contact.b);
+    const Index body = topology.body_of_triangle[at(contact.a)];
+    const bool folds = folds_[at(topology.body_of_triangle[at(contact.b)])] != 0;
     const equations::Corners face = corners_of(topology, frame.position, contact.a);
     for (int i = 0; i < 3; ++i) {
-        if ((rim & (1U << static_cast<unsigned>(i))) == 0) continue;
+        const bool on_rim = (rim & (1U << static_cast<unsigned>(i))) != 0;
+        if (!on_rim && !folds) continue;
         const auto [u, v] = std::minmax({topology.triangles(i, contact.b), topology.triangles((i + 1) % 3, contact.b)});
         const double way = way_to(face, frame.position.col(u), frame.position.col(v));
-        if (way < 0.0) continue;
-        piercings_.push_back({u, v, topology.body_of_triangle[at(contact.a)], way, contact.a});
+        piercings_.push_back({u, v, body, way, contact.a, on_rim});
     }
 }
 
 void RimContacts::respond(const ThesisState& state, const Frame& frame, Effect& effect) {
-    std::sort(piercings_.begin(), piercings_.end(), [](const Piercing& a, const Piercing& b) {
+    std::sort(piercings_.begin(), piercings_.end(), [](const EdgePoint& a, const EdgePoint& b) {
         return std::tie(a.u, a.v, a.body, a.way, a.triangle) < std::tie(b.u, b.v, b.body, b.way, b.triangle);
     });
-    // Between two piercings that follow each other, and from the outermost to the ends, the edge is all in or all out.
+    // From one piercing to the next, and from the outermost to the ends, an edge is all in or all out.
+    double from = 0.0;
     for (std::size_t p = 0; p < piercings_.size(); ++p) {
-        const Piercing& here = piercings_[p];
-        const auto goes_on = [&](std::size_t other) {
-            return other < piercings_.size() && piercings_[other].u == here.u && piercings_[other].v == here.v &&
-                   piercings_[other].body == here.body;
-        };
-        RimPoint point{here.u, here.v, here.body, 0.0, here.triangle};
-        if (p == 0 || !goes_on(p - 1)) {
-            point.way = 0.5 * here.way;
+        EdgePoint point = piercings_[p];
+        const auto hold_between = [&](double to) {
+            point.way = 0.5 * (from + to);
             hold(state, frame, point, false, effect);
-        }
-        point.way = 0.5 * (here.way + (goes_on(p + 1) ? piercings_[p + 1].way : 1.0));
-        hold(state, frame, point, false, effect);
+            from = to;
+        };
+        // Of two triangles that meet in the edge, both tell.
+        if (piercings_[p].way > from) hold_between(piercings_[p].way);
+        if (p + 1 < piercings_.size() && piercings_[p + 1].is_of_edge(point)) continue;
+        hold_between(1.0);
+        from = 0.0;
     }
     piercings_.clear();
-    for (const RimPoint& point : points_) {
-        const bool known = std::any_of(points_now_.begin(), points_now_.end(), [&point](const RimPoint& now) {
-            return now.u == point.u && now.v == point.v && now.body == point.body;
-        });
+    for (const EdgePoint& point : points_) {
+        const bool known = std::any_of(points_now_.begin(), points_now_.end(),
+                                       [&point](const EdgePoint& now) { return now.is_of_edge(point); });
         if (!known) hold(state, frame, point, true, effect);
     }
     points_.swap(points_now_);
     points_now_.clear();
 }
 
-void RimContacts::hold(const ThesisState& state, const Frame& frame, RimPoint point, bool resting, Effect& effect) {
+void RimContacts::hold(const ThesisState& state, const Frame& frame, EdgePoint point, bool resting, Effect& effect) {
     const Topology& topology = *state.topology;
     Vector3 x = point.of(frame.position);
     Vector3 weights;
@@ -100,10 +110,11 @@ void RimContacts::hold(const ThesisState& state, const Frame& frame, RimPoint po
     const double distance = (foot() - x).norm();
     if (resting ? inside || distance > state.resting_margin(point.u) : !inside) return;
     const Vector3 normal = state.surface.blended_normal(topology, frame.position, point.triangle, weights);
+    if (!point.on_rim && !faces_below(state, frame.position, point.u, point.v, -normal)) return;
     const double gap = inside ? -distance : normal.dot(x - foot());
-    const LoadPoint on_rim{{point.u, point.v, -1}, {1.0 - point.way, point.way, 0.0}};
+    const LoadPoint on_edge{{point.u, point.v, -1}, {1.0 - point.way, point.way, 0.0}};
     HeldContacts::hold_points_apart(state, frame, point.body, LoadPoint::in_triangle(topology, point.triangle, weights),
-                                    on_rim, normal, gap, effect);
+                                    on_edge, normal, gap, effect);
     points_now_.push_back(point);
 }
 

@@ -55,7 +55,7 @@ public:
         moment_.assign(at(topology.body_count()), {});
         reduction_.prepare(topology);
         held_.prepare();
-        rims_.prepare();
+        rims_.prepare(state_);
         squeezed_.prepare(topology);
         torn_.prepare(topology);
         rigid_.prepare(topology);
@@ -137,9 +137,21 @@ private:
     }
 
     // ------------------------------------------------------------ one contact
+    /// True where tissue, the second body, is held outside a closed tool or bone.
+    [[nodiscard]] bool is_held_outside(const Contact& contact) const {
+        const Index body_a = topology_->body_of_triangle[at(contact.a)];
+        const Index body_b = topology_->body_of_triangle[at(contact.b)];
+        return settings().reduce && settings().constrain && topology_->bodies[at(body_a)].closed &&
+               kind(body_a) != BodyKind::tissue && kind(body_b) == BodyKind::tissue;
+    }
     void respond_to(const Frame& frame, const Contact& contact, Effect& effect) {
         const bool acts = contact.kind == ContactCase::a_enters_b || contact.kind == ContactCase::b_enters_a ||
                           contact.kind == ContactCase::edges_cross;
+        // An edge that lies inside a tool stays there while the triangle beside it collapses.
+        if (contact.kind == ContactCase::degenerate && contact.a >= 0 && contact.b >= 0 && is_held_outside(contact) &&
+            state_.surface.rim_edges(contact.a) == 0) {
+            rims_.collect(state_, frame, contact);
+        }
         if (!acts || contact.a < 0 || contact.b < 0 || contact.vertex_a < 0 || contact.vertex_b < 0) {
             ++effect.skipped;
             return;
@@ -162,8 +174,7 @@ private:
             rigid_.add(state_, frame, contact);
             return;
         }
-        const bool held_outside = settings().reduce && settings().constrain && topology_->bodies[at(body_a)].closed &&
-                                  kind(body_a) != BodyKind::tissue && kind(body_b) == BodyKind::tissue;
+        const bool held_outside = is_held_outside(contact);
         if (held_outside && state_.surface.rim_edges(contact.a) == 0) {
             reduction_.keep_corners(*topology_, state_.surface, frame, contact);
             rims_.collect(state_, frame, contact);

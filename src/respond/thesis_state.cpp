@@ -34,7 +34,7 @@ void ThesisState::prepare(const Topology& the_topology, const Materials& the_mat
     for (const BodyRange& body : the_topology.bodies) {
         if (body.kind != BodyKind::tissue) continue;
         const auto number = static_cast<Index>(&body - the_topology.bodies.data());
-        const double above = std::max(above_tissue, scale_of(number).edge / (of_clear * most_clear_depth));
+        const double above = std::max(above_tissue, scale_of(number).edge / (of_clear * TissueScale::most_clear_depth));
         for (Index v = body.vertices.first; v < body.vertices.end(); ++v) {
             hard_stiffness = std::max(hard_stiffness, above * the_materials.mean_stiffness[at(v)]);
         }

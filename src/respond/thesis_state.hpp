@@ -71,11 +71,7 @@ public:
     }
 
     [[nodiscard]] const TissueScale& scale_of(Index tissue) const { return scale[static_cast<std::size_t>(tissue)]; }
-    /// A depth in this tissue that counts as none, m: what a user asks for, less where the tissue is small.
-    static constexpr double most_clear_depth = 1e-4;  ///< m
-    [[nodiscard]] double clear_depth(Index tissue) const {
-        return std::min(most_clear_depth, 0.02 * scale_of(tissue).edge);
-    }
+    [[nodiscard]] double clear_depth(Index tissue) const { return scale_of(tissue).clear_depth(); }
     /// A depth in this tissue at which it counts as torn, m.
     [[nodiscard]] double deepest(Index tissue) const {
         return std::isnan(settings.d_max) ? 0.25 * scale_of(tissue).side : settings.d_max;
