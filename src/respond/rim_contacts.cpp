@@ -32,11 +32,14 @@ double way_to(const equations::Corners& face, const Vector3& from, const Vector3
 void RimContacts::prepare(const ThesisState& state) {
     const Topology& topology = *state.topology;
     folds_.assign(topology.bodies.size(), 0);
-    for (Index t = 0; t < topology.triangle_count(); ++t) {
-        for (int i = 0; i < 3; ++i) {
-            const bool on_rim = (state.surface.rim_edges(t) & (1U << static_cast<unsigned>(i))) != 0;
-            if (!on_rim || state.fixed(topology.triangles(i, t))) continue;
-            folds_[at(topology.body_of_triangle[at(t)])] = 1;
+    for (const BodyRange& body : topology.bodies) {
+        if (body.kind != BodyKind::tissue) continue;
+        for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
+            for (int i = 0; i < 3; ++i) {
+                const bool on_rim = (state.surface.rim_edges(t) & (1U << static_cast<unsigned>(i))) != 0;
+                if (!on_rim || state.fixed(topology.triangles(i, t))) continue;
+                folds_[at(topology.body_of_triangle[at(t)])] = 1;
+            }
         }
     }
     piercings_.clear();
