@@ -259,8 +259,7 @@ Table force_ends_table(const std::vector<Chart>& charts) {
         "equal k, one that holds surfaces apart beside hard contact; against the other law the difference of the laws "
         "counts as error. ≤: within the reference's own bound, where errors cannot be told apart; the fastest of these "
         "stands here. not ranked: no reference, or all errors within its bound. Where the knob turns k, the reference "
-        "of "
-        "equal k is solved anew for each value, and every point is held against that of its own.";
+        "of equal k is solved anew for each value, and every point is held against that of its own.";
     for (const Chart& chart : charts) {
         if (chart.replay) continue;
         const Ends ends = ends_of(chart);

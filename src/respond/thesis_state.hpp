@@ -118,8 +118,7 @@ public:
     /// and changes with the face's velocity from there. Taken back to where the face came from, it closes at the end of
     /// the tick where the face is, not one tick's motion beyond it. The step of a body led by a hand comes after the
     /// tissue's: of its motion only the turn is the script's. Tissue moves together with the tissue that it meets.
-    /// `rate` gives the face velocity (m/s, along the contact's
-    /// normal) for a velocity of the face.
+    /// `rate` gives the face velocity (m/s, along the contact's normal) for a velocity of the face.
     template <typename Rate>
     void end_on_time(Index face_body, const Vector3& velocity_of_face, const Rate& rate, LinearContact& linear) const {
         linear.face_velocity = rate(velocity_of_face);
