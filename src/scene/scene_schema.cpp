@@ -53,7 +53,7 @@ Document numbers_of(const std::array<NumberSetting<Settings>, count>& table) {
 
 Document parameter_of(const ShapeParameter& parameter) {
     using Type = ShapeParameter::Type;
-    const Document length = number("m", Bounds::positive, parameter.meaning);
+    Document length = number("m", Bounds::positive, parameter.meaning);
     Document json;
     switch (parameter.type) {
         case Type::length:
