@@ -4,14 +4,13 @@
 //
 // Figures that every closed-loop record carries in its summary (NaN = no reference, see environment
 // "reference.hard" and "reference.equal_k"):
-//   force_error_rms_equal_k, force_error_worst_equal_k        N, tool force below 30 Hz, length of the vector
-//   difference impulse_error_worst_equal_k                               N s, per 10 ms, length of the vector
-//   difference position_error_rms_equal_k, position_error_worst_equal_k  m, of the stored tissue vertices or operators
-//   force_bound_equal_k                                       N, how far the reference itself may be off
+//   force_error_rms_equal_k, force_error_worst_equal_k: N, tool force below 30 Hz, length of the vector difference
+//   impulse_error_worst_equal_k: N s, per 10 ms, length of the vector difference
+//   position_error_rms_equal_k, position_error_worst_equal_k: m, of the stored tissue vertices or operators
+//   force_bound_equal_k: N, how far the reference itself may be off
 // the same six with _hard in place of _equal_k, and
-//   reference_clears_hard                                     1 the hard reference stays within the strain limit, 0
-//   not;
-//                                                             known also for scenes whose force has no reference
+//   reference_clears_hard: 1 the hard reference stays within the strain limit, 0 not; known also for scenes whose
+//   force has no reference
 #pragma once
 
 #include <array>
