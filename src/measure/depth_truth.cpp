@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "geometry/exact.hpp"
+#include "measure/edge_depth.hpp"
+#include "measure/ray_grid.hpp"
 #include "measure/surface_distance.hpp"
 #include "measure/vertical_crossings.hpp"
 
@@ -75,74 +77,9 @@ std::vector<AreaSample> spread(const Triangles& triangles, Range range, const Ma
     return samples;
 }
 
-/// The triangles of one body sorted into cells of the xy plane, for the rays of one frame.
-class RayGrid {
-public:
-    void build(const Triangles& triangles, Range range, const Matrix3X& position, const Box& box) {
-        box_ = box;
-        cells_ = std::clamp<Index>(static_cast<Index>(std::sqrt(static_cast<double>(range.count))), 1, 1024);
-        scale_ = Eigen::Vector2d(cells_ / std::max(box.max.x() - box.min.x(), 1e-300),
-                                 cells_ / std::max(box.max.y() - box.min.y(), 1e-300));
-        starts_.assign(static_cast<std::size_t>(cells_) * static_cast<std::size_t>(cells_) + 1, 0);
-        for_each_cell(triangles, range, position, [this](std::size_t cell, Index) { ++starts_[cell + 1]; });
-        for (std::size_t i = 1; i < starts_.size(); ++i) starts_[i] += starts_[i - 1];
-        fill_.assign(starts_.begin(), starts_.end() - 1);
-        entries_.resize(static_cast<std::size_t>(starts_.back()));
-        for_each_cell(triangles, range, position, [this](std::size_t cell, Index triangle) {
-            entries_[static_cast<std::size_t>(fill_[cell]++)] = triangle;
-        });
-    }
-
-    /// Signed crossings of the upward ray from p with the body's surface.
-    [[nodiscard]] int crossings(const Triangles& triangles, const Matrix3X& position, const Vector3& p) const {
-        if (p.x() < box_.min.x() || p.x() > box_.max.x() || p.y() < box_.min.y() || p.y() > box_.max.y() ||
-            p.z() > box_.max.z()) {
-            return 0;
-        }
-        const std::size_t cell = cell_at(index(p, 0), index(p, 1));
-        int sum = 0;
-        for (Index i = starts_[cell]; i < starts_[cell + 1]; ++i) {
-            const Index t = entries_[static_cast<std::size_t>(i)];
-            sum += upward_crossing(position.col(triangles(0, t)), position.col(triangles(1, t)),
-                                   position.col(triangles(2, t)), p);
-        }
-        return sum;
-    }
-
-private:
-    /// Monotone in the coordinate: a point within a triangle's range of coordinates is within its range of cells.
-    [[nodiscard]] Index index(const Vector3& p, int axis) const {
-        const double cell = std::floor((p[axis] - box_.min[axis]) * scale_[axis]);
-        return static_cast<Index>(std::clamp(cell, 0.0, static_cast<double>(cells_ - 1)));
-    }
-    [[nodiscard]] std::size_t cell_at(Index x, Index y) const {
-        return static_cast<std::size_t>(y) * static_cast<std::size_t>(cells_) + static_cast<std::size_t>(x);
-    }
-    template <typename Visit>
-    void for_each_cell(const Triangles& triangles, Range range, const Matrix3X& position, Visit&& visit) const {
-        for (Index t = range.first; t < range.end(); ++t) {
-            const Vector3 a = position.col(triangles(0, t));
-            const Vector3 b = position.col(triangles(1, t));
-            const Vector3 c = position.col(triangles(2, t));
-            const Vector3 low = a.cwiseMin(b).cwiseMin(c);
-            const Vector3 high = a.cwiseMax(b).cwiseMax(c);
-            for (Index y = index(low, 1); y <= index(high, 1); ++y) {
-                for (Index x = index(low, 0); x <= index(high, 0); ++x) visit(cell_at(x, y), t);
-            }
-        }
-    }
-
-    Box box_;
-    Index cells_ = 0;
-    Eigen::Vector2d scale_ = Eigen::Vector2d::Zero();
-    std::vector<Index> starts_;
-    std::vector<Index> fill_;
-    std::vector<Index> entries_;
-};
-
 struct BodySamples {
     std::vector<AreaSample> area;
-    std::vector<std::array<Index, 2>> edges;  ///< of an instrument or rigid body, both ways, sorted
+    std::vector<std::array<Index, 2>> edges;  ///< both ways, sorted
     double area_weight = 0.0;                 ///< m², surface that one area sample stands for
     Box box;                                  ///< of the vertices, on the current frame
     Box swept;                                ///< the same together with the frame before
@@ -220,13 +157,17 @@ struct DepthTruth::State {
         }
     }
 
-    [[nodiscard]] int crossings(Index into, const Vector3& p) {
+    [[nodiscard]] const RayGrid& grid(Index into) {
         BodySamples& body = samples(into);
         if (!body.grid_is_current) {
             body.grid.build(topology->triangles, range(into).triangles, position, body.box);
             body.grid_is_current = true;
         }
-        return body.grid.crossings(topology->triangles, position, p);
+        return body.grid;
+    }
+
+    [[nodiscard]] int crossings(Index into, const Vector3& p) {
+        return grid(into).crossings(topology->triangles, position, p);
     }
 
     [[nodiscard]] double distance(Index into, const Vector3& p) {
@@ -236,6 +177,13 @@ struct DepthTruth::State {
             body.distance_is_current = true;
         }
         return body.distance.distance(topology->triangles, position, p);
+    }
+
+    [[nodiscard]] EdgeDepth depth_of_edges(const Direction& direction) {
+        const BodySamples& from = samples(direction.from);
+        if (!range(direction.into).closed || !from.box.overlaps(samples(direction.into).box)) return {};
+        return edge_depth(topology->triangles, position, from.edges, grid(direction.into),
+                          [&](const Vector3& p) { return distance(direction.into, p); });
     }
 
     /// What the rim contributed to the ray's crossings while the point went p → q past the old rim, and the rim then
@@ -482,7 +430,7 @@ DepthTruth::DepthTruth(const Topology& topology, const Frame& first, std::span<c
         double area = 0.0;
         samples.area = spread(topology.triangles, range.triangles, first.position, area_samples, area);
         if (!samples.area.empty()) samples.area_weight = area / static_cast<double>(samples.area.size());
-        for (Index t = range.triangles.first; range.kind != BodyKind::tissue && t < range.triangles.end(); ++t) {
+        for (Index t = range.triangles.first; t < range.triangles.end(); ++t) {
             for (int corner = 0; corner < 3; ++corner) {
                 const Index u = topology.triangles(corner, t);
                 const Index v = topology.triangles((corner + 1) % 3, t);
@@ -524,6 +472,9 @@ DepthTruth::Result DepthTruth::measure(const Frame& frame) {
     for (Direction& direction : s.directions) {
         s.judge(direction, false);
         if (!direction.counted) continue;
+        const EdgeDepth edges = s.depth_of_edges(direction);
+        result.wrong_side += edges.stretches;
+        result.max_depth = std::max(result.max_depth, edges.depth);
         const auto vertex_count = static_cast<std::size_t>(s.range(direction.from).vertices.count);
         for (std::size_t i = 0; i < direction.wrong.size(); ++i) {
             if (direction.wrong[i] == 0) continue;

@@ -11,7 +11,8 @@
 namespace trocar {
 
 /// Judges sample points (all vertices of a body, plus points spread evenly over its area) of either body of a pair
-/// against the other body of the pair.
+/// against the other body of the pair, and all edges of either against the other where that is closed: a rim or a fold
+/// may pass through a thin tool between the samples (edge_depth.hpp).
 ///
 /// Which side a point is on is decided by exact predicates alone. Closed body: inside where the signed number of
 /// surface crossings of the upward ray (the winding number) is not 0. Open sheet: the winding number of the sheet's and
@@ -35,9 +36,9 @@ public:
     static constexpr Index default_area_samples = 1000;  ///< per body
 
     struct Result {
-        double max_depth = 0.0;                ///< m, over the samples of all counted body pairs
-        double mean_depth = 0.0;               ///< m, area mean over penetrating area samples, 0 when none
-        std::int64_t wrong_side = 0;           ///< samples inside a closed body or beyond a sheet
+        double max_depth = 0.0;       ///< m, over the samples and edges of all counted body pairs
+        double mean_depth = 0.0;      ///< m, area mean over penetrating area samples, 0 when none
+        std::int64_t wrong_side = 0;  ///< samples inside a closed body or beyond a sheet, stretches of edges inside
         std::int64_t wrong_side_vertices = 0;  ///< of these, vertices
     };
     /// Feed the frames in order: sheets need the history. A frame with a non-finite number gives NaN and −1, and leaves

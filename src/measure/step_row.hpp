@@ -40,8 +40,8 @@ struct StepRow {
         std::numeric_limits<double>::quiet_NaN();  ///< m, worst |contact depth - true depth| on the frame detect saw
     double native_depth_error =
         std::numeric_limits<double>::quiet_NaN();  ///< m, the same of the library's own contacts
-    std::int64_t wrong_side = -1;  ///< samples inside a body or beyond a sheet, after the step; -1: not computed
-    std::int64_t wrong_side_vertices = -1;                              ///< of these, vertices of bodies
+    std::int64_t wrong_side = -1;                  ///< DepthTruth::Result, after the step; -1: not computed
+    std::int64_t wrong_side_vertices = -1;         ///< of these, vertices of bodies
     double overlap_volume = std::numeric_limits<double>::quiet_NaN();   ///< m³, of closed bodies, after the step
     double min_translation = std::numeric_limits<double>::quiet_NaN();  ///< m, longest over pairs of closed bodies
     double overshoot = std::numeric_limits<double>::quiet_NaN();  ///< m, gap that no script opened, soon after a depth

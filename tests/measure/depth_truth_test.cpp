@@ -321,6 +321,104 @@ TEST(DepthTruth, CrossingsOfARandomWalkAgreeWithTheSideOfThePlane) {
     }
 }
 
+/// Prism along z with n sides, its corners on a circle of this radius.
+Shape prism(double radius, double height, int n) {
+    Shape shape;
+    for (const double z : {-height / 2, height / 2}) {
+        for (int i = 0; i < n; ++i) {
+            const double angle = 2.0 * std::numbers::pi * i / n;
+            shape.points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+        }
+    }
+    for (Index i = 0; i < n; ++i) {
+        const Index next = (i + 1) % n;
+        shape.faces.push_back({i, next, next + n});
+        shape.faces.push_back({i, next + n, i + n});
+        if (i < 2) continue;
+        shape.faces.push_back({0, i, i - 1});
+        shape.faces.push_back({n, n + i - 1, n + i});
+    }
+    return shape;
+}
+
+TEST(DepthTruth, EdgeOfASheetThroughAToolIsAsDeepAsItsChord) {
+    // The rim x = 50 mm of a sheet with edges of 5 mm passes beside the axis of a shaft whose radius is 2 mm: the
+    // vertices at y = +-2.5 mm stay outside. The chord's middle is nearest to the face at x = -apothem.
+    const int sides = 16;
+    const double radius = 0.002;
+    Shape shaft = prism(radius, 0.1, sides);
+    const Eigen::AngleAxisd turn(std::numbers::pi / sides, Vector3::UnitZ());  // a face's middle towards the sheet
+    for (Vector3& p : shaft.points) p = turn * p;
+    World world(shaft, sheet(0.1, 20), false);
+    world.place({0.06, 0.0025, 0.001});
+    DepthTruth truth(world.topology, world.frame, {}, 1);
+    const double apothem = radius * std::cos(std::numbers::pi / sides);
+    for (const double inside : {0.0001, 0.0004, 0.001}) {
+        world.place({0.05 + apothem - inside, 0.0025, 0.001});
+        const DepthTruth::Result result = truth.measure(world.frame);
+        EXPECT_NEAR(result.max_depth, inside, 1e-3 * inside);
+        EXPECT_EQ(result.wrong_side_vertices, 0);
+        EXPECT_GE(result.wrong_side, 1);
+    }
+    world.place({0.05 + apothem + 1e-6, 0.0025, 0.001});
+    const DepthTruth::Result apart = truth.measure(world.frame);
+    EXPECT_EQ(apart.max_depth, 0.0);
+    EXPECT_EQ(apart.wrong_side, 0);
+}
+
+TEST(DepthTruth, EdgesInsideAreAsDeepAsEveryPointOfThemSays) {
+    // Against the obvious way: many points of every edge of either body, judged by all triangles of the other.
+    const auto inside = [](const Triangles& triangles, Range range, const Matrix3X& at, const Vector3& p) {
+        int sum = 0;
+        for (Index t = range.first; t < range.end(); ++t) {
+            sum += upward_crossing(at.col(triangles(0, t)), at.col(triangles(1, t)), at.col(triangles(2, t)), p);
+        }
+        return sum != 0;
+    };
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    int deep = 0;
+    for (int trial = 0; trial < 24; ++trial) {
+        Shape tool = trial % 2 == 0 ? prism(0.003, 0.06, 7) : torus(0.01, 0.004, 9, 6);
+        const Eigen::Quaterniond turn =
+            Eigen::Quaterniond(unit(random), unit(random), unit(random), unit(random)).normalized();
+        for (Vector3& p : tool.points) p = turn * p;
+        World world(tool, ball(0.012, 1), true);
+        world.place({0.013 * unit(random), 0.013 * unit(random), 0.013 * unit(random)});
+        const Topology& topology = world.topology;
+        const Matrix3X& at = world.frame.position;
+        double most = 0.0;
+        for (const auto& [own, other] : {std::array<std::size_t, 2>{0, 1}, std::array<std::size_t, 2>{1, 0}}) {
+            const Range from = topology.bodies[own].triangles;
+            const Range into = topology.bodies[other].triangles;
+            for (Index t = from.first; t < from.end(); ++t) {
+                for (int corner = 0; corner < 3; ++corner) {
+                    const Vector3 p = at.col(topology.triangles(corner, t));
+                    const Vector3 q = at.col(topology.triangles((corner + 1) % 3, t));
+                    for (int i = 0; i <= 400; ++i) {
+                        const Vector3 x = p + i / 400.0 * (q - p);
+                        if (!inside(topology.triangles, into, at, x)) continue;
+                        double square = std::numeric_limits<double>::infinity();
+                        for (Index face = into.first; face < into.end(); ++face) {
+                            square =
+                                std::min(square, squared_distance_to_triangle(at.col(topology.triangles(0, face)),
+                                                                              at.col(topology.triangles(1, face)),
+                                                                              at.col(topology.triangles(2, face)), x));
+                        }
+                        most = std::max(most, std::sqrt(square));
+                    }
+                }
+            }
+        }
+        DepthTruth truth(topology, world.frame, {}, 1);
+        const double told = truth.measure(world.frame).max_depth;
+        EXPECT_GE(told, 0.99 * most) << trial;
+        EXPECT_LE(told, most + 0.5 * 0.06 / 400.0) << trial;
+        if (most > 1e-3) ++deep;
+    }
+    EXPECT_GE(deep, 8);
+}
+
 TEST(DepthTruth, TorusHoleIsOutside) {
     const double large = 0.03;
     const double small = 0.01;

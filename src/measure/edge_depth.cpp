@@ -1,0 +1,99 @@
+#include "measure/edge_depth.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+namespace trocar {
+namespace {
+
+/// Share of the way from p to q at which it passes through the triangle, or just beside it.
+std::optional<double> way_through(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& p,
+                                  const Vector3& q) {
+    const Vector3 normal = (b - a).cross(c - a);
+    const double before = normal.dot(p - a);
+    const double after = normal.dot(q - a);
+    if ((before > 0.0) == (after > 0.0)) return std::nullopt;
+    const double way = before / (before - after);
+    const Vector3 x = p + way * (q - p);
+    constexpr double beside = 1e-9;  // of the triangle's doubled area: an edge that is met counts for both neighbours
+    const double least = -beside * normal.squaredNorm();
+    if (normal.dot((b - a).cross(x - a)) < least || normal.dot((c - b).cross(x - b)) < least ||
+        normal.dot((a - c).cross(x - c)) < least) {
+        return std::nullopt;
+    }
+    return way;
+}
+
+/// The deepest point between two shares of the way from p to q; `depth_at` tells the depth of a point of it.
+template <typename DepthAt>
+double deepest_between(double length, double first, double last, double at_least, const DepthAt& depth_at) {
+    constexpr int parts = 8;
+    constexpr int halvings = 6;
+    double step = (last - first) / parts;
+    double best = first + step * (parts / 2);
+    double depth = depth_at(best);
+    // A distance changes by no more than the way along the edge.
+    if (depth + (parts / 2) * step * length <= at_least) return depth;
+    for (int i = 1; i < parts; ++i) {
+        const double way = first + step * i;
+        const double here = depth_at(way);
+        if (here <= depth) continue;
+        depth = here;
+        best = way;
+    }
+    for (int i = 0; i < halvings; ++i) {
+        step *= 0.5;
+        for (const double way : {best - step, best + step}) {
+            const double here = depth_at(way);
+            if (here <= depth) continue;
+            depth = here;
+            best = way;
+            break;
+        }
+    }
+    return depth;
+}
+
+}  // namespace
+
+EdgeDepth edge_depth(const Triangles& triangles, const Matrix3X& position, std::span<const std::array<Index, 2>> edges,
+                     const RayGrid& grid, const std::function<double(const Vector3&)>& distance) {
+    EdgeDepth result;
+    std::vector<double> cuts;
+    for (const auto& [from, to] : edges) {
+        if (from >= to) continue;
+        const Vector3 p = position.col(from);
+        const Vector3 q = position.col(to);
+        const Box box{p.cwiseMin(q), p.cwiseMax(q)};
+        if (!box.overlaps(grid.box())) continue;
+        cuts.assign({0.0, 1.0});
+        grid.visit_along(p, q, [&](Index t) {
+            const Vector3 a = position.col(triangles(0, t));
+            const Vector3 b = position.col(triangles(1, t));
+            const Vector3 c = position.col(triangles(2, t));
+            if (!box.overlaps({a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)})) return;
+            if (const auto way = way_through(a, b, c, p, q)) cuts.push_back(*way);
+        });
+        std::sort(cuts.begin(), cuts.end());
+        const auto depth_at = [&](double way) {
+            const Vector3 x = p + way * (q - p);
+            return grid.crossings(triangles, position, x) == 0 ? 0.0 : distance(x);
+        };
+        bool was_inside = false;
+        for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
+            const double middle = 0.5 * (cuts[i] + cuts[i + 1]);
+            if (!(cuts[i] < middle && middle < cuts[i + 1])) continue;
+            const bool inside = grid.crossings(triangles, position, p + middle * (q - p)) != 0;
+            if (inside && !was_inside) ++result.stretches;
+            was_inside = inside;
+            if (!inside) continue;
+            const double deepest = deepest_between((q - p).norm(), cuts[i], cuts[i + 1], result.depth, depth_at);
+            result.depth = std::max(result.depth, deepest);
+        }
+    }
+    return result;
+}
+
+}  // namespace trocar
