@@ -99,8 +99,8 @@ TEST(CorrectedStab, EndsClearOnSheetAndOrganTwoHundredMillisecondsAfterTheLastKe
     }
 }
 
-/// A blunt tool pressed 3 mm into a sheet of half the usual edge, then dragged 10 mm: deepest point of either, m, of
-/// vertices and of 1000 points spread over each surface.
+/// A blunt tool pressed 3 mm into a sheet of half the usual edge, then dragged 10 mm: deepest point of either, m.
+/// 0.1 mm is what counts as clear (METHODS §14, I26).
 double worst_of_blunt_tool_on_fine_sheet(const std::string& method) {
     const auto offset = [](double t) -> Vector3 {
         return {0.0011 + std::clamp(0.05 * (t - 0.08), 0.0, 0.01), 0.0007, 0.001 - std::min(0.05 * t, 0.004)};
@@ -123,11 +123,11 @@ double worst_of_blunt_tool_on_fine_sheet(const std::string& method) {
 
 TEST(CorrectedPress, BluntToolOnSmallerTrianglesThanItsOwnLeavesNothingBetweenTheirVertices) {
     // The rim's edges cross the sheet's: no vertex of either is inside there.
-    EXPECT_LE(worst_of_blunt_tool_on_fine_sheet("thesis:profile=corrected"), 3e-5);
+    EXPECT_LE(worst_of_blunt_tool_on_fine_sheet("thesis:profile=corrected"), 1e-4);
 }
 
 TEST(CorrectedPress, TriangleUnderADraggedPointSwingsWithoutTheDamper) {
-    EXPECT_GT(worst_of_blunt_tool_on_fine_sheet("thesis:profile=corrected,slip_damping=0"), 6e-5);
+    EXPECT_GT(worst_of_blunt_tool_on_fine_sheet("thesis:profile=corrected,slip_damping=0"), 1e-4);
 }
 
 /// A bar of 0.6 mm, 60 mm long, that falls across the edges of a sheet of 10 mm edges at 0.45 m/s, to 6 mm below it:
