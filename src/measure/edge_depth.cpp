@@ -32,10 +32,11 @@ double deepest_between(double length, double first, double last, double at_least
     constexpr int parts = 8;
     constexpr int halvings = 6;
     double step = (last - first) / parts;
-    double best = first + step * (parts / 2);
+    const double half = 0.5 * (last - first);
+    double best = first + half;
     double depth = depth_at(best);
     // A distance changes by no more than the way along the edge.
-    if (depth + (parts / 2) * step * length <= at_least) return depth;
+    if (depth + half * length <= at_least) return depth;
     for (int i = 1; i < parts; ++i) {
         const double way = first + step * i;
         const double here = depth_at(way);
