@@ -92,8 +92,8 @@ WayOut shortest_way_out(const Topology& topology, const Matrix3X& position, cons
 
 }  // namespace
 
-bool faces_below(const ThesisState& state, const Matrix3X& position, Index p, Index q, const Vector3& normal) {
-    constexpr double slack = 0.02;  // sine: a flat edge counts
+bool faces_below(const ThesisState& state, const Matrix3X& position, Index p, Index q, const Vector3& normal,
+                 double least) {
     const Topology& topology = *state.topology;
     const Vector3 foot = position.col(p);
     for (const Index t : state.surface.triangles_at(p)) {
@@ -102,7 +102,7 @@ bool faces_below(const ThesisState& state, const Matrix3X& position, Index p, In
         const Vector3 way = position.col(apex) - foot;
         const Vector3 edge = (position.col(q) - foot).normalized();
         const Vector3 into = way - way.dot(edge) * edge;
-        if (into.dot(normal) > slack * into.norm()) return false;
+        if (-into.dot(normal) < least * into.norm()) return false;
     }
     return true;
 }

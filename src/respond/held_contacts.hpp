@@ -20,9 +20,13 @@ struct RestingVertex {
     Vector3 normal = Vector3::Zero();
 };
 
-/// True when no face at the edge p-q rises above the plane through the edge with this unit normal.
+/// Sine of the bend below which an edge counts as level.
+constexpr double level_sine = 0.02;
+
+/// True when all faces at the edge p-q fall away below the plane through the edge with this unit normal, at the sine
+/// `least` or steeper; a level edge counts, unless told otherwise.
 [[nodiscard]] bool faces_below(const ThesisState& state, const Matrix3X& position, Index p, Index q,
-                               const Vector3& normal);
+                               const Vector3& normal, double least = -level_sine);
 
 class HeldContacts {
 public:

@@ -1,7 +1,6 @@
 #include "respond/rim_contacts.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <tuple>
 
@@ -31,14 +30,14 @@ double way_to(const equations::Corners& face, const Vector3& from, const Vector3
 
 void RimContacts::prepare(const ThesisState& state) {
     const Topology& topology = *state.topology;
-    folds_.assign(topology.bodies.size(), 0);
+    loose_.assign(topology.bodies.size(), 0);
     for (const BodyRange& body : topology.bodies) {
         if (body.kind != BodyKind::tissue) continue;
         for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
             for (int i = 0; i < 3; ++i) {
                 const bool on_rim = (state.surface.rim_edges(t) & (1U << static_cast<unsigned>(i))) != 0;
                 if (!on_rim || state.fixed(topology.triangles(i, t))) continue;
-                folds_[at(topology.body_of_triangle[at(t)])] = 1;
+                loose_[at(topology.body_of_triangle[at(t)])] = 1;
             }
         }
     }
@@ -51,11 +50,9 @@ void RimContacts::collect(const ThesisState& state, const Frame& frame, const Co
     const Topology& topology = *state.topology;
     const unsigned rim = state.surface.rim_edges(contact.b);
     const Index body = topology.body_of_triangle[at(contact.a)];
-    const bool folds = folds_[at(topology.body_of_triangle[at(contact.b)])] != 0;
     const equations::Corners face = corners_of(topology, frame.position, contact.a);
     for (int i = 0; i < 3; ++i) {
         const bool on_rim = (rim & (1U << static_cast<unsigned>(i))) != 0;
-        if (!on_rim && !folds) continue;
         const auto [u, v] = std::minmax({topology.triangles(i, contact.b), topology.triangles((i + 1) % 3, contact.b)});
         const double way = way_to(face, frame.position.col(u), frame.position.col(v));
         piercings_.push_back({u, v, body, way, contact.a, on_rim});
@@ -91,6 +88,15 @@ void RimContacts::respond(const ThesisState& state, const Frame& frame, Effect& 
     points_now_.clear();
 }
 
+/// A sheet with a free rim may lie across the tool without any bend; of one that is held all round, a level edge is
+/// what the tool's samples push back past themselves, in the direction that they know.
+bool RimContacts::is_fold(const ThesisState& state, const Frame& frame, const EdgePoint& point,
+                          const Vector3& normal) const {
+    const bool loose = loose_[at(state.topology->body_of_vertex(point.u))] != 0;
+    const double least = loose ? -level_sine : level_sine;
+    return faces_below(state, frame.position, point.u, point.v, -normal, least);
+}
+
 void RimContacts::hold(const ThesisState& state, const Frame& frame, EdgePoint point, bool resting, Effect& effect) {
     const Topology& topology = *state.topology;
     Vector3 x = point.of(frame.position);
@@ -113,7 +119,7 @@ void RimContacts::hold(const ThesisState& state, const Frame& frame, EdgePoint p
     const double distance = (foot() - x).norm();
     if (resting ? inside || distance > state.resting_margin(point.u) : !inside) return;
     const Vector3 normal = state.surface.blended_normal(topology, frame.position, point.triangle, weights);
-    if (!point.on_rim && !faces_below(state, frame.position, point.u, point.v, -normal)) return;
+    if (!point.on_rim && !is_fold(state, frame, point, normal)) return;
     const double gap = inside ? -distance : normal.dot(x - foot());
     const LoadPoint on_edge{{point.u, point.v, -1}, {1.0 - point.way, point.way, 0.0}};
     HeldContacts::hold_points_apart(state, frame, point.body, LoadPoint::in_triangle(topology, point.triangle, weights),

@@ -1,8 +1,8 @@
-// A free rim of tissue against a closed tool or bone: between its vertices the rim has a face on one side only, so that
-// neither vertices in faces nor the sides of faces tell that its edges are inside. Here the middle of what each rim
-// edge has inside the body is held outside, as a vertex is. So is that of a fold of a sheet with such a rim, where both
-// faces lie on one side of the edge: a sheet that is pushed at its rim folds, and a fold that lies across a round tool
-// meets its faces beside the ones that it is deepest under.
+// Edges of tissue against a closed tool or bone where neither vertices in faces nor the sides of faces tell that they
+// are inside: a free rim, which has a face on one side only, and a fold, where both faces lie on one side of the edge.
+// A sheet folds where it is pushed at its rim, and over the point of a needle that is dragged; a fold that lies across
+// a round tool meets its faces beside the ones that it is deepest under. Here the middle of what each such edge has
+// inside the body is held outside, as a vertex is.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ namespace trocar {
 class RimContacts {
 public:
     void prepare(const ThesisState& state);
-    /// Notes the rim edges of the tissue triangle contact.b, and the others of a sheet with a free rim, and where they
-    /// pass through the face contact.a of a closed body. The triangle may be degenerate.
+    /// Notes the edges of the tissue triangle contact.b and where they pass through the face contact.a of a closed
+    /// body. The triangle may be degenerate.
     void collect(const ThesisState& state, const Frame& frame, const Contact& contact);
     /// After all pairs of the tick: holds what is inside, and what it held in the last tick and is now out by no more
     /// than the resting margin.
@@ -39,9 +39,11 @@ private:
             return (1.0 - way) * columns.col(u) + way * columns.col(v);
         }
     };
+    [[nodiscard]] bool is_fold(const ThesisState& state, const Frame& frame, const EdgePoint& point,
+                               const Vector3& normal) const;
     void hold(const ThesisState& state, const Frame& frame, EdgePoint point, bool resting, Effect& effect);
 
-    std::vector<std::uint8_t> folds_;   ///< per body: 1 where a free rim lets it fold
+    std::vector<std::uint8_t> loose_;   ///< per body: 1 = tissue with a free rim
     std::vector<EdgePoint> piercings_;  ///< `way` is negative where the edge does not pass through the triangle
     std::vector<EdgePoint> points_;     ///< held in the last tick
     std::vector<EdgePoint> points_now_;

@@ -15,7 +15,7 @@
 //              rupture, torn_tissue   tear_time, d_max
 //   §9.2       approaching_tissue     resolution=ledger: tissue about to meet tissue
 //   §9.2       squeezed_tissue        squeeze
-//   §6         rim_contacts           projection=hold with reduction=vertex: free rims of tissue
+//   §6         rim_contacts           projection=hold with reduction=vertex: rims and folds of tissue
 //   §10        grasp                  grasp, grasp_k, grasp_slip, jaw_length, release_time
 //   §8         show_tip_forces        tip and the device's parameters
 #include <algorithm>
