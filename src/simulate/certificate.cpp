@@ -78,6 +78,7 @@ double differing(const Answers& ones, const Answers& others) {
 
 Answers retold_answers(const RunSpec& spec, const Retelling& retelling, const std::vector<Frame>& frames) {
     std::vector<Frame> retold;
+    retold.reserve(frames.size());
     for (const Frame& frame : frames) retold.push_back(retelling.retold(frame));
     Answers answers = answers_of(spec, retelling.topology, retold);
     for (Pairs& pairs : answers.pairs) pairs = retelling.original(pairs);
@@ -86,6 +87,7 @@ Answers retold_answers(const RunSpec& spec, const Retelling& retelling, const st
 
 std::vector<Frame> placed_frames(const std::vector<Frame>& frames, double factor, const Vector3& by) {
     std::vector<Frame> result;
+    result.reserve(frames.size());
     for (const Frame& frame : frames) result.push_back(placed(frame, factor, by));
     return result;
 }

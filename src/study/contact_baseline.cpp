@@ -94,7 +94,9 @@ class Comparison {
 public:
     explicit Comparison(const BaselineTolerance& tolerance) : tolerance_(tolerance) {}
 
+    /// Null: there is none.
     void add(std::int64_t tick, const Contact* before, const Contact* after) {
+        if (before == nullptr && after == nullptr) return;
         const Contact& any = before != nullptr ? *before : *after;
         const auto example = [&] {
             return fmt::format("tick {}, triangles {} and {}: {} -> {}", tick, any.a, any.b,
