@@ -49,9 +49,7 @@ public:
     /// followed as far as two of the tissue's edges.
     template <typename Visit>
     void visit_near(Index tissue, const Box& box, const Visit& visit) {
-        for (Tissue& one : tissues_) {
-            if (one.body == tissue) one.grid.visit(box, visit);
-        }
+        if (Tissue* one = tissue_of(tissue)) one->grid.visit(box, visit);
     }
     /// Signed crossings of a sample with a tissue body since the start (front to back +1), start state included.
     [[nodiscard]] int count(Index vertex, Index tissue) const;
@@ -109,7 +107,9 @@ private:
     [[nodiscard]] static Vector3 outwards_at(const LedgerSample& sample, const Topology& topology,
                                              const SurfaceNeighbours& surface, const Frame& frame);
     void free_group(std::size_t first, const Topology& topology, const Frame& frame, Tissue& tissue);
+    /// Null where the body is no tissue.
     [[nodiscard]] const Tissue* tissue_of(Index body) const;
+    [[nodiscard]] Tissue* tissue_of(Index body);
     [[nodiscard]] const SampledEdge* sampled_edge(Index u, Index v) const;
     [[nodiscard]] bool is_joined_to_right(std::size_t s, const Topology& topology, const SurfaceNeighbours& surface,
                                           const Frame& frame, Tissue& tissue) const;
