@@ -23,7 +23,11 @@ constexpr double least_slope = 0.3;
 /// dragged point swings from tick to tick. This is that damper with a margin; on flat surface it is nothing. A sample
 /// that is fast enough to pass a good part of a triangle in a tick does not stay to swing: there the damper would only
 /// drag the sheet along (a stab at 2 m/s was left 0.4 mm deep), so it fades.
-void steady(const ThesisState& state, const Frame& frame, const Penetration& p, const LinearContact& push,
+///
+/// `tilt` is the least turn of a normal that is a face's own: it tilts with the corners, which yield as the sample
+/// slides between them, on flat surface too. That swing takes tens of ticks to grow, so the damper against it is for
+/// samples that stand; one that goes on is on the next triangle before.
+void steady(const ThesisState& state, const Frame& frame, const Penetration& p, const LinearContact& push, double tilt,
             Effect& effect) {
     constexpr double near = 0.05;  // of the margin
     if (state.settings.slip_damping == 0.0 || p.depth < -near * state.scale_of(p.tissue).margin) return;
@@ -41,15 +45,14 @@ void steady(const ThesisState& state, const Frame& frame, const Penetration& p, 
         turn = std::max(turn, (normal - p.normal).norm());
         size = std::max(size, (frame.position.col(next) - frame.position.col(corner)).norm());
     }
-    if (pressing <= 0.0 || turn == 0.0 || size == 0.0) return;
-    constexpr double slow = 0.15;  // of a triangle's size, in a tick
-    constexpr double fast = 0.3;
-    const double way = p.sample.of(frame.velocity).norm() * state.dt / size;
-    const double share = std::clamp((fast - way) / (fast - slow), 0.0, 1.0);
-    if (share == 0.0) return;
+    if (pressing <= 0.0 || size == 0.0) return;
+    const double way = p.sample.of(frame.velocity).norm() * state.dt / size;  // in triangles a tick
+    const auto share = [way](double slow, double fast) { return std::clamp((fast - way) / (fast - slow), 0.0, 1.0); };
+    const double turned = std::max(share(0.15, 0.3) * turn, share(0.0002, 0.001) * tilt);
+    if (turned == 0.0) return;
     LinearContact slide = push;
     slide.k = 0.0;
-    slide.mu = share * state.settings.slip_damping * pressing * turn / size * state.dt;
+    slide.mu = state.settings.slip_damping * pressing * turned / size * state.dt;
     slide.gap = 0.0;
     slide.bilateral = true;
     const Vector3 first = p.normal.unitOrthogonal();
@@ -91,7 +94,7 @@ void push_anchor(const ThesisState& state, const Frame& frame, const Penetration
     };
     state.end_on_time(p.sample.body, p.sample.of(frame.velocity), rate, linear);
     effect.contacts.push_back(linear);
-    steady(state, frame, p, linear, effect);
+    steady(state, frame, p, linear, 0.0, effect);
 }
 
 /// How much the normal of a face beside the nearest one counts where the surface bends away from the sample: all of it
@@ -213,7 +216,8 @@ void push_faces(const ThesisState& state, const Frame& frame, const Penetration&
     LinearContact linear =
         against_sample(state, frame, p, home, foot.weights, normal, face.dot(foot.point - x) / slope);
     at_its_time([&](const Vector3& u) { return -face.dot(u) / slope; }, linear);
-    steady(state, frame, p, linear, effect);
+    constexpr double tilt = 0.5;  // 1, with a margin of 3 on F/height, the height of a triangle of edges `size`
+    steady(state, frame, p, linear, tilt, effect);
 }
 
 bool follows_any(const ThesisState& state, const Penetration& p) {

@@ -101,7 +101,8 @@ std::vector<Parameter> thesis_parameters() {
                "points that the ledger follows: vertices (faithful), or also points on edges of instruments and bones "
                "that are longer than the tissue's, half such an edge apart (METHODS §9.2; corrected)"),
         automatic(number("slip_damping", "1", "auto", 0.0, 1e3,
-                         "damper of the ledger's contacts along a surface whose normal turns, in units of force times "
+                         "damper of the ledger's contacts along a surface whose normal turns, with anchor=faces also "
+                         "under a sample that stands, in units of force times "
                          "turn times tick; 0 = off; auto: 4 with anchor=faces, 40 with anchor=blend")),
         automatic(number("tear_time", "s", "auto", 0.0, 1e3,
                          "time for which a vertex presses on tissue at its strain limit, or something is inside tissue "
