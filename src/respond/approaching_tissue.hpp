@@ -1,39 +1,43 @@
-// Tissue that tissue is about to meet: the crossing ledger holds a sample from the tick on in which it has crossed, and
-// what both layers move in a tick is how deep it would then be. These contacts stand between them before that. They
-// have a gap, so that the integrator lets them push only in sub-steps in which it would close.
+// Tissue that other tissue, or a point of a tool or bone, is about to meet: the crossing ledger holds a sample from the
+// tick on in which it has crossed, and what both move in a tick is how deep it would then be. These contacts stand
+// between them before that. They have a gap, so that the integrator lets them push only in sub-steps in which it would
+// close.
 #pragma once
 
 #include <vector>
 
 #include "respond/crossing_ledger.hpp"
 #include "respond/thesis_state.hpp"
+#include "respond/velocity_changes.hpp"
 
 namespace trocar {
 
 class ApproachingTissue {
 public:
     void prepare(const ThesisState& state);
-    /// Replaces `approaching` by a layer, not crossed, for every vertex of tissue that other tissue may meet in this
-    /// tick and that the ledger does not hold against it. `effect` tells what the tools give the tissue.
-    void find(const ThesisState& state, const Frame& frame, const Effect& effect, CrossingLedger& ledger,
-              std::vector<Penetration>& approaching);
+    /// Replaces `approaching` by a layer, not crossed, for every sample that tissue may meet in this tick and that the
+    /// ledger does not hold against it. `effect` tells what the tools give the tissue.
+    void find(const ThesisState& state, const Frame& frame, const Effect& effect, VelocityChanges& changes,
+              CrossingLedger& ledger, std::vector<Penetration>& approaching);
 
 private:
-    /// Vertices of one body that may meet the tissue of another.
+    /// Samples of one body that may meet a tissue.
     struct Pair {
         Index body = -1;
         Index tissue = -1;
-        std::vector<double> clearance;  ///< m, per vertex: at least as far off at the end of this tick
+        double travelled = 0.0;         ///< m, by both together since the samples were last gone through
+        double least = 0.0;             ///< m, smallest clearance then
+        std::vector<Index> sample;      ///< numbers in the ledger
+        std::vector<double> clearance;  ///< m, per sample: at least as far off
     };
-    void measure_changes(const ThesisState& state, const Frame& frame, const Effect& effect);
-    void find_in(const ThesisState& state, const Frame& frame, Pair& pair, CrossingLedger& ledger,
-                 std::vector<Penetration>& approaching);
+    void find_in(const ThesisState& state, const Frame& frame, Pair& pair, VelocityChanges& changes,
+                 CrossingLedger& ledger, std::vector<Penetration>& approaching);
+    void look_at(const ThesisState& state, const Frame& frame, Pair& pair, std::size_t number, double reach,
+                 VelocityChanges& changes, CrossingLedger& ledger, std::vector<Penetration>& approaching);
+    void list_samples(const CrossingLedger& ledger);
 
-    std::vector<Pair> pairs_;      ///< both ways
-    std::vector<Index> tissues_;   ///< that meet other tissue
-    std::vector<double> fastest_;  ///< m/s, per body: as fast as it may get in the tick
-    std::vector<double> pushed_;   ///< m/s, per vertex: by how much what pushes it may change its velocity in the tick
-    std::vector<double> change_;   ///< m/s, per vertex: its neighbours counted, too
+    std::vector<Pair> pairs_;  ///< of two tissues both ways
+    bool listed_ = false;
     SampleLayers layers_;
 };
 

@@ -87,8 +87,9 @@ int CrossingLedger::count(Index vertex, Index tissue) const {
     return one == nullptr || sample < 0 ? 0 : one->count[at(sample)];
 }
 
-bool CrossingLedger::is_free(Index vertex, Index tissue) const {
-    return count(vertex, tissue) == 0 && layers(vertex, tissue).empty();
+bool CrossingLedger::is_free(Index sample, Index tissue) const {
+    const Tissue* one = tissue_of(tissue);
+    return one == nullptr || (one->count[at(sample)] == 0 && one->layers[at(sample)].count == 0);
 }
 
 std::span<const Penetration> CrossingLedger::layers(Index vertex, Index tissue) const {

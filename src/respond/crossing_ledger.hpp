@@ -42,9 +42,12 @@ public:
     [[nodiscard]] std::span<const Penetration> layers(Index vertex, Index tissue) const;
     /// Those of the samples between two vertices with a tissue body.
     [[nodiscard]] std::span<const Penetration> layers_on_edge(Index u, Index v, Index tissue) const;
-    /// True when a vertex has not crossed the tissue and is not held near it either. The two bodies are tested against
-    /// each other.
-    [[nodiscard]] bool is_free(Index vertex, Index tissue) const;
+    /// All points that it follows, those of a body's vertices one after the other, those on its edges too. From the
+    /// first update on.
+    [[nodiscard]] std::span<const LedgerSample> samples() const { return samples_; }
+    /// True when this one of the samples has not crossed the tissue and is not held near it either. The two bodies are
+    /// tested against each other.
+    [[nodiscard]] bool is_free(Index sample, Index tissue) const;
     /// Calls visit(triangle) for the tissue's triangles whose boxes meet the box, which may reach from a vertex that is
     /// followed as far as two of the tissue's edges.
     template <typename Visit>

@@ -138,6 +138,16 @@ void HeldContacts::hold_nearest(const ThesisState& state, const Frame& frame, Ve
 
 void HeldContacts::hold_vertex(const ThesisState& state, const Frame& frame, const VertexInFace& v, Effect& effect) {
     resting_now_.push_back({v.vertex, v.triangle, v.face_body, v.normal});
+    push_vertex(state, frame, v, effect);
+}
+
+void HeldContacts::hold_ahead(const ThesisState& state, const Frame& frame, const VertexInFace& v, bool rests,
+                              Effect& effect) {
+    if (rests) resting_.push_back({v.vertex, v.triangle, v.face_body, v.normal});
+    push_vertex(state, frame, v, effect);
+}
+
+void HeldContacts::push_vertex(const ThesisState& state, const Frame& frame, const VertexInFace& v, Effect& effect) {
     const LoadPoint foot = LoadPoint::in_triangle(*state.topology, v.triangle, v.weights);
     Vector3 face_velocity = frame.velocity.col(v.nearest);
     if (state.settings.closest_point) face_velocity = foot.blend(frame.velocity);

@@ -51,6 +51,9 @@ public:
     [[nodiscard]] bool holds_corner(const Topology& topology, Index triangle, Index body) const;
     /// After all contacts of the tick: those of the last tick that have come apart a little.
     void keep_resting(const ThesisState& state, const Frame& frame, Effect& effect);
+    /// A vertex that the face is about to meet: its depth may be negative. `rests`: it is on the face already. After
+    /// keep_resting.
+    void hold_ahead(const ThesisState& state, const Frame& frame, const VertexInFace& v, bool rests, Effect& effect);
     [[nodiscard]] const std::vector<RestingVertex>& resting() const { return resting_; }
 
 private:
@@ -62,6 +65,7 @@ private:
     void hold_edges(const ThesisState& state, const Frame& frame, Index body_a, const LoadPoint& a, const LoadPoint& b,
                     const Vector3& direction, double gap, const EdgeKey* key, Effect& effect);
     void hold_vertex(const ThesisState& state, const Frame& frame, const VertexInFace& v, Effect& effect);
+    static void push_vertex(const ThesisState& state, const Frame& frame, const VertexInFace& v, Effect& effect);
     void keep_vertices(const ThesisState& state, const Frame& frame, Effect& effect);
     void keep_edges(const ThesisState& state, const Frame& frame, Effect& effect);
 

@@ -220,6 +220,26 @@ void push_faces(const ThesisState& state, const Frame& frame, const Penetration&
     steady(state, frame, p, linear, tilt, effect);
 }
 
+/// A sample off the surface, beside an edge of it: the surface stands in its way across the shortest line between them,
+/// and nowhere else. Over a face that is the face's own plane: false, nothing is pushed.
+bool push_beside(const ThesisState& state, const Frame& frame, const Penetration& p, Effect& effect) {
+    constexpr double rounding = 1e-9;  // m
+    constexpr double over = 0.999;     // cosine
+    const Vector3 x = p.sample.of(frame.position);
+    Index triangle = p.triangle;
+    Vector3 weights = p.weights;
+    follow_surface(*state.topology, state.surface, frame, x, triangle, weights);
+    const equations::Corners corners = corners_of(*state.topology, frame.position, triangle);
+    const Vector3 way = x - equations::point_at(corners, weights);
+    const double gap = way.norm();
+    if (gap <= rounding || p.side * equations::unit_normal(corners).dot(way) >= over * gap) return false;
+    LinearContact linear = against_sample(state, frame, p, triangle, weights, way / gap, -gap);
+    const auto rate = [&](const Vector3& u) { return u.dot(linear.normal); };
+    state.end_on_time(p.sample.body, p.sample.of(frame.velocity), rate, linear);
+    effect.contacts.push_back(linear);
+    return true;
+}
+
 bool follows_any(const ThesisState& state, const Penetration& p) {
     for (int i = 0; i < 3; ++i) {
         if (state.follows(state.topology->triangles(i, p.triangle), p.sample.body)) return true;
@@ -295,9 +315,18 @@ void LedgerResolution::respond(const ThesisState& state, const Frame& frame, con
     }
 }
 
-void LedgerResolution::keep_apart(const ThesisState& state, const Frame& frame, Effect& effect) {
-    approaching_tissue_.find(state, frame, effect, ledger_, approaching_);
-    for (const Penetration& p : approaching_) push_anchor(state, frame, p, effect);
+void LedgerResolution::keep_apart(const ThesisState& state, const Frame& frame, VelocityChanges& changes,
+                                  Effect& effect) {
+    approaching_tissue_.find(state, frame, effect, changes, ledger_, approaching_);
+    for (const Penetration& p : approaching_) {
+        if (follows_any(state, p)) continue;
+        if (state.kind(p.sample.body) != BodyKind::tissue && push_beside(state, frame, p, effect)) continue;
+        if (faces_[at(p.tissue)] != 0 && state.settings.anchor_faces) {
+            push_faces(state, frame, p, effect);
+        } else {
+            push_anchor(state, frame, p, effect);
+        }
+    }
 }
 
 std::optional<double> LedgerResolution::side_of(const Topology& topology, const Frame& frame, Index triangle,

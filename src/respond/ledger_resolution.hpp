@@ -26,8 +26,8 @@ public:
     void prepare(const ThesisState& state);
     void respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts,
                  const SqueezedTissue& squeezed, const TornTissue& torn, Effect& effect);
-    /// Holds tissue apart that is about to meet, when all that tools do to it is known.
-    void keep_apart(const ThesisState& state, const Frame& frame, Effect& effect);
+    /// Holds apart what is about to meet tissue, when all that tools do to it is known.
+    void keep_apart(const ThesisState& state, const Frame& frame, VelocityChanges& changes, Effect& effect);
     [[nodiscard]] const std::vector<Penetration>& penetrations() const { return ledger_.penetrations(); }
     /// On which side (+1: front) of the tissue around a face of it this triangle belongs, where the ledger knows it of
     /// a corner or of a point on its edges; 0 where one has been given up.

@@ -25,6 +25,7 @@
 #include <vector>
 
 #include "method/entry.hpp"
+#include "respond/approaching_faces.hpp"
 #include "respond/back_projection.hpp"
 #include "respond/contact_reduction.hpp"
 #include "respond/equations.hpp"
@@ -56,6 +57,8 @@ public:
         reduction_.prepare(topology);
         held_.prepare();
         rims_.prepare(state_);
+        faces_ahead_.prepare(state_);
+        changes_.prepare(state_);
         squeezed_.prepare(topology);
         torn_.prepare(topology);
         rigid_.prepare(topology);
@@ -84,7 +87,10 @@ public:
             rims_.respond(state_, frame, effect);
             held_.keep_resting(state_, frame, effect);
         }
-        if (by_ledger()) ledger_.keep_apart(state_, frame, effect);
+        if (by_ledger()) {
+            faces_ahead_.respond(state_, frame, changes_, held_, effect);
+            ledger_.keep_apart(state_, frame, changes_, effect);
+        }
         if (state_.has_tissue && settings().share_squeeze) squeezed_.share(state_, contacts, effect);
         if (state_.has_tissue && settings().constrain) torn_.judge(state_, frame, effect);
         if (state_.has_tissue && settings().resolution == Resolution::back_projection) {
@@ -518,6 +524,8 @@ private:
     RigidContacts rigid_;
     HeldContacts held_;
     RimContacts rims_;
+    ApproachingFaces faces_ahead_;
+    VelocityChanges changes_;
     SqueezedTissue squeezed_;
     TornTissue torn_;
     LedgerResolution ledger_;

@@ -100,6 +100,9 @@ std::vector<Parameter> thesis_parameters() {
         choice("samples", {"vertices", "edges"},
                "points that the ledger follows: vertices (faithful), or also points on edges of instruments and bones "
                "that are longer than the tissue's, half such an edge apart (METHODS §9.2; corrected)"),
+        choice("approach", {"off", "on"},
+               "with resolution=ledger, tissue and a tool or bone that are about to meet: held apart from the tick on "
+               "after the one in which they cross (faithful), or before they do (corrected)"),
         automatic(number("slip_damping", "1", "auto", 0.0, 1e3,
                          "damper of the ledger's contacts along a surface whose normal turns, with anchor=faces also "
                          "under a sample that stands, in units of force times "
@@ -194,6 +197,7 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.rigid_settle = values.number("rigid_settle");
     s.clear_speed = values.number("clear_speed");
     s.anchor_faces = on("anchor", "faces");
+    s.meet_tools = on("approach", "on");
     s.edge_samples = on("samples", "edges");
     s.slip_damping = values.number("slip_damping");
     if (std::isnan(s.slip_damping)) s.slip_damping = s.anchor_faces ? 4.0 : 40.0;

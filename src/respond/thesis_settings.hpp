@@ -52,6 +52,7 @@ struct ThesisSettings {
     double settle_time = 0.003;       ///< s, time constant with which a constraint clears a depth
     double clear_speed = 0.0;         ///< m/s, fastest at which a constraint clears a depth; NaN: auto
     bool anchor_faces = false;  ///< ledger pushes the faces that a sample touches; false: along the blended normal
+    bool meet_tools = false;    ///< tissue that a tool or bone is about to meet is held before it has crossed
     bool edge_samples = false;  ///< ledger follows points on long edges of tools and bones too; false: vertices only
     double slip_damping = 4.0;  ///< 1, of the ledger, see steady()
     double tear_time = 0.0;     ///< s at the strain limit until rupture; NaN: auto

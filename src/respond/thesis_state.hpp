@@ -1,7 +1,7 @@
 // What the parts of the response `thesis` share: the run's constants, the working copies of one tick, and the laws that
-// more than one part hands over. The parts are contact_reduction (METHODS §5), held_contacts and rim_contacts (§6,
-// corrected), back_projection (§9.1) and ledger_resolution (§9.2); thesis.cpp has the equations and calls them in
-// order.
+// more than one part hands over. The parts are contact_reduction (METHODS §5), held_contacts, rim_contacts and
+// approaching_faces (§6, corrected), back_projection (§9.1) and ledger_resolution (§9.2); thesis.cpp has the equations
+// and calls them in order.
 #pragma once
 
 #include <algorithm>

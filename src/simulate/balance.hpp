@@ -13,7 +13,7 @@
 
 namespace trocar {
 
-/// A contact spell is a stretch of ticks with pairs, with gaps of at most `bridged_ticks`.
+/// A contact spell is a stretch of ticks with pairs or a force on the tool, with gaps of at most `bridged_ticks`.
 ///
 /// Momentum: what tissue gained beyond its own springs, damping, drag and pins (mass times change of velocity less the
 /// mean of these forces at both ends of the tick) plus what the instruments gained (the force shown, which for an
@@ -29,7 +29,7 @@ public:
     /// The scene outlives the object.
     explicit Balance(const Scene& scene);
 
-    /// One tick: whether there were pairs, the frame that detect saw, the frame after the step, the force on each body.
+    /// One tick: whether anything touched, the frame that detect saw, the frame after the step, the force on each body.
     void observe(bool in_contact, const Frame& seen, const Frame& after, std::span<const Wrench> body_load);
 
     /// momentum_error_worst_n_s, momentum_error_share_worst, energy_created_worst_j, energy_created_share_worst,

@@ -659,6 +659,7 @@ std::vector<Switch> switches() {
          stabbed(30, tissue_height)},
         {"anchor", "thesis:profile=corrected", "blend", "the tissue after a stab", stabbed(30, tissue_height)},
         {"samples", "thesis:profile=corrected", "vertices", "the tissue under a thin bar", sheet_under_bar},
+        {"approach", "thesis:profile=corrected", "off", "the tissue under a thin bar", sheet_under_bar},
         {"tear_time", "thesis:profile=corrected", "10", "ruptures of a sheet stretched twice as far as it can be",
          torn_ticks},
         {"grasp", "thesis", "off", "the lifted tissue", lifted},

@@ -127,7 +127,8 @@ TEST(CorrectedPress, BluntToolOnSmallerTrianglesThanItsOwnLeavesNothingBetweenTh
 }
 
 TEST(CorrectedPress, TriangleUnderADraggedPointSwingsWithoutTheDamper) {
-    EXPECT_GT(worst_of_blunt_tool_on_fine_sheet("thesis:profile=corrected,slip_damping=0"), 1e-4);
+    // Held in time, it has no depth to swing from.
+    EXPECT_GT(worst_of_blunt_tool_on_fine_sheet("thesis:profile=corrected,approach=off,slip_damping=0"), 1e-4);
 }
 
 /// A bar of 0.6 mm, 60 mm long, that falls across the edges of a sheet of 10 mm edges at 0.45 m/s, to 6 mm below it:

@@ -1,0 +1,43 @@
+// How much faster than in the frame tissue may come to move within the tick: what is about to meet has to be found by
+// that, too.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "respond/thesis_state.hpp"
+
+namespace trocar {
+
+class VelocityChanges {
+public:
+    void prepare(const ThesisState& state);
+    /// Takes note of what pushes tissue in this tick; both outlive it.
+    void measure(const ThesisState& state, const Frame& frame, const Effect& effect);
+    /// m/s, of a vertex of tissue: it may come to move like its neighbours, and what pushes it or them gives them its
+    /// own speed and that at which it clears the depth.
+    [[nodiscard]] double at(Index vertex);
+    /// The same where nothing that touches the vertex holds it: then the springs' force moves it, too.
+    [[nodiscard]] double when_free(Index vertex);
+    /// m/s: no vertex of the body gets faster in the tick.
+    [[nodiscard]] double fastest(Index body);
+
+private:
+    struct Fastest {
+        std::int64_t asked_at = 0;  ///< tick
+        double speed = 0.0;         ///< m/s
+    };
+
+    const ThesisState* state_ = nullptr;
+    const Frame* frame_ = nullptr;
+    std::int64_t tick_ = 0;
+    double largest_push_ = 0.0;   ///< m/s
+    std::vector<double> pushed_;  ///< m/s, per vertex
+    std::vector<Index> with_push_;
+    std::vector<double> change_;          ///< m/s, per vertex, where it has been asked for
+    std::vector<std::int64_t> held_at_;   ///< per vertex, tick in which something that touches it holds it
+    std::vector<std::int64_t> asked_at_;  ///< per vertex, tick
+    std::vector<Fastest> fastest_;        ///< per body
+};
+
+}  // namespace trocar
