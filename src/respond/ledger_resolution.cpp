@@ -315,17 +315,25 @@ void LedgerResolution::respond(const ThesisState& state, const Frame& frame, con
     }
 }
 
+/// Walls beyond whose planes a point of a tool lies before it has crossed anything stand elsewhere: they would throw
+/// folded tissue about.
 void LedgerResolution::keep_apart(const ThesisState& state, const Frame& frame, VelocityChanges& changes,
                                   Effect& effect) {
     approaching_tissue_.find(state, frame, effect, changes, ledger_, approaching_);
     for (const Penetration& p : approaching_) {
         if (follows_any(state, p)) continue;
-        if (state.kind(p.sample.body) != BodyKind::tissue && push_beside(state, frame, p, effect)) continue;
+        const bool by_tissue = state.kind(p.sample.body) == BodyKind::tissue;
+        if (!by_tissue && push_beside(state, frame, p, effect)) continue;
+        const auto before = static_cast<std::ptrdiff_t>(effect.contacts.size());
         if (faces_[at(p.tissue)] != 0 && state.settings.anchor_faces) {
             push_faces(state, frame, p, effect);
         } else {
             push_anchor(state, frame, p, effect);
         }
+        if (by_tissue) continue;
+        const auto elsewhere = std::remove_if(effect.contacts.begin() + before, effect.contacts.end(),
+                                              [](const LinearContact& contact) { return contact.gap < 0.0; });
+        effect.contacts.erase(elsewhere, effect.contacts.end());
     }
 }
 
