@@ -59,7 +59,8 @@ void RimContacts::collect(const ThesisState& state, const Frame& frame, const Co
     }
 }
 
-void RimContacts::respond(const ThesisState& state, const Frame& frame, Effect& effect) {
+void RimContacts::respond(const ThesisState& state, const Frame& frame, const LedgerResolution* ledger,
+                          Effect& effect) {
     std::sort(piercings_.begin(), piercings_.end(), [](const EdgePoint& a, const EdgePoint& b) {
         return std::tie(a.u, a.v, a.body, a.way, a.triangle) < std::tie(b.u, b.v, b.body, b.way, b.triangle);
     });
@@ -69,7 +70,7 @@ void RimContacts::respond(const ThesisState& state, const Frame& frame, Effect& 
         EdgePoint point = piercings_[p];
         const auto hold_between = [&](double to) {
             point.way = 0.5 * (from + to);
-            hold(state, frame, point, false, effect);
+            hold(state, frame, ledger, point, false, effect);
             from = to;
         };
         // Of two triangles that meet in the edge, both tell.
@@ -82,22 +83,44 @@ void RimContacts::respond(const ThesisState& state, const Frame& frame, Effect& 
     for (const EdgePoint& point : points_) {
         const bool known = std::any_of(points_now_.begin(), points_now_.end(),
                                        [&point](const EdgePoint& now) { return now.is_of_edge(point); });
-        if (!known) hold(state, frame, point, true, effect);
+        if (!known) hold(state, frame, ledger, point, true, effect);
     }
     points_.swap(points_now_);
     points_now_.clear();
 }
 
+bool RimContacts::is_loose(const ThesisState& state, const EdgePoint& point) const {
+    return loose_[at(state.topology->body_of_vertex(point.u))] != 0;
+}
+
 /// A sheet with a free rim may lie across the tool without any bend; of one that is held all round, a level edge is
 /// what the tool's samples push back past themselves, in the direction that they know.
 bool RimContacts::is_fold(const ThesisState& state, const Frame& frame, const EdgePoint& point,
-                          const Vector3& normal) const {
-    const bool loose = loose_[at(state.topology->body_of_vertex(point.u))] != 0;
-    const double least = loose ? -level_sine : level_sine;
-    return faces_below(state, frame.position, point.u, point.v, -normal, least);
+                          const Vector3& outwards) const {
+    const double least = is_loose(state, point) ? -level_sine : level_sine;
+    return faces_below(state, frame.position, point.u, point.v, -outwards, least);
 }
 
-void RimContacts::hold(const ThesisState& state, const Frame& frame, EdgePoint point, bool resting, Effect& effect) {
+/// A rim or a fold that is inside has come in from beside. What else lies across the body may have been pierced by it,
+/// and gets clear along the body and not out of its side. Of a sheet with a free rim the ledger tells: it holds nothing
+/// there, or it pushes a face at the edge the same way.
+bool RimContacts::may_leave(const ThesisState& state, const Frame& frame, const LedgerResolution* ledger,
+                            const EdgePoint& point, const Vector3& outwards) const {
+    const Topology& topology = *state.topology;
+    if (point.on_rim || is_fold(state, frame, point, outwards)) return true;
+    if (ledger == nullptr || !is_loose(state, point)) return false;
+    for (const Index t : state.surface.triangles_at(point.u)) {
+        if (!(topology.triangles.col(t).array() == point.v).any()) continue;
+        const std::optional<double> side = ledger->side_of(topology, frame, point.triangle, t);
+        constexpr double along = 0.5;  // cosine
+        const Vector3 front = area_normal(topology, frame.position, t);
+        if (!side || -*side * front.dot(outwards) > along * front.norm()) return true;
+    }
+    return false;
+}
+
+void RimContacts::hold(const ThesisState& state, const Frame& frame, const LedgerResolution* ledger, EdgePoint point,
+                       bool resting, Effect& effect) {
     const Topology& topology = *state.topology;
     Vector3 x = point.of(frame.position);
     Vector3 weights;
@@ -119,7 +142,9 @@ void RimContacts::hold(const ThesisState& state, const Frame& frame, EdgePoint p
     const double distance = (foot() - x).norm();
     if (resting ? inside || distance > state.resting_margin(point.u) : !inside) return;
     const Vector3 normal = state.surface.blended_normal(topology, frame.position, point.triangle, weights);
-    if (!point.on_rim && !is_fold(state, frame, point, normal)) return;
+    // What a loose sheet rested with may have become flat since.
+    const bool stays = resting && is_loose(state, point);
+    if (!stays && !may_leave(state, frame, ledger, point, normal)) return;
     const double gap = inside ? -distance : normal.dot(x - foot());
     const LoadPoint on_edge{{point.u, point.v, -1}, {1.0 - point.way, point.way, 0.0}};
     HeldContacts::hold_points_apart(state, frame, point.body, LoadPoint::in_triangle(topology, point.triangle, weights),

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "respond/held_contacts.hpp"
+#include "respond/ledger_resolution.hpp"
 #include "respond/thesis_state.hpp"
 
 namespace trocar {
@@ -20,8 +21,8 @@ public:
     /// body. The triangle may be degenerate.
     void collect(const ThesisState& state, const Frame& frame, const Contact& contact);
     /// After all pairs of the tick: holds what is inside, and what it held in the last tick and is now out by no more
-    /// than the resting margin.
-    void respond(const ThesisState& state, const Frame& frame, Effect& effect);
+    /// than the resting margin. `ledger`: what knows of crossings, null without.
+    void respond(const ThesisState& state, const Frame& frame, const LedgerResolution* ledger, Effect& effect);
 
 private:
     /// A point of an edge u < v.
@@ -39,9 +40,13 @@ private:
             return (1.0 - way) * columns.col(u) + way * columns.col(v);
         }
     };
+    [[nodiscard]] bool is_loose(const ThesisState& state, const EdgePoint& point) const;
     [[nodiscard]] bool is_fold(const ThesisState& state, const Frame& frame, const EdgePoint& point,
-                               const Vector3& normal) const;
-    void hold(const ThesisState& state, const Frame& frame, EdgePoint point, bool resting, Effect& effect);
+                               const Vector3& outwards) const;
+    [[nodiscard]] bool may_leave(const ThesisState& state, const Frame& frame, const LedgerResolution* ledger,
+                                 const EdgePoint& point, const Vector3& outwards) const;
+    void hold(const ThesisState& state, const Frame& frame, const LedgerResolution* ledger, EdgePoint point,
+              bool resting, Effect& effect);
 
     std::vector<std::uint8_t> loose_;   ///< per body: 1 = tissue with a free rim
     std::vector<EdgePoint> piercings_;  ///< `way` is negative where the edge does not pass through the triangle

@@ -84,7 +84,7 @@ public:
         };
         rigid_.respond(state_, frame, beside_tip, effect);
         if (state_.has_tissue && settings().constrain) {
-            rims_.respond(state_, frame, effect);
+            rims_.respond(state_, frame, by_ledger() ? &ledger_ : nullptr, effect);
             held_.keep_resting(state_, frame, effect);
         }
         if (by_ledger()) {

@@ -135,7 +135,8 @@ TEST_P(FarDragAgainstRim, EndsWithNoPartOfTheSheetInsideTheShaft) {
 
 INSTANTIATE_TEST_SUITE_P(
     CorrectedRim, FarDragAgainstRim,
-    testing::Values(Drag{.edge = 0.0025, .beyond = 0.012, .round = false},
+    testing::Values(Drag{.edge = 0.0025, .beyond = 0.012, .round = false}, Drag{.edge = 0.0025, .beyond = 0.012},
+                    Drag{.radius = 0.0025, .edge = 0.0025, .beyond = 0.0105, .round = false},
                     Drag{.beyond = 0.018, .round = false, .hole = 0.006},
                     Drag{.radius = 0.0025, .edge = 0.0025, .beyond = 0.011, .round = false, .hole = 0.006}));
 
