@@ -13,7 +13,8 @@
 //   §5         contact_reduction      reduction
 //   §9.2       ledger_resolution      resolution=ledger, samples, anchor, settle_time, clear_speed, slip_damping
 //              rupture, torn_tissue   tear_time, d_max
-//   §9.2       approaching_tissue     resolution=ledger: tissue about to meet tissue
+//   §9.2       approaching_tissue     resolution=ledger: tissue about to meet tissue; approach: or a tool's point
+//   §6         approaching_faces      approach: tissue about to meet a face of a tool or bone
 //   §9.2       squeezed_tissue        squeeze
 //   §6         rim_contacts           projection=hold with reduction=vertex: rims and folds of tissue
 //   §10        grasp                  grasp, grasp_k, grasp_slip, jaw_length, release_time
