@@ -13,8 +13,6 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-constexpr double touching = 0.25;  // of a depth that counts as clear: from rest it does not get further in a tick
-constexpr double look_out = 0.2;   // of an edge
 constexpr double rounding = 1e-9;  // m
 
 /// A face that moves from one place to another while a point does the same.
@@ -71,7 +69,7 @@ void ApproachingFaces::respond(const ThesisState& state, const Frame& frame, Vel
                                HeldContacts& held, Effect& effect) {
     if (pairs_.empty()) return;
     ++tick_;
-    changes.measure(state, frame, effect);
+    changes.note(effect);
     for (Pair& pair : pairs_) {
         const Range vertices = state.topology->bodies[at(pair.tissue)].vertices;
         for (const RestingVertex& r : held.resting()) {
@@ -81,7 +79,7 @@ void ApproachingFaces::respond(const ThesisState& state, const Frame& frame, Vel
         }
     }
     for (Pair& pair : pairs_) {
-        const double near = touching * state.clear_depth(pair.tissue);
+        const double near = state.touching_gap(pair.tissue);
         const double body = changes.fastest(pair.body);
         const double most = (body + changes.fastest(pair.tissue)) * state.dt;
         pair.blocks.move(std::isfinite(body) ? body * state.dt : std::numeric_limits<double>::infinity());
@@ -89,7 +87,7 @@ void ApproachingFaces::respond(const ThesisState& state, const Frame& frame, Vel
         if (pair.travelled < pair.least - near) continue;
         find_looked_at(state, pair, near);
         if (looked_at_.empty()) continue;
-        const double reach = near + most + look_out * state.scale_of(pair.tissue).edge;
+        const double reach = near + most + state.look_out(pair.tissue);
         Box& region = region_.front();
         region = Box{};
         for (const Index v : looked_at_) region.add(frame.position.col(v));
@@ -130,17 +128,7 @@ bool ApproachingFaces::keep(const ThesisState& state, const Frame& frame, Pair& 
     const std::size_t local = at(vertex - topology.bodies[at(pair.tissue)].vertices.first);
     if (pair.when[local] != tick_ - 1) return false;
     const Vector3 x = frame.position.col(vertex);
-    VertexInFace v;
-    v.vertex = vertex;
-    v.vertex_body = pair.tissue;
-    v.face_body = pair.body;
-    v.triangle = pair.triangle[local];
-    follow_surface(topology, state.surface, frame, x, v.triangle, v.weights);
-    const equations::Corners corners = corners_of(topology, frame.position, v.triangle);
-    const Vector3 foot = equations::point_at(corners, v.weights);
-    v.normal = state.surface.blended_normal(topology, frame.position, v.triangle, v.weights);
-    v.depth = v.normal.dot(foot - x);
-    v.nearest = topology.triangles(equations::nearest_corner(corners, x), v.triangle);
+    const VertexInFace v = vertex_at_surface(state, frame, vertex, pair.body, pair.triangle[local]);
     if (!state.surface.is_behind(topology, frame.position, v.triangle, v.weights, x)) return false;
     if (v.depth <= 0.0 || v.depth > state.resting_margin(vertex)) return false;
     held.hold_ahead(state, frame, v, true, effect);
@@ -192,7 +180,6 @@ void ApproachingFaces::meet(const ThesisState& state, const Frame& frame, Pair& 
     const Vector3 foot = equations::point_at(corners, meeting.weights);
     VertexInFace v;
     v.vertex = vertex;
-    v.vertex_body = pair.tissue;
     v.face_body = pair.body;
     v.triangle = meeting.triangle;
     v.weights = meeting.weights;
@@ -200,7 +187,7 @@ void ApproachingFaces::meet(const ThesisState& state, const Frame& frame, Pair& 
     v.normal = equations::unit_normal(corners);
     if (!meeting.crosses) {
         v.normal = state.surface.blended_normal(topology, frame.position, v.triangle, v.weights);
-        const double near = touching * state.clear_depth(pair.tissue);
+        const double near = state.touching_gap(pair.tissue);
         if (meeting.distance > near + changes.when_free(vertex) * state.dt) return;
         if (state.surface.is_behind(topology, frame.position, v.triangle, v.weights, x)) return;
         if (meeting.distance > rounding) {

@@ -12,9 +12,6 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-constexpr double touching = 0.25;  // of a depth that counts as clear: from rest it does not get further in a tick
-constexpr double look_out = 0.2;   // of an edge
-
 }  // namespace
 
 void ApproachingTissue::prepare(const ThesisState& state) {
@@ -45,7 +42,7 @@ void ApproachingTissue::find(const ThesisState& state, const Frame& frame, const
                              VelocityChanges& changes, CrossingLedger& ledger, std::vector<Penetration>& approaching) {
     approaching.clear();
     if (pairs_.empty()) return;
-    changes.measure(state, frame, effect);
+    changes.note(effect);
     if (!listed_) list_samples(ledger);
     layers_.look_at(*state.topology, state.surface, frame);
     for (Pair& pair : pairs_) find_in(state, frame, pair, changes, ledger, approaching);
@@ -55,11 +52,11 @@ void ApproachingTissue::find(const ThesisState& state, const Frame& frame, const
 void ApproachingTissue::find_in(const ThesisState& state, const Frame& frame, Pair& pair, VelocityChanges& changes,
                                 CrossingLedger& ledger, std::vector<Penetration>& approaching) {
     const TissueScale& scale = state.scale_of(pair.tissue);
-    const double near = touching * state.clear_depth(pair.tissue);
+    const double near = state.touching_gap(pair.tissue);
     const double most = (changes.fastest(pair.body) + changes.fastest(pair.tissue)) * state.dt;
     pair.travelled += most;
     if (pair.travelled < pair.least - near) return;
-    const double reach = std::min(near + most + look_out * scale.edge, scale.margin);
+    const double reach = std::min(near + most + state.look_out(pair.tissue), scale.margin);
     for (std::size_t i = 0; i < pair.sample.size(); ++i) {
         double& clearance = pair.clearance[i];
         clearance -= pair.travelled;
@@ -78,7 +75,7 @@ void ApproachingTissue::look_at(const ThesisState& state, const Frame& frame, Pa
                                 std::vector<Penetration>& approaching) {
     const Topology& topology = *state.topology;
     const LedgerSample& sample = ledger.samples()[at(pair.sample[number])];
-    const double near = touching * state.clear_depth(pair.tissue);
+    const double near = state.touching_gap(pair.tissue);
     const bool by_tissue = state.kind(pair.body) == BodyKind::tissue;
     const Vector3 x = sample.of(frame.position);
     // A script's body is already where the tick takes it.

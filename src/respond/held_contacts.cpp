@@ -107,6 +107,24 @@ bool faces_below(const ThesisState& state, const Matrix3X& position, Index p, In
     return true;
 }
 
+VertexInFace vertex_at_surface(const ThesisState& state, const Frame& frame, Index vertex, Index face_body,
+                               Index triangle) {
+    const Topology& topology = *state.topology;
+    const Vector3 x = frame.position.col(vertex);
+    VertexInFace v;
+    v.vertex = vertex;
+    v.face_body = face_body;
+    v.triangle = triangle;
+    follow_surface(topology, state.surface, frame, x, v.triangle, v.weights);
+    const equations::Corners corners = corners_of(topology, frame.position, v.triangle);
+    const Vector3 foot = equations::point_at(corners, v.weights);
+    v.normal = state.surface.blended_normal(topology, frame.position, v.triangle, v.weights);
+    v.depth = v.normal.dot(foot - x);
+    v.distance = (foot - x).norm();
+    v.nearest = topology.triangles(equations::nearest_corner(corners, x), v.triangle);
+    return v;
+}
+
 void HeldContacts::prepare() {
     resting_.clear();
     resting_now_.clear();
@@ -234,24 +252,13 @@ void HeldContacts::keep_resting(const ThesisState& state, const Frame& frame, Ef
 }
 
 void HeldContacts::keep_vertices(const ThesisState& state, const Frame& frame, Effect& effect) {
-    const Topology& topology = *state.topology;
     for (const RestingVertex& r : resting_) {
         const auto known = std::any_of(resting_now_.begin(), resting_now_.end(), [&r](const RestingVertex& now) {
             return now.vertex == r.vertex && now.face_body == r.face_body;
         });
         if (known || state.follows(r.vertex, r.face_body)) continue;
-        const Vector3 x = frame.position.col(r.vertex);
-        VertexInFace v;
-        v.vertex = r.vertex;
-        v.triangle = r.triangle;
-        v.face_body = r.face_body;
-        follow_surface(topology, state.surface, frame, x, v.triangle, v.weights);
-        const equations::Corners corners = corners_of(topology, frame.position, v.triangle);
-        const Vector3 foot = equations::point_at(corners, v.weights);
-        v.normal = state.surface.blended_normal(topology, frame.position, v.triangle, v.weights);
-        v.depth = v.normal.dot(foot - x);
-        v.nearest = topology.triangles(equations::nearest_corner(corners, x), v.triangle);
-        if (v.depth > 0.0 || (foot - x).norm() > state.resting_margin(r.vertex)) continue;
+        const VertexInFace v = vertex_at_surface(state, frame, r.vertex, r.face_body, r.triangle);
+        if (v.depth > 0.0 || v.distance > state.resting_margin(r.vertex)) continue;
         hold_vertex(state, frame, v, effect);
     }
     resting_.swap(resting_now_);

@@ -28,6 +28,11 @@ constexpr double level_sine = 0.02;
 [[nodiscard]] bool faces_below(const ThesisState& state, const Matrix3X& position, Index p, Index q,
                                const Vector3& normal, double least = -level_sine);
 
+/// A vertex beside or inside a body, seen from where the body's surface is nearest to it; the search starts at this
+/// triangle. With the blended normal; the depth is negative outside.
+[[nodiscard]] VertexInFace vertex_at_surface(const ThesisState& state, const Frame& frame, Index vertex,
+                                             Index face_body, Index triangle);
+
 class HeldContacts {
 public:
     void prepare();

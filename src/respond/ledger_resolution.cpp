@@ -306,12 +306,16 @@ void LedgerResolution::respond(const ThesisState& state, const Frame& frame, con
         }
         if (p.opening > state.deepest(p.tissue)) continue;
         const std::size_t before = effect.contacts.size();
-        if (faces_[at(p.tissue)] != 0 && state.settings.anchor_faces) {
-            push_faces(state, frame, p, effect);
-        } else {
-            push_anchor(state, frame, p, effect);
-        }
+        push(state, frame, p, effect);
         for (std::size_t c = before; c < effect.contacts.size(); ++c) effect.contacts[c].gap += p.opening;
+    }
+}
+
+void LedgerResolution::push(const ThesisState& state, const Frame& frame, const Penetration& p, Effect& effect) const {
+    if (faces_[at(p.tissue)] != 0 && state.settings.anchor_faces) {
+        push_faces(state, frame, p, effect);
+    } else {
+        push_anchor(state, frame, p, effect);
     }
 }
 
@@ -325,11 +329,7 @@ void LedgerResolution::keep_apart(const ThesisState& state, const Frame& frame, 
         const bool by_tissue = state.kind(p.sample.body) == BodyKind::tissue;
         if (!by_tissue && push_beside(state, frame, p, effect)) continue;
         const auto before = static_cast<std::ptrdiff_t>(effect.contacts.size());
-        if (faces_[at(p.tissue)] != 0 && state.settings.anchor_faces) {
-            push_faces(state, frame, p, effect);
-        } else {
-            push_anchor(state, frame, p, effect);
-        }
+        push(state, frame, p, effect);
         if (by_tissue) continue;
         const auto elsewhere = std::remove_if(effect.contacts.begin() + before, effect.contacts.end(),
                                               [](const LinearContact& contact) { return contact.gap < 0.0; });

@@ -37,6 +37,7 @@ public:
 private:
     [[nodiscard]] static bool gives_up(const ThesisState& state, const Frame& frame, const SqueezedTissue& squeezed,
                                        const TornTissue& torn, Penetration& p);
+    void push(const ThesisState& state, const Frame& frame, const Penetration& p, Effect& effect) const;
 
     CrossingLedger ledger_;
     ApproachingTissue approaching_tissue_;

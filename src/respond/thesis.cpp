@@ -89,6 +89,7 @@ public:
             held_.keep_resting(state_, frame, effect);
         }
         if (by_ledger()) {
+            changes_.begin_tick(state_, frame);
             faces_ahead_.respond(state_, frame, changes_, held_, effect);
             ledger_.keep_apart(state_, frame, changes_, effect);
         }

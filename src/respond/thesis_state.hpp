@@ -85,6 +85,10 @@ public:
     [[nodiscard]] double tear_time(Index tissue) const {
         return std::isnan(settings.tear_time) ? patience(tissue) : settings.tear_time;
     }
+    /// Up to this far apart (m) things touch: from rest they do not get further in a tick.
+    [[nodiscard]] double touching_gap(Index tissue) const { return 0.25 * clear_depth(tissue); }
+    /// How much further (m) than anything gets in a tick one looks, so as not to look again in every tick.
+    [[nodiscard]] double look_out(Index tissue) const { return 0.2 * scale_of(tissue).edge; }
     /// Up to this distance (m) what touched a tissue vertex may come back in the next tick.
     [[nodiscard]] double resting_margin(Index vertex) const {
         return scale_of(topology->body_of_vertex(vertex)).margin;

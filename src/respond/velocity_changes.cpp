@@ -6,8 +6,6 @@
 namespace trocar {
 namespace {
 
-constexpr double touching = 0.25;  // of a depth that counts as clear
-
 std::size_t at_index(Index i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
@@ -15,6 +13,7 @@ std::size_t at_index(Index i) { return static_cast<std::size_t>(i); }
 void VelocityChanges::prepare(const ThesisState& state) {
     const std::size_t vertices = at_index(state.topology->vertex_count);
     tick_ = 0;
+    notes_ = 0;
     pushed_.assign(vertices, 0.0);
     change_.assign(vertices, 0.0);
     asked_at_.assign(vertices, 0);
@@ -24,39 +23,44 @@ void VelocityChanges::prepare(const ThesisState& state) {
     fastest_.assign(state.topology->bodies.size(), {});
 }
 
-void VelocityChanges::measure(const ThesisState& state, const Frame& frame, const Effect& effect) {
+void VelocityChanges::begin_tick(const ThesisState& state, const Frame& frame) {
     state_ = &state;
     frame_ = &frame;
     ++tick_;
+}
+
+void VelocityChanges::note(const Effect& effect) {
+    ++notes_;
     for (const Index v : with_push_) pushed_[at_index(v)] = 0.0;
     with_push_.clear();
     largest_push_ = 0.0;
     for (const LinearContact& contact : effect.contacts) {
         if (contact.vertices[0] < 0 || contact.reaction_vertices[0] >= 0 || contact.bilateral) continue;
-        const Index body = state.topology->body_of_vertex(contact.vertices[0]);
-        if (state.kind(body) != BodyKind::tissue) continue;
+        const Index body = state_->topology->body_of_vertex(contact.vertices[0]);
+        if (state_->kind(body) != BodyKind::tissue) continue;
         double speed = 0.0;
         for (std::size_t i = 0; i < 3; ++i) {
             if (contact.vertices[i] < 0) continue;
-            speed += contact.weights[i] * frame.velocity.col(contact.vertices[i]).dot(contact.normal);
+            speed += contact.weights[i] * frame_->velocity.col(contact.vertices[i]).dot(contact.normal);
         }
-        const double change = contact.face_velocity - speed + std::max(-contact.gap, 0.0) / state.settings.settle_time;
+        const double change =
+            contact.face_velocity - speed + std::max(-contact.gap, 0.0) / state_->settings.settle_time;
         largest_push_ = std::max(largest_push_, change);
-        const bool holds = contact.gap <= touching * state.clear_depth(body);
+        const bool holds = contact.gap <= state_->touching_gap(body);
         for (const Index v : contact.vertices) {
             if (v < 0) continue;
             double& pushed = pushed_[at_index(v)];
             if (pushed == 0.0 && change > 0.0) with_push_.push_back(v);
             pushed = std::max(pushed, change);
-            if (holds) held_at_[at_index(v)] = tick_;
+            if (holds) held_at_[at_index(v)] = notes_;
         }
     }
 }
 
 double VelocityChanges::at(Index vertex) {
     double& change = change_[at_index(vertex)];
-    if (asked_at_[at_index(vertex)] == tick_) return change;
-    asked_at_[at_index(vertex)] = tick_;
+    if (asked_at_[at_index(vertex)] == notes_) return change;
+    asked_at_[at_index(vertex)] = notes_;
     const Topology& topology = *state_->topology;
     double square = 0.0;
     double pushed = 0.0;
@@ -75,7 +79,7 @@ double VelocityChanges::at(Index vertex) {
 double VelocityChanges::when_free(Index vertex) {
     const auto v = at_index(vertex);
     double freed = 0.0;
-    if (!state_->fixed(vertex) && held_at_[v] != tick_) {
+    if (!state_->fixed(vertex) && held_at_[v] != notes_) {
         const TissueEdit here{
             .vertex = vertex, .position = frame_->position.col(vertex), .velocity = frame_->velocity.col(vertex)};
         freed = state_->internal_force_on(*frame_, here).norm() / state_->materials->mass[v] * state_->dt;
