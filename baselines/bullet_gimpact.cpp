@@ -88,7 +88,8 @@ public:
         }
     }
 
-    void update(const Frame& frame) override {
+    void update(const Frame& frame, double reach) override {
+        reach_ = reach;
         if (!is_answerable(*topology_, frame)) return;
         if (bodies_.empty() && !topology_->bodies.empty()) prepare(*topology_, frame);
         for (const auto& body : bodies_) {
@@ -112,6 +113,7 @@ public:
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
+        if (!check_no_reach(reach_, contacts)) return;
         for (auto [a, b] : topology_->body_pairs) {
             const BodyTree& body_a = *bodies_[static_cast<std::size_t>(a)];
             const BodyTree& body_b = *bodies_[static_cast<std::size_t>(b)];
@@ -132,6 +134,7 @@ public:
 private:
     bool rebuild_;
     const Topology* topology_ = nullptr;
+    double reach_ = 0.0;  ///< m
     std::vector<std::unique_ptr<BodyTree>> bodies_;
     btPairSet candidates_;
 };

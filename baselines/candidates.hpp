@@ -10,6 +10,7 @@
 
 #include "contact/contact_set.hpp"
 #include "geometry/exact.hpp"
+#include "geometry/triangle_distance.hpp"
 #include "scene/world.hpp"
 
 namespace trocar::baselines {
@@ -66,8 +67,9 @@ public:
             points_[v] = point > -largest ? point : Float4{} - largest;
         }
     }
-    /// Rounding is monotone, so the rounded box needs widening only once, by more than what rounding took.
-    [[nodiscard]] FloatBox box_of(const Topology& topology, Index triangle) const {
+    /// Rounding is monotone, so the rounded box needs widening only once, by more than what rounding took. `around`: m,
+    /// >= 0, added on all sides.
+    [[nodiscard]] FloatBox box_of(const Topology& topology, Index triangle, double around = 0.0) const {
         const Index* const corner = topology.triangles.data() + 3 * static_cast<std::ptrdiff_t>(triangle);
         const Float4 a = points_[static_cast<std::size_t>(corner[0])];
         const Float4 b = points_[static_cast<std::size_t>(corner[1])];
@@ -76,7 +78,10 @@ public:
         Float4 high = a < b ? b : a;
         low = low < c ? low : c;
         high = high < c ? c : high;
-        return {low - slack(low), high + slack(high)};
+        if (around == 0.0) return {low - slack(low), high + slack(high)};
+        // Two more operations round: the sum with `around`, and the box with the sum.
+        const float wider = round_up(around) * (1.0F + 0x1p-20F);
+        return {low - (2.0F * slack(low) + wider), high + (2.0F * slack(high) + wider)};
     }
 
 private:
@@ -100,11 +105,35 @@ inline bool may_have_moved(const Frame& frame, const BodyRange& body) {
     });
 }
 
-/// Tests one candidate exactly and appends it when the closed triangles meet.
+/// The box with `around` (m, >= 0) on all sides.
+inline Box grown(Box box, double around) {
+    box.min.array() -= around;
+    box.max.array() += around;
+    return box;
+}
+
+/// Appends a pair to the near ones when its triangles do not meet and are at most `reach` apart.
+inline void test_near(const Topology& topology, const Frame& frame, TrianglePair pair, double reach,
+                      ContactSet& contacts) {
+    ++contacts.work.triangle_tests;
+    const Corners first = corners_of(topology, frame, pair.a);
+    const Corners second = corners_of(topology, frame, pair.b);
+    if (is_within_reach(first, second, reach) && !triangles_intersect(first, second)) contacts.near.push_back(pair);
+}
+
+/// Tests one candidate exactly: appends it to the pairs when the closed triangles meet, to the near ones when they are
+/// at most contacts.reach apart.
 inline void test_candidate(const Topology& topology, const Frame& frame, Index a, Index b, ContactSet& contacts) {
     ++contacts.work.triangle_tests;
-    if (triangles_intersect(corners_of(topology, frame, a), corners_of(topology, frame, b)))
+    const Corners first = corners_of(topology, frame, a);
+    const Corners second = corners_of(topology, frame, b);
+    if (triangles_intersect(first, second)) {
         contacts.pairs.push_back({a, b});
+        return;
+    }
+    if (contacts.reach == 0.0) return;
+    ++contacts.work.triangle_tests;
+    if (is_within_reach(first, second, contacts.reach)) contacts.near.push_back({a, b});
 }
 
 }  // namespace trocar::baselines

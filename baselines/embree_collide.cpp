@@ -8,6 +8,8 @@
 //   only kind that Embree refits; the geometry's tree is built once by the surface area heuristic.
 // * update=rebuild builds a tree of `quality` each tick: low (Morton codes) or medium (surface area heuristic).
 // * boxes are rounded outward to float: Embree stores float boxes, and nothing may be missed.
+// * within a reach every box has half of it added on all sides, in both scenes; bodies at rest are followed when the
+//   reach changes.
 // * leaf=cluster puts runs of `cluster_size` consecutive triangles into one primitive, the hybrid a sceptic asks for.
 // * Embree takes subnormal numbers for zero while it runs; in its callback they count again, or our test would err.
 // * coordinates beyond 1.8e18 make the tick `unsupported`: Embree leaves such boxes out without a word.
@@ -40,12 +42,14 @@ struct EmbreeBody {
     const Topology* topology = nullptr;
     const Frame* frame = nullptr;
     const baselines::FloatVertices* vertices = nullptr;  ///< the frame's, narrowed
+    double around = 0.0;                                 ///< m, half of the reach
     Range triangles;
     Index triangles_per_primitive = 1;
     RTCGeometry geometry = nullptr;
     RTCScene scene = nullptr;
-    Box box;
+    Box box;  ///< with that around it
 
+    [[nodiscard]] FloatBox box_of(Index triangle) const { return vertices->box_of(*topology, triangle, around); }
     [[nodiscard]] Index primitive_count() const {
         return (triangles.count + triangles_per_primitive - 1) / triangles_per_primitive;
     }
@@ -58,8 +62,8 @@ struct EmbreeBody {
 void primitive_bounds(const RTCBoundsFunctionArguments* arguments) {
     const auto& body = *static_cast<const EmbreeBody*>(arguments->geometryUserPtr);
     const Range run = body.primitive(static_cast<Index>(arguments->primID));
-    FloatBox box = body.vertices->box_of(*body.topology, run.first);
-    for (Index t = run.first + 1; t < run.end(); ++t) box.add(body.vertices->box_of(*body.topology, t));
+    FloatBox box = body.box_of(run.first);
+    for (Index t = run.first + 1; t < run.end(); ++t) box.add(body.box_of(t));
     RTCBounds& bounds = *arguments->bounds_o;
     bounds.lower_x = box.low[0];
     bounds.lower_y = box.low[1];
@@ -100,7 +104,7 @@ struct RunBoxes {
     RunBoxes(const EmbreeBody& body, Range run, const FloatBox* common, std::int64_t& box_tests) {
         if (common != nullptr) box_tests += run.count;
         for (Index t = run.first; t < run.end(); ++t) {
-            const FloatBox own = body.vertices->box_of(*body.topology, t);
+            const FloatBox own = body.box_of(t);
             if (common != nullptr && !own.overlaps(*common)) continue;
             if (count == 0) hull = own;
             hull.add(own);
@@ -181,15 +185,18 @@ public:
         }
     }
 
-    void update(const Frame& frame) override {
+    void update(const Frame& frame, double reach) override {
+        reach_ = reach;
         if (!is_answerable(*topology_, frame)) return;
         if (bodies_.empty() && !topology_->bodies.empty()) prepare(*topology_, frame);
         vertices_.narrow(frame);
         for (std::size_t i = 0; i < bodies_.size(); ++i) {
             EmbreeBody& body = *bodies_[i];
             body.frame = &frame;
-            if (!baselines::may_have_moved(frame, topology_->bodies[i])) continue;
-            body.box = box_of_body(*topology_, frame, topology_->bodies[i]);
+            const bool other_reach = body.around != reach_ / 2.0;
+            if (!other_reach && !baselines::may_have_moved(frame, topology_->bodies[i])) continue;
+            body.around = reach_ / 2.0;
+            body.box = baselines::grown(box_of_body(*topology_, frame, topology_->bodies[i]), body.around);
             rtcUpdateGeometryBuffer(body.geometry, RTC_BUFFER_TYPE_VERTEX, 0);
             rtcCommitGeometry(body.geometry);
             rtcCommitScene(body.scene);
@@ -199,6 +206,7 @@ public:
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
+        contacts.reach = reach_;
         if (device_ == nullptr) {
             contacts.outcome = {OutcomeKind::unsupported,
                                 "Embree could not make a device, or is another version than its header"};
@@ -221,6 +229,7 @@ public:
             rtcCollide(body_a.scene, body_b.scene, on_collisions, &query);
         }
         contacts.sort_pairs();
+        contacts.sort_near();
         if (const RTCError error = rtcGetDeviceError(device_); error != RTC_ERROR_NONE) {
             contacts.clear();
             contacts.outcome = {OutcomeKind::threw, fmt::format("Embree reported error {}", static_cast<int>(error))};
@@ -241,6 +250,7 @@ private:
     Index triangles_per_primitive_;
     RTCBuildQuality quality_;
     const Topology* topology_ = nullptr;
+    double reach_ = 0.0;  ///< m
     RTCDevice device_ = nullptr;
     baselines::FloatVertices vertices_;
     std::vector<std::unique_ptr<EmbreeBody>> bodies_;
@@ -255,6 +265,7 @@ DetectorEntry embree_collide_detector() {
             .version = RTC_VERSION_STRING,
             .configuration =
                 "rtcCollide, float boxes rounded outward, threads=1; candidates decided by trocar's exact test",
+            .reach = true,
             .parameters = {{.name = "update",
                             .type = Parameter::Type::choice,
                             .default_value = "refit",

@@ -22,8 +22,10 @@ public:
     void prepare(const Topology& topology, const Frame& /*frame*/) override { topology_ = &topology; }
 
     // Once per tick: follow the moved vertices. Here belongs what a library calls refit or rebuild; its time is shown
-    // in a column of its own.
-    void update(const Frame& frame) override {
+    // in a column of its own. With a reach (m) above 0 also pairs that come as near as that are wanted, in
+    // contacts.near; a method that can answer this says so in its entry (.reach), this one refuses.
+    void update(const Frame& frame, double reach) override {
+        reach_ = reach;
         if (is_answerable(*topology_, frame)) triangle_boxes(frame.position, topology_->triangles, boxes_);
     }
 
@@ -32,6 +34,7 @@ public:
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;  // NaN in, outcome not_finite out
+        if (!check_no_reach(reach_, contacts)) return;
         for (const auto& [body_a, body_b] : topology_->body_pairs) {
             overlapping_boxes(boxes_, topology_->bodies[static_cast<std::size_t>(body_a)].triangles,
                               topology_->bodies[static_cast<std::size_t>(body_b)].triangles, candidates_);
@@ -50,6 +53,7 @@ private:
     }
 
     const Topology* topology_ = nullptr;
+    double reach_ = 0.0;  ///< m
     // Buffers are members and keep their memory: after the first ticks nothing is allocated any more.
     std::vector<Box> boxes_;
     std::vector<IndexPair> candidates_;

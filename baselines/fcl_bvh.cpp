@@ -6,7 +6,8 @@
 //                     is refitted some twenty times faster. All of FCL's volumes are choices of the parameter.
 //  update             refit, bottom up: the library's fast path. Oriented volumes grow looser by it, so `rebuild`
 //                     (a new tree every tick) and `rebuild_period` (every N ticks) are offered. RSS trees are refitted
-//                     top down: after a bottom-up refit they report no contact at all (78 of 78 pairs lost).
+//                     top down: after a bottom-up refit they report no contact at all (78 of 78 pairs lost). So are
+//                     those of OBBRSS while a reach is asked for, since their distance is that of their RSS.
 //  beginReplaceModel  not beginUpdateModel, which keeps the frame before and bounds the swept triangles.
 //  world vertices     transforms stay the identity and the vertices are the frame's: fcl::collide() would copy both
 //                     models per query for AABB, RSS and KDOP trees. For the same reason the traversal node is driven
@@ -18,6 +19,9 @@
 //                     no points, such as triangles without area.
 //  enable_cost        off, as by default: it would disable the early exit.
 //  result             cleared per body pair, as it accumulates.
+//  reach              above 0 the same traversal, in which volumes part where the library's distance between them is
+//                     larger; what its triangle test leaves is held against the reach by trocar's leaf. FCL 0.7 has no
+//                     distance of OBB and KDOP ("not implemented"): unsupported.
 // Native contacts: up to two per triangle pair; position = a vertex, depth = that vertex' distance below the other
 // triangle's plane, normal = that plane's, following the winding, from the first body to the second.
 #include <fcl/config.h>
@@ -61,6 +65,40 @@ struct TraversalOf<fcl::kIOSd> {
     using Node = fcl::detail::MeshCollisionTraversalNodekIOS<double>;
 };
 
+/// The volumes that the library knows a distance of.
+template <typename Volume>
+constexpr bool has_distance = std::is_same_v<Volume, fcl::AABBd> || std::is_same_v<Volume, fcl::RSSd> ||
+                              std::is_same_v<Volume, fcl::OBBRSSd> || std::is_same_v<Volume, fcl::kIOSd>;
+
+/// The library's traversal, led on to everything within a reach.
+template <typename Volume>
+struct WithinReach final : TraversalOf<Volume>::Node {
+    using Base = typename TraversalOf<Volume>::Node;
+    double reach = 0.0;
+    const Topology* topology = nullptr;
+    const Frame* frame = nullptr;
+    Index first_triangle = 0;  ///< of either body
+    Index second_triangle = 0;
+    ContactSet* contacts = nullptr;
+
+    /// True when the volumes are surely further apart; they are fitted with rounding.
+    [[nodiscard]] bool BVTesting(int b1, int b2) const override {
+        constexpr double surely = 1.0 + 1e-9;
+        ++contacts->work.box_tests;
+        return this->model1->getBV(b1).bv.distance(this->model2->getBV(b2).bv) > surely * reach;
+    }
+    void leafTesting(int b1, int b2) const override {
+        const std::size_t before = this->result->numContacts();
+        Base::leafTesting(b1, b2);
+        ++contacts->work.triangle_tests;
+        if (this->result->numContacts() != before) return;
+        baselines::test_near(*topology, *frame,
+                             {first_triangle + static_cast<Index>(this->model1->getBV(b1).primitiveId()),
+                              second_triangle + static_cast<Index>(this->model2->getBV(b2).primitiveId())},
+                             reach, *contacts);
+    }
+};
+
 struct Settings {
     bool refit = true;
     std::int64_t rebuild_period = 0;  ///< ticks; 0: never
@@ -71,7 +109,10 @@ class FclBvh final : public baselines::FclDetector {
     using Model = fcl::BVHModel<Volume>;
     using Node = typename TraversalOf<Volume>::Node;
 
-    static constexpr bool refits_bottom_up = !std::is_same_v<Volume, fcl::RSSd>;
+    [[nodiscard]] bool refits_bottom_up() const {
+        if (std::is_same_v<Volume, fcl::OBBRSSd>) return reach() == 0.0;
+        return !std::is_same_v<Volume, fcl::RSSd>;
+    }
 
 public:
     explicit FclBvh(const Settings& settings) : settings_(settings) {}
@@ -90,30 +131,34 @@ private:
         ++ticks_;
         const bool rebuild =
             !settings_.refit || (settings_.rebuild_period > 0 && ticks_ % settings_.rebuild_period == 0);
+        const bool other_way = std::exchange(bottom_up_, refits_bottom_up()) != refits_bottom_up();
         for (std::size_t body = 0; body < models_.size(); ++body) {
             if (!models_[body]) continue;
-            if (!rebuild && !baselines::may_have_moved(frame, topology().bodies[body])) continue;
+            if (!rebuild && !other_way && !baselines::may_have_moved(frame, topology().bodies[body])) continue;
             Model& model = *models_[body];
             const Range vertices = topology().bodies[body].vertices;
             baselines::check(model.beginReplaceModel());
             for (Index v = vertices.first; v < vertices.end(); ++v) model.replaceVertex(frame.position.col(v));
-            baselines::check(model.endReplaceModel(!rebuild, refits_bottom_up));
+            baselines::check(model.endReplaceModel(!rebuild, bottom_up_));
         }
     }
 
-    bool start(Node& node, Model& first, Model& second, const fcl::CollisionRequestd& request) {
+    static bool start(Node& node, Model& first, Model& second, const fcl::CollisionRequestd& request,
+                      fcl::CollisionResultd& result) {
         fcl::Transform3d here = fcl::Transform3d::Identity();
         fcl::Transform3d there = here;
         if constexpr (std::is_same_v<Node, fcl::detail::MeshCollisionTraversalNode<Volume>>) {
-            return fcl::detail::initialize(node, first, here, second, there, request, result_);
+            return fcl::detail::initialize(node, first, here, second, there, request, result);
         } else {
             // Oriented volumes carry the transform along and take the models as constants.
             return fcl::detail::initialize(node, std::as_const(first), std::as_const(here), std::as_const(second),
-                                           std::as_const(there), request, result_);
+                                           std::as_const(there), request, result);
         }
     }
 
-    void query(ContactSet& contacts) override {
+    [[nodiscard]] bool answers_within_reach() const override { return has_distance<Volume>; }
+
+    void query(const Frame& frame, ContactSet& contacts) override {
         fcl::CollisionRequestd request(std::numeric_limits<std::size_t>::max(), contacts.native_wanted);
         contacts.work.vertices_read = topology().vertex_count;
         for (const auto& [a, b] : topology().body_pairs) {
@@ -121,11 +166,30 @@ private:
             Model* const second = models_[static_cast<std::size_t>(b)].get();
             if (first == nullptr || second == nullptr) continue;
             result_.clear();
-            Node node;
-            if (!start(node, *first, *second, request)) throw std::runtime_error("the traversal was refused");
-            fcl::detail::collide(&node);
             const Index first_triangle = body(a).triangles.first;
             const Index second_triangle = body(b).triangles.first;
+            const auto traverse = [&](Node& node) {
+                if (!start(node, *first, *second, request, result_)) {
+                    throw std::runtime_error("the traversal was refused");
+                }
+                fcl::detail::collide(&node);
+            };
+            if constexpr (has_distance<Volume>) {
+                if (reach() > 0.0) {
+                    WithinReach<Volume> node;
+                    node.reach = reach();
+                    node.topology = &topology();
+                    node.frame = &frame;
+                    node.first_triangle = first_triangle;
+                    node.second_triangle = second_triangle;
+                    node.contacts = &contacts;
+                    traverse(node);
+                }
+            }
+            if (reach() == 0.0) {
+                Node node;
+                traverse(node);
+            }
             for (std::size_t k = 0; k < result_.numContacts(); ++k) {
                 const fcl::Contactd& found = result_.getContact(k);
                 const TrianglePair pair{first_triangle + static_cast<Index>(found.b1),
@@ -142,12 +206,14 @@ private:
             }
         }
         contacts.sort_pairs();
+        contacts.sort_near();
     }
 
     Settings settings_;
     std::vector<std::unique_ptr<Model>> models_;  ///< one per body, null for a body without triangles
     fcl::CollisionResultd result_;
     std::int64_t ticks_ = 0;
+    bool bottom_up_ = true;  ///< how the trees were refitted last
 };
 
 std::unique_ptr<Detector> make(const ParameterValues& values) {
@@ -177,6 +243,7 @@ DetectorEntry fcl_bvh_detector() {
                                      FCL_HAVE_SSE),
         .information = InformationLevel::contacts,
         .native_contacts = true,
+        .reach = true,
         .parameters = {{.name = "bv",
                         .type = Type::choice,
                         .default_value = "AABB",

@@ -130,7 +130,7 @@ private:
         }
     }
 
-    void query(ContactSet& contacts) override {
+    void query(const Frame& /*frame*/, ContactSet& contacts) override {
         contacts.work.vertices_read = topology().vertex_count;
         met_.clear();
         for (const auto& [a, b] : topology().body_pairs) {
@@ -247,7 +247,7 @@ private:
                1e-9 * extent + 64.0 * std::numeric_limits<double>::epsilon() * far;
     }
 
-    void query(ContactSet& contacts) override {
+    void query(const Frame& /*frame*/, ContactSet& contacts) override {
         if (not_rigid_ >= 0) {
             contacts.outcome = {
                 OutcomeKind::unsupported,

@@ -54,7 +54,8 @@ public:
         if (is_answerable(topology, frame)) try_to(Step::build, frame);
     }
 
-    void update(const Frame& frame) final {
+    void update(const Frame& frame, double reach) final {
+        reach_ = reach;
         if (!is_answerable(*topology_, frame)) return;
         if (!built_) try_to(Step::build, frame);  // the first frame could not be built from
         if (failure_.empty()) try_to(Step::follow, frame);
@@ -63,8 +64,10 @@ public:
     void detect(const Frame& frame, ContactSet& contacts) final {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
+        if (!answers_within_reach() && !check_no_reach(reach_, contacts)) return;
+        contacts.reach = reach_;
         try {
-            if (failure_.empty()) query(contacts);
+            if (failure_.empty()) query(frame, contacts);
         } catch (const std::exception& error) {
             failure_ = fmt::format("FCL threw during the query: {}", error.what());
         }
@@ -76,6 +79,9 @@ public:
 
 protected:
     [[nodiscard]] const Topology& topology() const { return *topology_; }
+    [[nodiscard]] double reach() const { return reach_; }
+    /// Whether query() finds pairs within reach(); if not, it is asked at reach 0 only.
+    [[nodiscard]] virtual bool answers_within_reach() const { return false; }
     [[nodiscard]] const BodyRange& body(Index number) const {
         return topology_->bodies[static_cast<std::size_t>(number)];
     }
@@ -85,8 +91,8 @@ protected:
     virtual void build(const Frame& frame) = 0;
     /// Brings what was built to a frame that can be answered.
     virtual void follow(const Frame& frame) = 0;
-    /// Fills the empty contacts, sorted.
-    virtual void query(ContactSet& contacts) = 0;
+    /// Fills the empty contacts, sorted; `frame` is what follow() was told.
+    virtual void query(const Frame& frame, ContactSet& contacts) = 0;
 
 private:
     enum class Step { build, follow };
@@ -111,6 +117,7 @@ private:
     }
 
     const Topology* topology_ = nullptr;
+    double reach_ = 0.0;  ///< m
     std::string failure_;
     bool built_ = false;
 };

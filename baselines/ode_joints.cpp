@@ -155,7 +155,8 @@ public:
         }
     }
 
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, Effect& effect) override {
+    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
+                 Effect& effect) override {
         use_ode();
         effect.clear();
         effect.tip = settings_.tip;
@@ -164,7 +165,7 @@ public:
         inside_ode_ = false;
         try {
             begin();
-            for (const PointContact& contact : points_.list()) add_contact(frame, contact, effect);
+            for (const PointContact& contact : points_.list()) add_contact(frame, dt, contact, effect);
             const int steps = settings_.steps > 0 ? settings_.steps : std::max(1, materials_->substeps);
             for (int step = 0; step < steps; ++step) advance(frame, dt / steps, step);
             for (const Joint& joint : joints_) hand_over(joint, joint.impulse / dt, effect);
@@ -175,7 +176,7 @@ public:
             world_.reset();
             throw;
         }
-        show_tip_forces(*topology_, *materials_, frame, moment_, effect);
+        show_tip_forces(*topology_, *materials_, frame, dt, moment_, effect);
     }
 
 private:
@@ -200,7 +201,7 @@ private:
     struct Joint {
         Side a, b;
         Vector3 normal = Vector3::Zero();  ///< unit, a to b
-        double depth = 0.0;                ///< m, at the frame
+        double depth = 0.0;                ///< m, at the start of the tick, negative where it has yet to close
         double k = 0.0;
         double mu = 0.0;
         double surface_rate = 0.0;  ///< m/s, normal speed that the bodies' own velocities lack
@@ -266,8 +267,8 @@ private:
         return count;
     }
 
-    void add_contact(const Frame& frame, const PointContact& contact, Effect& effect) {
-        const LinearContact law = spring_damper(*topology_, *materials_, laws_, frame, contact);
+    void add_contact(const Frame& frame, double dt, const PointContact& contact, Effect& effect) {
+        const LinearContact law = spring_damper(*topology_, *materials_, laws_, frame, dt, contact);
         if (settings_.penalty && law.k + law.mu <= 0.0) return;
         const bool driven = topology_->bodies[at(contact.body_b)].kind != BodyKind::tissue;
         std::array<Side, 3> a;
@@ -284,7 +285,7 @@ private:
                     continue;
                 }
                 joint.normal = contact.normal;
-                joint.depth = contact.depth;
+                joint.depth = -law.gap;
                 const double share = joint.a.weight * joint.b.weight;
                 joint.k = share * law.k;
                 joint.mu = share * law.mu;

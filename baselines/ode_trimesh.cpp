@@ -141,7 +141,8 @@ public:
         if (is_answerable(topology, frame)) guard([&] { build(frame); });
     }
 
-    void update(const Frame& frame) override {
+    void update(const Frame& frame, double reach) override {
+        reach_ = reach;
         use_ode();
         if (!is_answerable(*topology_, frame)) return;
         guard([&] {
@@ -157,6 +158,7 @@ public:
         use_ode();
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
+        if (!check_no_reach(reach_, contacts)) return;
         if (failure_.empty()) guard([&] { query(contacts); });
         if (!failure_.empty()) {
             contacts.clear();
@@ -299,6 +301,7 @@ private:
 
     Settings settings_;
     const Topology* topology_ = nullptr;
+    double reach_ = 0.0;            ///< m
     std::vector<MeshBody> bodies_;  ///< without meshes where a body has no triangles
     std::vector<dContactGeom> found_;
     std::string failure_;

@@ -15,6 +15,7 @@
 //   grows until that holds. The textbook layout, and what the thesis calls inefficient.
 // * lists are filled by counting, then writing, into one array, which keeps its memory from tick to tick.
 // * a bucket with triangles of one body only is left at once.
+// * within a reach every box has half of it added on all sides, before it is put into cells and in every box test.
 // * a triangle over more cells than a quarter of the scene's triangles is tested against all others instead.
 //
 // No pair is missed: cell numbers are monotone in the coordinate, so overlapping boxes share a cell; the pair counts in
@@ -65,10 +66,12 @@ public:
         topology_ = &topology;
         edge_ = 0.0;
         cells_of_vertex_.assign(static_cast<std::size_t>(topology.vertex_count), Int4{});
+        cells_after_vertex_.assign(static_cast<std::size_t>(topology.vertex_count), Int4{});
         if (is_answerable(topology, frame)) choose_edge(frame);
     }
 
-    void update(const Frame& frame) override {
+    void update(const Frame& frame, double reach) override {
+        reach_ = reach;
         large_.clear();
         if (!is_answerable(*topology_, frame) || topology_->triangle_count() == 0) return;
         if (edge_ == 0.0) choose_edge(frame);
@@ -82,6 +85,7 @@ public:
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
+        contacts.reach = reach_;
         if (topology_->triangle_count() == 0) return;
         contacts.work.vertices_read = topology_->vertex_count;
         contacts.work.cells_visited = static_cast<std::int64_t>(entries_.size() + bucket_count_);
@@ -103,6 +107,9 @@ public:
     }
 
 private:
+    [[nodiscard]] Box box_of(const Frame& frame, Index triangle) const {
+        return baselines::grown(baselines::box_of(*topology_, frame, triangle), reach_ / 2.0);
+    }
     [[nodiscard]] Index body_of(Index triangle) const {
         return topology_->body_of_triangle[static_cast<std::size_t>(triangle)];
     }
@@ -124,6 +131,7 @@ private:
     void find_box(const Frame& frame) {
         box_ = Box{};
         for (Index v = 0; v < topology_->vertex_count; ++v) box_.add(frame.position.col(v));
+        box_ = baselines::grown(box_, reach_ / 2.0);
     }
 
     /// Cell of every vertex; false when a dense array over them would be too large.
@@ -145,20 +153,27 @@ private:
             bucket_count_ = 64;
             while (bucket_count_ < static_cast<std::size_t>(topology_->triangle_count())) bucket_count_ *= 2;
         }
-        const double* p = frame.position.data();
-        for (Int4& cell : cells_of_vertex_) {
-            cell = Int4{number(p[0] - box_.min[0]), number(p[1] - box_.min[1]), number(p[2] - box_.min[2]), 0};
-            p += 3;
-        }
+        const auto number_all = [&](double shift, std::vector<Int4>& cells) {
+            const double* p = frame.position.data();
+            for (Int4& cell : cells) {
+                cell = Int4{number((p[0] + shift) - box_.min[0]), number((p[1] + shift) - box_.min[1]),
+                            number((p[2] + shift) - box_.min[2]), 0};
+                p += 3;
+            }
+        };
+        number_all(-reach_ / 2.0, cells_of_vertex_);
+        if (reach_ > 0.0) number_all(reach_ / 2.0, cells_after_vertex_);
         return true;
     }
 
     [[nodiscard]] Cells cells_of(Index triangle) const {
         const Index* const corner = topology_->triangles.data() + 3 * static_cast<std::ptrdiff_t>(triangle);
-        const Int4 a = cells_of_vertex_[static_cast<std::size_t>(corner[0])];
-        const Int4 b = cells_of_vertex_[static_cast<std::size_t>(corner[1])];
-        const Int4 c = cells_of_vertex_[static_cast<std::size_t>(corner[2])];
-        return {lower(lower(a, b), c), higher(higher(a, b), c)};
+        const auto of = [corner](const std::vector<Int4>& cells, int k) {
+            return cells[static_cast<std::size_t>(corner[k])];
+        };
+        const std::vector<Int4>& after = reach_ > 0.0 ? cells_after_vertex_ : cells_of_vertex_;
+        return {lower(lower(of(cells_of_vertex_, 0), of(cells_of_vertex_, 1)), of(cells_of_vertex_, 2)),
+                higher(higher(of(after, 0), of(after, 1)), of(after, 2))};
     }
     [[nodiscard]] std::size_t bucket_of(Int4 cell) const {
         const auto x = static_cast<std::size_t>(cell[0]);
@@ -213,7 +228,7 @@ private:
                      ContactSet& contacts) {
         boxes_.clear();
         for (std::uint32_t i = first; i < end; ++i) {
-            boxes_.push_back(baselines::box_of(*topology_, frame, entries_[i]));
+            boxes_.push_back(box_of(frame, entries_[i]));
         }
         std::uint32_t other_body = first;  // where the next body's triangles begin
         for (std::uint32_t i = first; i < end; ++i) {
@@ -237,14 +252,14 @@ private:
 
     void test_large(const Frame& frame, ContactSet& contacts) {
         for (const Index t : large_) {
-            const Box box = baselines::box_of(*topology_, frame, t);
+            const Box box = box_of(frame, t);
             for (Index body = 0; body < topology_->body_count(); ++body) {
                 const Index own = body_of(t);
                 if (topology_->body_pair(std::min(own, body), std::max(own, body)) < 0) continue;
                 const Range triangles = topology_->bodies[static_cast<std::size_t>(body)].triangles;
                 contacts.work.box_tests += triangles.count;
                 for (Index other = triangles.first; other < triangles.end(); ++other) {
-                    if (!box.overlaps(baselines::box_of(*topology_, frame, other))) continue;
+                    if (!box.overlaps(box_of(frame, other))) continue;
                     candidates_.push_back({std::min(t, other), std::max(t, other)});
                 }
             }
@@ -255,12 +270,14 @@ private:
     bool dense_;
     double cells_per_triangle_;
     const Topology* topology_ = nullptr;
+    double reach_ = 0.0;      ///< m
     double edge_ = 0.0;       ///< m; 0: not chosen yet
     double tick_edge_ = 0.0;  ///< m, of this tick
     Box box_;
     Int4 width_{};  ///< cells along each axis
     std::size_t bucket_count_ = 0;
-    std::vector<Int4> cells_of_vertex_;
+    std::vector<Int4> cells_of_vertex_;     ///< of the point half the reach before it
+    std::vector<Int4> cells_after_vertex_;  ///< of the point half the reach after it; unused at reach 0
     struct Run {
         Index triangle;
         std::uint32_t count;
@@ -283,6 +300,7 @@ DetectorEntry spatial_tessellation_detector() {
     return {.name = "spatial_tessellation",
             .configuration = "one level of equal cells, rebuilt every tick; candidates decided by trocar's exact test",
             .claims_exact = true,
+            .reach = true,
             .parameters = {{.name = "cell",
                             .unit = "m",
                             .default_value = "auto",

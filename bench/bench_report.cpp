@@ -23,6 +23,7 @@ BenchReport Writer::write() {
     origin();
     fairness();
     sizes();
+    reaches();
     stages();
     bounded();
     bodies();

@@ -72,7 +72,7 @@ struct Runner {
         const std::int64_t allocations = allocation_count();
         const auto start = Clock::now();
         try {
-            detector->update(frame);
+            detector->update(frame, 0.0);
             detector->detect(frame, contacts);
         } catch (const std::exception& error) {
             contacts.outcome = {OutcomeKind::threw, error.what()};

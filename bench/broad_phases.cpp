@@ -50,7 +50,8 @@ public:
         find_boxes(frame);
         broad_->prepare(boxes_);
     }
-    void update(const Frame& frame) override {
+    void update(const Frame& frame, double reach) override {
+        reach_ = reach;
         if (!is_answerable(*topology_, frame)) return;
         find_boxes(frame);
         broad_->update(boxes_);
@@ -58,6 +59,7 @@ public:
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
+        if (!check_no_reach(reach_, contacts)) return;
         body_pairs_.clear();
         contacts.work.vertices_read = topology_->vertex_count;
         contacts.work.box_tests = broad_->find(boxes_, body_pairs_);
@@ -106,6 +108,7 @@ private:
 
     std::unique_ptr<BroadPhase> broad_;
     const Topology* topology_ = nullptr;
+    double reach_ = 0.0;  ///< m
     std::vector<Box> boxes_;
     std::vector<std::array<Index, 2>> body_pairs_;
     std::vector<Index> near_;  ///< triangles of a, then of b, in the box that the two have in common

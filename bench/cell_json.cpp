@@ -27,32 +27,35 @@ Enum enum_from(const std::string& text) {
 }
 
 Json method_json(const MethodResult& result) {
-    return {{"label", result.label},
-            {"method", result.method},
-            {"library", result.library},
-            {"family", result.family},
-            {"narrow", result.narrow},
-            {"own", result.own},
-            {"claims_exact", result.claims_exact},
-            {"outcome", outcome_json(result.outcome)},
-            {"prepare_ns", std::llround(result.prepare_ns)},
-            {"heap_bytes", result.heap_bytes},
-            {"resident_bytes", result.resident_bytes},
-            {"work",
-             {result.work.vertices_read, result.work.cells_visited, result.work.box_tests, result.work.triangle_tests}},
-            {"work_max", result.work_max},
-            {"allocations", result.allocations},
-            {"pairs", result.pairs},
-            {"differing_steps", result.differing_steps},
-            {"truth_steps", result.truth_steps},
-            {"missing", result.missing},
-            {"extra", result.extra},
-            {"true_pairs", result.true_pairs},
-            {"cold_ns", result.cold_ns},
-            {"step", result.step},
-            {"update_ns", result.update_ns},
-            {"detect_ns", result.detect_ns},
-            {"wall_ns", result.wall_ns}};
+    Json json{
+        {"label", result.label},
+        {"method", result.method},
+        {"library", result.library},
+        {"family", result.family},
+        {"narrow", result.narrow},
+        {"own", result.own},
+        {"claims_exact", result.claims_exact},
+        {"outcome", outcome_json(result.outcome)},
+        {"prepare_ns", std::llround(result.prepare_ns)},
+        {"heap_bytes", result.heap_bytes},
+        {"resident_bytes", result.resident_bytes},
+        {"work",
+         {result.work.vertices_read, result.work.cells_visited, result.work.box_tests, result.work.triangle_tests}},
+        {"work_max", result.work_max},
+        {"allocations", result.allocations},
+        {"pairs", result.pairs},
+        {"differing_steps", result.differing_steps},
+        {"truth_steps", result.truth_steps},
+        {"missing", result.missing},
+        {"extra", result.extra},
+        {"true_pairs", result.true_pairs},
+        {"cold_ns", result.cold_ns},
+        {"step", result.step},
+        {"update_ns", result.update_ns},
+        {"detect_ns", result.detect_ns},
+        {"wall_ns", result.wall_ns}};
+    if (result.within_reach) json["near_pairs"] = result.near_pairs;
+    return json;
 }
 
 MethodResult method_from(const Json& json) {
@@ -78,6 +81,8 @@ MethodResult method_from(const Json& json) {
     result.missing = json.at("missing");
     result.extra = json.at("extra");
     result.true_pairs = json.at("true_pairs");
+    result.within_reach = json.contains("near_pairs");
+    if (result.within_reach) result.near_pairs = json.at("near_pairs");
     json.at("cold_ns").get_to(result.cold_ns);
     json.at("step").get_to(result.step);
     json.at("update_ns").get_to(result.update_ns);
@@ -158,7 +163,7 @@ CellRecord record_from(const Json& json) {
     CellRecord record;
     CellSpec& spec = record.spec;
     spec.id = json.at("cell");
-    spec.group = enum_from<Group, 11>(json.at("group"));
+    spec.group = enum_from<Group, 12>(json.at("group"));
     const Json& scene = json.at("scene");
     spec.scene.variant = enum_from<Variant, 7>(scene.at("variant"));
     spec.scene.tissue_triangles = scene.at("tissue_triangles");
@@ -182,6 +187,10 @@ CellRecord record_from(const Json& json) {
     record.load_after = json.at("load_after");
     record.measurement.true_pairs = json.at("true_pairs");
     record.measurement.frames_hash = json.at("frames_hash");
+    if (json.contains("reach")) {
+        record.reach = json.at("reach");
+        record.measurement.true_near_pairs = json.at("true_near_pairs");
+    }
     if (const auto bounded = json.find("bounded"); bounded != json.end()) record.bounded = bounded_from(*bounded);
     for (const Json& entry : json.at("micro")) {
         record.micro.push_back({entry.at(0), entry.at(1), entry.at(2)});
@@ -222,6 +231,10 @@ std::string to_json_line(const CellRecord& record) {
               {"frames_hash", record.measurement.frames_hash},
               {"micro", Json::array()},
               {"methods", Json::array()}};
+    if (record.spec.group == Group::reach) {
+        json["reach"] = record.reach;
+        json["true_near_pairs"] = record.measurement.true_near_pairs;
+    }
     if (record.spec.group == Group::bounded) json["bounded"] = bounded_json(record.bounded);
     for (const MicroResult& result : record.micro) json["micro"].push_back({result.name, result.ns, result.items});
     for (const MethodResult& result : record.measurement.methods) json["methods"].push_back(method_json(result));

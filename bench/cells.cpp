@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <utility>
 
 #include "broad_phases.hpp"
@@ -140,13 +142,47 @@ std::vector<Contestant> contestants_of(const CellSpec& spec, std::int64_t triang
         return list;
     }
     for (Contestant& contestant : all) {
-        if (takes_part(spec, contestant, triangles)) list.push_back(std::move(contestant));
+        if (!takes_part(spec, contestant, triangles)) continue;
+        if (spec.group == Group::reach) {
+            list.push_back(contestant);
+            contestant.label += within_reach;
+            contestant.within_reach = true;
+        }
+        list.push_back(std::move(contestant));
     }
     if (spec.group == Group::bodies) {
         for (Contestant& contestant : broad_phases(missing)) list.push_back(std::move(contestant));
     }
     if (spec.group == Group::size || spec.group == Group::settings) add_copies(list);
     return list;
+}
+
+/// The reach that a closed loop would tell on these frames (CONTACT §2): a tenth of the smallest mean
+/// edge of the moving bodies, and what a vertex goes in a step, rounded up to the tenth times a power of two.
+double closed_loop_reach(const ContactScene& scene) {
+    const Topology& topology = scene.topology();
+    Frame frame;
+    scene.write(0, frame);
+    double edge = std::numeric_limits<double>::infinity();
+    for (const BodyRange& body : topology.bodies) {
+        if (body.kind == BodyKind::rigid || body.triangles.count == 0) continue;
+        double sum = 0.0;
+        for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
+            const auto v = topology.triangles.col(t);
+            for (int k = 0; k < 3; ++k) sum += (frame.position.col(v((k + 1) % 3)) - frame.position.col(v(k))).norm();
+        }
+        edge = std::min(edge, sum / (3.0 * body.triangles.count));
+    }
+    const double margin = 0.1 * edge;
+    double way = 0.0;
+    constexpr std::int64_t period = 64;
+    for (std::int64_t step = 1; step <= period; ++step) {
+        scene.write(step, frame);
+        way = std::max(way, std::sqrt((frame.position - frame.previous).colwise().squaredNorm().maxCoeff()));
+    }
+    double reach = margin;
+    while (reach < margin + way) reach *= 2.0;
+    return reach;
 }
 
 double load_now() {
@@ -159,8 +195,8 @@ double load_now() {
 }  // namespace
 
 std::string_view name_of(Group group) {
-    constexpr std::array<std::string_view, 11> names{"size",      "motion", "multi",  "local",   "order", "settings",
-                                                     "cell size", "tuning", "bodies", "bounded", "micro"};
+    constexpr std::array<std::string_view, 12> names{"size",     "motion",    "multi",  "reach",  "local",   "order",
+                                                     "settings", "cell size", "tuning", "bodies", "bounded", "micro"};
     return names.at(static_cast<std::size_t>(group));
 }
 
@@ -198,6 +234,12 @@ std::vector<CellSpec> plan_cells(bool quick) {
         spec.tissues = 5;
         spec.instruments = 10;
         plan.add(Group::multi, spec);
+    }
+    for (const Variant variant : {Variant::light, Variant::deep, Variant::near}) {
+        for (const Index n : {Index{20000}, Index{200000}}) {
+            if (quick && (n != 20000 || variant == Variant::deep)) continue;
+            plan.add(Group::reach, scene(variant, n, 2000));
+        }
     }
     for (const Index n : {Index{20000}, Index{200000}, million}) {
         if (quick && n == 200000) continue;
@@ -263,15 +305,19 @@ CellRecord run_cell(const CellSpec& spec, const std::vector<std::string>& withou
         const std::vector<Contestant> list = contestants_on(scene.topology(), edge);
         const FrameMaker frames{&scene.topology(),
                                 [&scene](std::int64_t step, Frame& frame) { scene.write(step, frame); }};
-        record.measurement =
-            measure(frames, list,
-                    {.budget_s = spec.budget_s, .most_steps = spec.most_steps, .seed = spec.scene.seed, .now = now});
+        record.measurement = measure(frames, list,
+                                     {.budget_s = spec.budget_s,
+                                      .most_steps = spec.most_steps,
+                                      .reach = record.reach,
+                                      .seed = spec.scene.seed,
+                                      .now = now});
     };
     if (spec.group == Group::bodies) {
         constexpr Index triangles_per_body = 320;
         measure_on(ManyBodies(spec.bodies, triangles_per_body, spec.scene.seed), 0.0);
     } else {
         const ContactScene scene(spec.scene);
+        if (spec.group == Group::reach) record.reach = closed_loop_reach(scene);
         measure_on(scene, scene.tissue_edge());
     }
     record.load_after = load_now();

@@ -17,6 +17,7 @@ enum class Group : std::uint8_t {
     size,       ///< light and deep over N and M
     motion,     ///< near, far, rotating, strain
     multi,      ///< several tissues and instruments
+    reach,      ///< every contestant twice: meeting pairs, and all pairs within the reach of closed loops
     local,      ///< a small part of the tissue moves and the frame says which
     order,      ///< vertex order as generated and shuffled
     settings,   ///< further settings: scalar code, common narrow phase, rebuilt trees …
@@ -27,6 +28,9 @@ enum class Group : std::uint8_t {
     micro       ///< single stages by Google Benchmark
 };
 std::string_view name_of(Group group);
+
+/// Ends the label of a contestant of group reach that is asked within it; the one without is asked for meeting pairs.
+inline constexpr std::string_view within_reach = ", within reach";
 
 struct CellSpec {
     std::string id;  ///< unique in a plan: "size: light 20k x 2k"
@@ -60,6 +64,7 @@ struct CellRecord {
     std::int64_t vertices = 0;
     std::int64_t triangles = 0;
     double tissue_edge = 0.0;  ///< m
+    double reach = 0.0;        ///< m, group reach
     double load_after = 0.0;   ///< runnable processes, last minute, at the end of the cell
     CellMeasurement measurement;
     BoundedMeasurement bounded;  ///< group bounded

@@ -69,6 +69,7 @@ Contestant make_contestant(const DetectorEntry& entry, const MethodSpec& spec) {
     contestant.library = entry.version.empty() ? entry.library : entry.library + " " + entry.version;
     contestant.own = entry.own;
     contestant.claims_exact = entry.claims_exact;
+    contestant.reach = entry.reach;
     contestant.narrow = "its own";
     contestant.make = [spec] { return make_detector(spec.name, spec.parameters); };
     return contestant;
@@ -102,7 +103,7 @@ std::vector<Contestant> contestants(const Registry& registry, std::vector<Missin
         list.push_back(std::move(contestant));
     }
     for (const DetectorEntry& entry : registry.detectors()) {
-        if (named.contains(entry.name)) continue;
+        if (entry.control || named.contains(entry.name)) continue;
         Contestant contestant = make_contestant(entry, {.name = entry.name});
         contestant.family = entry.own ? "ohc" : "none";
         list.push_back(std::move(contestant));

@@ -24,6 +24,8 @@ struct Contestant {
     std::string narrow;   ///< who decides the triangle pairs
     bool own = false;
     bool claims_exact = false;
+    bool reach = false;         ///< its detector answers within a reach
+    bool within_reach = false;  ///< asked within the cell's reach, not for meeting pairs alone
     Part part = Part::everywhere;
     /// Scenes with more triangles leave it out, as its time would buy nothing; 0 = no limit. Quick runs and full ones.
     std::int64_t most_triangles_quick = 0;

@@ -41,8 +41,7 @@ std::uint64_t fnv(std::uint64_t hash, std::uint64_t word) {
     for (int byte = 0; byte < 8; ++byte) hash = (hash ^ ((word >> (8 * byte)) & 0xFFU)) * 0x100000001B3ULL;
     return hash;
 }
-std::uint64_t hash_of(const std::vector<TrianglePair>& pairs) {
-    std::uint64_t hash = fnv_start;
+std::uint64_t hash_of(const std::vector<TrianglePair>& pairs, std::uint64_t hash = fnv_start) {
     for (const TrianglePair pair : pairs) {
         hash = fnv(hash, (static_cast<std::uint64_t>(static_cast<std::uint32_t>(pair.a)) << 32U) |
                              static_cast<std::uint32_t>(pair.b));
@@ -84,7 +83,9 @@ Value middle(std::vector<Value> values) {
 /// The exact answer at one step.
 struct Truth {
     std::vector<TrianglePair> pairs;
-    std::uint64_t hash = 0;
+    std::vector<TrianglePair> near;
+    std::uint64_t hash = 0;         ///< of pairs
+    std::uint64_t within_hash = 0;  ///< of both
 };
 
 struct StepTime {
@@ -103,6 +104,7 @@ struct Runner {
     std::int64_t steps_per_visit = 0;  ///< measured ones
     std::vector<WorkCounters> work;
     std::vector<std::int64_t> pairs;
+    std::vector<std::int64_t> near_pairs;
     std::map<std::int64_t, std::uint64_t> answer;  ///< step -> hash of the pair set
 
     [[nodiscard]] bool visits_block(std::int64_t block) const {
@@ -137,8 +139,13 @@ public:
             measurement.methods.push_back(std::move(runner.result));
         }
         std::vector<std::int64_t> counts;
-        for (const auto& [step, truth] : truth_) counts.push_back(static_cast<std::int64_t>(truth.pairs.size()));
+        std::vector<std::int64_t> near_counts;
+        for (const auto& [step, truth] : truth_) {
+            counts.push_back(static_cast<std::int64_t>(truth.pairs.size()));
+            near_counts.push_back(static_cast<std::int64_t>(truth.near.size()));
+        }
         measurement.true_pairs = middle(counts);
+        measurement.true_near_pairs = middle(near_counts);
         measurement.frames_hash = fmt::format("{:016x}", frames_hash_);
         return measurement;
     }
@@ -160,6 +167,8 @@ private:
             Truth& truth = truth_[step];
             true_pairs(*frames_.topology, frame_, truth.pairs);
             truth.hash = hash_of(truth.pairs);
+            if (options_.reach > 0.0) true_near_pairs(*frames_.topology, frame_, options_.reach, truth.near);
+            truth.within_hash = hash_of(truth.near, truth.hash);
             frames_hash_ = fnv(frames_hash_, frame_.hash());
         }
     }
@@ -173,7 +182,7 @@ private:
         const std::int64_t allocations = allocation_count();
         const auto wall_start = Clock::now();
         const std::int64_t start = cpu_now();
-        runner.detector->update(frame_);
+        runner.detector->update(frame_, runner.result.within_reach ? options_.reach : 0.0);
         const std::int64_t between = cpu_now();
         runner.detector->detect(frame_, runner.contacts);
         const std::int64_t end = cpu_now();
@@ -198,6 +207,7 @@ private:
         result.narrow = contestant.narrow;
         result.own = contestant.own;
         result.claims_exact = contestant.claims_exact;
+        result.within_reach = contestant.within_reach;
         constexpr double least_memory = 1.5e9;
         if (memory_left() < least_memory) {
             result.outcome = {OutcomeKind::unsupported, "less than 1.5 GB of memory left"};
@@ -252,7 +262,9 @@ private:
                 runner.work.push_back(runner.contacts.work);
                 result.work_max = std::max(result.work_max, runner.contacts.work.work());
                 runner.pairs.push_back(static_cast<std::int64_t>(runner.contacts.pairs.size()));
+                runner.near_pairs.push_back(static_cast<std::int64_t>(runner.contacts.near.size()));
                 runner.answer[step] = hash_of(runner.contacts.pairs);
+                if (result.within_reach) runner.answer[step] = hash_of(runner.contacts.near, runner.answer[step]);
                 if (const auto truth = truth_.find(step); truth != truth_.end()) judge(truth->second, runner);
             }
         } catch (const std::exception& error) {
@@ -267,22 +279,34 @@ private:
         result.true_pairs += static_cast<std::int64_t>(truth.pairs.size());
         result.missing += errors.missing;
         result.extra += errors.extra;
+        if (!result.within_reach) return;
+        const PairErrors near_errors = compare_pairs(runner.contacts.near, truth.near, {});
+        result.true_pairs += static_cast<std::int64_t>(truth.near.size());
+        result.missing += near_errors.missing;
+        result.extra += near_errors.extra;
     }
 
-    /// Steps without truth are held against a contestant that agreed with truth wherever it was asked: one that claims
-    /// exactness, with the most steps.
     void compare_answers(std::vector<Runner>& runners) const {
+        for (const bool within_reach : {false, true}) compare_answers(runners, within_reach);
+    }
+
+    /// Steps without truth are held against a contestant that was asked the same and agreed with truth wherever it was
+    /// asked: one that claims exactness, with the most steps.
+    void compare_answers(std::vector<Runner>& runners, bool within_reach) const {
         const Runner* reference = nullptr;
         for (const Runner& runner : runners) {
             const MethodResult& result = runner.result;
-            if (!result.claims_exact || !result.exact() || result.truth_steps == 0) continue;
+            if (result.within_reach != within_reach || !result.claims_exact || !result.exact() ||
+                result.truth_steps == 0)
+                continue;
             if (reference == nullptr || runner.answer.size() > reference->answer.size()) reference = &runner;
         }
         for (Runner& runner : runners) {
+            if (runner.result.within_reach != within_reach) continue;
             for (const auto& [step, hash] : runner.answer) {
                 std::optional<std::uint64_t> expected;
                 if (const auto truth = truth_.find(step); truth != truth_.end()) {
-                    expected = truth->second.hash;
+                    expected = within_reach ? truth->second.within_hash : truth->second.hash;
                 } else if (reference != nullptr) {
                     if (const auto found = reference->answer.find(step); found != reference->answer.end()) {
                         expected = found->second;
@@ -302,6 +326,7 @@ private:
         runner.result.work = {of(&WorkCounters::vertices_read), of(&WorkCounters::cells_visited),
                               of(&WorkCounters::box_tests), of(&WorkCounters::triangle_tests)};
         runner.result.pairs = middle(runner.pairs);
+        runner.result.near_pairs = middle(runner.near_pairs);
     }
 
     const FrameMaker& frames_;

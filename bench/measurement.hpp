@@ -24,6 +24,7 @@ struct MeasureOptions {
     double budget_s = 0.5;          ///< for each contestant's steps; slow ones take fewer, at least `fewest_steps`
     std::int64_t most_steps = 160;  ///< measured steps of a fast contestant
     std::int64_t fewest_steps = 2;
+    double reach = 0.0;      ///< m, of contestants that are asked within one
     std::uint64_t seed = 1;  ///< of the order in which contestants take their turns
     /// Told who is about to run, so that a crash can be laid at somebody's door.
     std::function<void(const std::string&)> now = {};
@@ -52,6 +53,8 @@ struct MethodResult {
     std::int64_t work_max = 0;          ///< largest sum of a step
     std::int64_t allocations = -1;      ///< most in a measured step; -1: not counted
     std::int64_t pairs = 0;             ///< median
+    bool within_reach = false;          ///< sets are held against truth with their near pairs
+    std::int64_t near_pairs = 0;        ///< median
     std::int64_t differing_steps = 0;   ///< steps whose pair set differs from the reference's
     std::int64_t truth_steps = 0;       ///< steps held against the exact oracle
     std::int64_t missing = 0;           ///< pairs, summed over truth_steps
@@ -63,6 +66,7 @@ struct MethodResult {
 struct CellMeasurement {
     std::vector<MethodResult> methods;  ///< in the order of the contestants
     std::int64_t true_pairs = 0;        ///< median over the steps held against the oracle
+    std::int64_t true_near_pairs = 0;   ///< the same within the cell's reach
     std::string frames_hash;            ///< over the frames of those steps, 16 hex digits
 };
 

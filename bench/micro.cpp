@@ -4,6 +4,7 @@
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -117,14 +118,15 @@ std::vector<MicroResult> run_micro(bool quick, std::vector<Missing>& /*missing*/
     derive(topology, frame, contacts);
     const Materials materials = uniform_materials(topology);
     for (const ResponseEntry& entry : registry().responses()) {
-        if (entry.needs_native) continue;
+        if (entry.control) continue;
+        if (std::find(entry.sources.begin(), entry.sources.end(), "canonical") == entry.sources.end()) continue;
         add(fmt::format("response {}, per pair", entry.name), [&, name = entry.name](benchmark::State& state) {
             const std::unique_ptr<Response> response = make_response(name);
             response->prepare(topology, materials);
             Effect effect;
             effect.resize(topology.vertex_count, topology.body_count());
             for ([[maybe_unused]] const auto& round : state) {
-                response->respond(frame, ContactScene::dt(), contacts, effect);
+                response->respond(frame, ContactScene::dt(), contacts, {}, effect);
                 benchmark::DoNotOptimize(effect.contacts.data());
             }
             state.counters["items"] = static_cast<double>(contacts.pairs.size());
@@ -145,7 +147,7 @@ std::vector<MicroResult> run_micro(bool quick, std::vector<Missing>& /*missing*/
                     Effect effect;
                     effect.resize(one.topology.vertex_count, one.topology.body_count());
                     for ([[maybe_unused]] const auto& round : state) {
-                        response->respond(one.frame, PairClass::dt, one.contacts, effect);
+                        response->respond(one.frame, PairClass::dt, one.contacts, {}, effect);
                         benchmark::DoNotOptimize(effect.contacts.data());
                     }
                     state.counters["items"] = static_cast<double>(one.contacts.pairs.size());
@@ -156,6 +158,7 @@ std::vector<MicroResult> run_micro(bool quick, std::vector<Missing>& /*missing*/
     std::vector<Frame> frames(8);
     for (std::size_t i = 0; i < frames.size(); ++i) small.write(static_cast<std::int64_t>(i), frames[i]);
     for (const DetectorEntry& entry : registry().detectors()) {
+        if (entry.control) continue;
         add(fmt::format("detector {}, light 2k x 500", entry.name), [&, name = entry.name](benchmark::State& state) {
             const std::unique_ptr<Detector> detector = make_detector(name);
             detector->prepare(small.topology(), frames[0]);
@@ -164,7 +167,7 @@ std::vector<MicroResult> run_micro(bool quick, std::vector<Missing>& /*missing*/
             std::size_t number = 0;
             for ([[maybe_unused]] const auto& round : state) {
                 const Frame& now = frames[++number % frames.size()];
-                detector->update(now);
+                detector->update(now, 0.0);
                 detector->detect(now, found);
                 benchmark::DoNotOptimize(found.pairs.data());
             }

@@ -69,6 +69,57 @@ void Writer::sizes() {
     matrix("Local deformation, moved ranges given", group(Group::local), "");
 }
 
+void Writer::reaches() {
+    const std::vector<const CellRecord*> cells = group(Group::reach);
+    if (cells.empty()) return;
+    add_heading("Within the reach of closed loops");
+    add_text(
+        "Responses that look ahead ask for all pairs of triangles at most a reach apart: a tenth of the smallest mean "
+        "edge and the way of a step, rounded up to that tenth times a power of two. Who can answer that is asked both "
+        "ways in turns on the same frames; near pairs are held against truth as meeting ones are. Candidates are each "
+        "method's own; distances are computed by the same code for all, of which ours first decide most pairs in "
+        "vectors "
+        "of floats, as they do for meeting pairs.");
+    for (const CellRecord* record : cells) {
+        const std::string embree_label = std::string(embree_anchor) + std::string(within_reach);
+        const std::string fcl_label = std::string(fcl_anchor) + std::string(within_reach);
+        const MethodResult* embree = find_row(*record, embree_label);
+        const MethodResult* fcl = find_row(*record, fcl_label);
+        Table table;
+        table.caption = record->spec.id;
+        table.columns = {{"method"},
+                         {"meeting pairs (µs)", true},
+                         {"within reach (µs)", true},
+                         {"within ÷ meeting [95 %]", true},
+                         {"Embree refit ÷ it [95 %]", true},
+                         {"FCL AABB ÷ it [95 %]", true},
+                         {"triangle tests", true},
+                         {"pairs within reach"}};
+        std::string refusing;
+        for (const MethodResult& within : record->measurement.methods) {
+            if (!within.within_reach) continue;
+            const std::string label = within.label.substr(0, within.label.size() - within_reach.size());
+            if (within.outcome.kind == OutcomeKind::unsupported) {
+                refusing += fmt::format("{}`{}`", refusing.empty() ? "" : ", ", label);
+                continue;
+            }
+            const MethodResult* meeting = find_row(*record, label);
+            table.rows.push_back({{"`" + label + "`", meeting == nullptr ? "n/a" : time_text(median_time(*meeting)),
+                                   time_text(median_time(within)),
+                                   meeting == nullptr ? "n/a" : ratio_text(ratio_of(within, *meeting), floor_),
+                                   embree == nullptr ? "n/a" : ratio_text(ratio_of(*embree, within), floor_),
+                                   fcl == nullptr ? "n/a" : ratio_text(ratio_of(*fcl, within), floor_),
+                                   fmt::format("{}", within.work.triangle_tests), pairs_text(within)},
+                                  style_of(within)});
+        }
+        table.note = fmt::format(
+            "Reach {} mm; {} true pairs meet, {} more are within reach.{}", format_number(1e3 * record->reach),
+            record->measurement.true_pairs, record->measurement.true_near_pairs,
+            refusing.empty() ? "" : " Not asked within reach, which they cannot: " + refusing + ".");
+        add_table(std::move(table));
+    }
+}
+
 void Writer::stages() {
     const CellRecord* record = cell(main_cell);
     if (record == nullptr) return;

@@ -66,6 +66,7 @@ private:
 
     void matrix(const std::string& caption, const std::vector<const CellRecord*>& cells, const std::string& note);
     void sizes();
+    void reaches();
     void stages();
     void bounded();
     void bodies();

@@ -1,4 +1,5 @@
-# How a method joins: one line, trocar_add_detector(NAME [NEEDS targets …]) or trocar_add_response(…), beside NAME.cpp.
+# How a method joins: one line, trocar_add_detector(NAME [NEEDS targets …]), trocar_add_response(…), trocar_add_source(…)
+# or trocar_add_stepper(…), beside NAME.cpp.
 # NAME.cpp defines, in namespace trocar, `DetectorEntry NAME_detector()` or `ResponseEntry NAME_response()`.
 # The names are collected and written into method_table.cpp, so that a wrong name is a link error. A method whose
 # library is missing stays visible: it is listed as absent with the reason.
@@ -31,6 +32,10 @@ function(trocar_add_method kind name)
     set_property(GLOBAL APPEND PROPERTY TROCAR_OBJECTS trocar_${kind}_${name})
     if(kind STREQUAL "detector")
         set(entry DetectorEntry)
+    elseif(kind STREQUAL "source")
+        set(entry SourceEntry)
+    elseif(kind STREQUAL "stepper")
+        set(entry StepperEntry)
     else()
         set(entry ResponseEntry)
     endif()
@@ -46,11 +51,21 @@ function(trocar_add_response name)
     trocar_add_method(response ${name} ${ARGN})
 endfunction()
 
+# A contact source: `SourceEntry NAME_source()`. What it needs is always there.
+function(trocar_add_source name)
+    trocar_add_method(source ${name} ${ARGN})
+endfunction()
+
+# How tissue moves: `StepperEntry NAME_stepper()`.
+function(trocar_add_stepper name)
+    trocar_add_method(stepper ${name} ${ARGN})
+endfunction()
+
 function(trocar_write_method_table file)
     get_property(head GLOBAL PROPERTY TROCAR_TABLE_HEAD)
     get_property(body GLOBAL PROPERTY TROCAR_TABLE_BODY)
     file(CONFIGURE OUTPUT ${file} CONTENT
-"// Written by CMake from the trocar_add_detector and trocar_add_response lines.
+"// Written by CMake from the trocar_add_detector, trocar_add_response, trocar_add_source and trocar_add_stepper lines.
 #include \"method/registry.hpp\"
 
 namespace trocar {

@@ -76,7 +76,7 @@ BaselineAnswer ask(const MethodSpec& method, const Source& source, std::int64_t 
     for (std::int64_t tick = 0; frames->next(frame); ++tick) {
         if (tick == 0) detector->prepare(frames->topology(), frame);
         contacts.clear();
-        detector->update(frame);
+        detector->update(frame, 0.0);
         if (tick % every != 0) continue;
         detector->detect(frame, contacts);
         if (!contacts.outcome.ok() && answer.outcome == "ok") answer.outcome = name_of(contacts.outcome.kind);
@@ -113,7 +113,9 @@ std::vector<MethodSpec> methods_of(const BaselineOptions& options) {
     std::vector<MethodSpec> methods;
     for (const std::string& text : options.detectors) {
         if (text == "all") {
-            for (const DetectorEntry& entry : registry().detectors()) methods.push_back({.name = entry.name});
+            for (const DetectorEntry& entry : registry().detectors()) {
+                if (!entry.control) methods.push_back({.name = entry.name});
+            }
             continue;
         }
         methods.push_back(parse_method(text));

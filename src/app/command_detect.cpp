@@ -91,7 +91,7 @@ std::string answer_bytes(const MethodSpec& method, const MeshPair& question) {
         const std::unique_ptr<Detector> detector = make_detector(method.name, method.parameters);
         detector->prepare(question.topology, question.frame);
         const Clock::time_point start = Clock::now();
-        detector->update(question.frame);
+        detector->update(question.frame, 0.0);
         const Clock::time_point updated = Clock::now();
         detector->detect(question.frame, contacts);
         const Clock::time_point detected = Clock::now();
@@ -262,7 +262,9 @@ int detect(const CommonOptions& common, const DetectOptions& options) {
     const bool all = options.detector == "all";
     std::vector<MethodSpec> methods;
     if (all) {
-        for (const DetectorEntry& entry : registry().detectors()) methods.push_back({.name = entry.name});
+        for (const DetectorEntry& entry : registry().detectors()) {
+            if (!entry.control) methods.push_back({.name = entry.name});
+        }
     } else {
         methods.push_back(parse_method(options.detector));
         static_cast<void>(registry().detector(methods.front().name));  // an unknown name ends here

@@ -55,6 +55,10 @@ const char* case_name(ContactCase kind) {
             return "coplanar";
         case ContactCase::degenerate:
             return "degenerate";
+        case ContactCase::point_face:
+            return "point_face";
+        case ContactCase::edge_edge:
+            return "edge_edge";
     }
     return "";
 }
@@ -118,12 +122,13 @@ std::vector<TrianglePair> difference(const std::vector<TrianglePair>& from, cons
 std::vector<Answer> ask_all(const Topology& topology, const Frame& frame, const std::vector<TrianglePair>& truth) {
     std::vector<Answer> answers;
     for (const DetectorEntry& entry : registry().detectors()) {
+        if (entry.control) continue;
         Answer answer;
         answer.name = entry.name;
         try {
             const std::unique_ptr<Detector> detector = make_detector(entry.name);
             detector->prepare(topology, frame);
-            detector->update(frame);
+            detector->update(frame, 0.0);
             detector->detect(frame, answer.contacts);
             derive(topology, frame, answer.contacts);
         } catch (const std::exception& error) {
@@ -342,7 +347,7 @@ int explain(const CommonOptions& common, const ExplainOptions& options) {
     std::vector<TrianglePair> wanted;
     if (pair_option) wanted = pairs_meant(scene, names, *pair_option);
 
-    Simulation simulation(scene, std::move(detector), std::move(responder), ContactSource::canonical);
+    Simulation simulation(scene, std::move(detector), std::move(responder), registry().source("canonical"));
     DepthTruth depth(scene.topology, scene.first);
     for (std::int64_t tick = 0; tick <= options.tick; ++tick) {
         simulation.step();

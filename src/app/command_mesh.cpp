@@ -6,6 +6,7 @@
 #include "app/commands.hpp"
 #include "geometry/mesh_file.hpp"
 #include "geometry/mesh_report.hpp"
+#include "geometry/orientation.hpp"
 
 namespace trocar::app {
 namespace {
@@ -14,7 +15,7 @@ using Json = nlohmann::ordered_json;
 
 Json point_json(const Vector3& p) { return Json::array({p[0], p[1], p[2]}); }
 
-void print_json(const Mesh& mesh, const MeshReport& report) {
+void print_json(const Mesh& mesh, const MeshReport& report, const OrientationReport& orientation) {
     Json document{{"format", mesh.format},
                   {"vertices_stored", report.vertices_stored},
                   {"vertices", report.vertices},
@@ -33,10 +34,16 @@ void print_json(const Mesh& mesh, const MeshReport& report) {
                   {"box", Json::array({point_json(report.box.min), point_json(report.box.max)})},
                   {"unit", {{"name", report.unit.name}, {"guessed", report.unit.guessed}}}};
     if (!report.self_intersections_complete) document["self_intersections_complete"] = false;
+    if (!orientation.to_turn.empty()) document["turned_triangles"] = orientation.to_turn;
+    for (const ShellInsideOut& shell : orientation.inside_out) {
+        document["inside_out"].push_back(
+            {{"triangle", shell.triangles.front()}, {"triangles", shell.triangles.size()}, {"volume", shell.volume}});
+    }
     fmt::print("{}\n", document.dump());
 }
 
-void print_table(const MeshOptions& options, const Mesh& mesh, const MeshReport& report) {
+void print_table(const MeshOptions& options, const Mesh& mesh, const MeshReport& report,
+                 const OrientationReport& orientation) {
     const auto row = [](std::string_view name, const std::string& value, std::string_view note = "") {
         fmt::print("  {:<22} {}{}{}\n", name, value, note.empty() ? "" : "   ", note);
     };
@@ -52,10 +59,20 @@ void print_table(const MeshOptions& options, const Mesh& mesh, const MeshReport&
     row("watertight", report.watertight ? "yes" : "no");
     count("boundary edges", report.boundary_edges, fmt::format("in {} loops", report.holes));
     count("non-manifold edges", report.non_manifold_edges, "with three or more triangles");
-    count("flipped edges", report.flipped_edges, "whose two triangles disagree on orientation");
+    count("flipped edges", report.flipped_edges, "whose two triangles disagree on orientation; a scene refuses them");
+    if (!orientation.to_turn.empty()) {
+        row("to turn round", fmt::format("triangles {}", first_of(orientation.to_turn)), "then neighbours agree");
+    }
+    for (const ShellInsideOut& shell : orientation.inside_out) {
+        row("inside out",
+            fmt::format("{} triangles connected with triangle {}, volume {:.6g}", shell.triangles.size(),
+                        shell.triangles.front(), shell.volume),
+            "a scene refuses it unless it is a cavity: turn all of them round");
+    }
     count("bow vertices", report.bow_vertices, "whose triangles form more than one fan");
     count("degenerate triangles", report.degenerate_triangles, "height below 1e-7 of the longest edge");
-    count("duplicate triangles", report.duplicate_triangles, "with the corners of an earlier one");
+    count("duplicate triangles", report.duplicate_triangles,
+          "with the corners of an earlier one; in the same order, a scene takes them once");
     if (report.self_intersections_complete) {
         count("self-intersections", report.self_intersections, "pairs without a common vertex");
     } else {
@@ -82,13 +99,23 @@ void print_table(const MeshOptions& options, const Mesh& mesh, const MeshReport&
 int mesh(const CommonOptions& common, const MeshOptions& options) {
     const Mesh mesh = read_mesh(options.file);
     const MeshReport report = report_mesh(mesh);
+    const OrientationReport orientation = orientation_of(mesh.vertices, mesh.triangles);
     if (common.json) {
-        print_json(mesh, report);
+        print_json(mesh, report, orientation);
         for (const std::string& surface : mesh.ignored) {
             fmt::print(stderr, "trocar: {}: {}: not read (only polygons are)\n", options.file.string(), surface);
         }
     } else {
-        print_table(options, mesh, report);
+        print_table(options, mesh, report, orientation);
+    }
+    if (options.mend) {
+        const Triangles triangles = mended(mesh.vertices, mesh.triangles);
+        write_obj(*options.mend, mesh.vertices, triangles);
+        const OrientationReport left = orientation_of(mesh.vertices, triangles);
+        if (left.disagreeing_edges > 0) {
+            fmt::print(stderr, "trocar: {}: {} edges whose triangles disagree are left, turning does not mend them\n",
+                       options.mend->string(), left.disagreeing_edges);
+        }
     }
     return done;
 }

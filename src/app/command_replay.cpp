@@ -118,7 +118,7 @@ std::string answer_bytes(const MethodSpec& method, RecordingReader& recording) {
         if (prepared.ok()) {
             try {
                 start = Clock::now();
-                detector->update(frame);
+                detector->update(frame, 0.0);
                 updated = Clock::now();
                 detector->detect(frame, contacts);
                 detected = Clock::now();
@@ -327,7 +327,9 @@ int replay(const CommonOptions& common, const ReplayOptions& options) {
     const bool all = options.detector == "all";
     std::vector<MethodSpec> methods;
     if (all) {
-        for (const DetectorEntry& entry : registry().detectors()) methods.push_back({.name = entry.name});
+        for (const DetectorEntry& entry : registry().detectors()) {
+            if (!entry.control) methods.push_back({.name = entry.name});
+        }
     } else {
         methods.push_back(parse_method(options.detector));
         static_cast<void>(registry().detector(methods.front().name));  // an unknown name ends here

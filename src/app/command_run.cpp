@@ -83,6 +83,7 @@ Json row_json(const StepRow& row) {
             {"pairs", row.pairs},
             {"contacts", row.contacts},
             {"max_depth", number(row.max_depth)},
+            {"side_undecided", row.side_undecided < 0 ? Json(nullptr) : Json(row.side_undecided)},
             {"tool_force", vector_json(row.tool_force)},
             {"tool_moment", vector_json(row.tool_moment)},
             {"tip_force", vector_json(row.tip_force)},
@@ -91,6 +92,7 @@ Json row_json(const StepRow& row) {
             {"saturated", row.saturated},
             {"grasped", row.grasped},
             {"detached", row.detached},
+            {"passed_through", row.passed_through < 0 ? Json(nullptr) : Json(row.passed_through)},
             {"truncated", row.truncated},
             {"stage_ns", stages}};
 }
@@ -104,14 +106,15 @@ void print_json(const Record& record) {
         if (found != record.summary.end()) summary[figure.name] = number(found->second);
     }
     summary["state_hash"] = record.state_hash;
-    const Json document{{"scene", record.spec.scene},
-                        {"detector", record.spec.detector},
-                        {"response", record.spec.response},
-                        {"contacts", record.spec.contacts},
-                        {"outcome", name_of(record.outcome.kind)},
-                        {"message", record.outcome.message},
-                        {"rows", rows},
-                        {"summary", summary}};
+    Json document{{"scene", record.spec.scene},
+                  {"detector", record.spec.detector},
+                  {"response", record.spec.response},
+                  {"contacts", record.spec.contacts},
+                  {"outcome", name_of(record.outcome.kind)},
+                  {"message", record.outcome.message},
+                  {"rows", rows},
+                  {"summary", summary}};
+    if (!record.spec.stepper.empty()) document["stepper"] = record.spec.stepper;
     fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
@@ -141,6 +144,9 @@ void print_text(const Scene& scene, const Record& record) {
                mm("depth_error_max_m"));
     fmt::print("left over  after a tick: median {}, worst {}; at the end {}\n", mm("residual_median_m"),
                mm("residual_max_m"), mm("residual_last_m"));
+    if (record.summary.at("passed_through") >= 0.0) {
+        fmt::print("passed     a body was led through another {} times\n", plain("passed_through"));
+    }
     fmt::print("tool force largest {}, root mean square {}, largest jump {}\n", newton("force_max_n"),
                newton("force_rms_n"), newton("force_jump_max_n"));
     fmt::print(
@@ -183,13 +189,20 @@ std::string checked_response(const std::string& text) {
     return spec.text();
 }
 
+/// Empty for the default one, which records leave unsaid.
+std::string checked_stepper(const std::string& text) {
+    if (text.empty()) return {};
+    const MethodSpec spec = parse_method(text);
+    make_stepper(spec.name, spec.parameters);
+    return spec.name == registry().default_stepper().name && spec.parameters.empty() ? std::string() : spec.text();
+}
+
 }  // namespace
 
 int run(const CommonOptions& common, const RunOptions& options) {
     if (options.ticks && *options.ticks < 1) {
         throw InputError("--ticks", "", "an integer >= 1", fmt::format("{}", *options.ticks));
     }
-    contact_source_from(options.contacts);
     RunSpec spec;
     spec.mode = options.paced ? "paced" : "closed_loop";
     if (options.paced && options.record) {
@@ -197,14 +210,18 @@ int run(const CommonOptions& common, const RunOptions& options) {
     }
     spec.detector = checked_detector(options.detector);
     spec.response = checked_response(options.response);
-    spec.contacts = options.contacts;
+    const ResponseEntry& response = registry().response(parse_method(spec.response).name);
+    spec.contacts = registry().source(options.contacts.empty() ? response.sources.front() : options.contacts).name;
+    spec.stepper = checked_stepper(options.stepper);
     const Scene scene = read_scene(options.scene, common.data);
+    for (const std::string& note : scene.notes) {
+        fmt::print(stderr, "trocar: {}: {}\n", options.scene.string(), note);
+    }
     spec.scene = scene.name;
     spec.scene_file = options.scene.string();
     spec.scene_hash = fmt::format("{:016x}", scene.hash);
     spec.seed = scene.seed;
     spec.ticks = options.ticks.value_or(scene.ticks);
-    const ResponseEntry& response = registry().response(parse_method(spec.response).name);
     if (!scene.has_tissue() && !response.without_tissue.empty()) {
         fmt::print(stderr, "trocar: {} {}, and {} has none\n", response.name, response.without_tissue, scene.name);
     }

@@ -21,6 +21,7 @@ struct CommonOptions {
 
 struct MeshOptions {
     std::filesystem::path file;
+    std::optional<std::filesystem::path> mend;
 };
 int mesh(const CommonOptions& common, const MeshOptions& options);
 
@@ -61,7 +62,8 @@ struct RunOptions {
     std::filesystem::path scene;
     std::string detector = "ohc";
     std::string response = "thesis:profile=faithful";
-    std::string contacts = "canonical";  ///< canonical | native
+    std::string contacts;  ///< contact source; empty: the response's own
+    std::string stepper;   ///< NAME[:key=value…]; empty: the default one
     std::optional<std::int64_t> ticks;
     std::optional<std::filesystem::path> record;
     bool paced = false;  ///< released by the clock, not judged

@@ -65,7 +65,10 @@ int run_command(int argc, char** argv) {
     sub->add_option("scene", run_options.scene, "Scene file (JSON)")->required();
     sub->add_option("--detector", run_options.detector, "NAME[:key=value,...]")->capture_default_str();
     sub->add_option("--response", run_options.response, "NAME[:key=value,...]")->capture_default_str();
-    sub->add_option("--contacts", run_options.contacts, "Contact source: canonical or native")->capture_default_str();
+    sub->add_option("--contacts", run_options.contacts,
+                    "Contact source: native, canonical, near or tracked (default: the response's own)");
+    sub->add_option("--stepper", run_options.stepper,
+                    "NAME[:key=value,...]: what moves the tissue (default: semi_implicit)");
     sub->add_option("--ticks", run_options.ticks, "Ticks to run instead of the scene's number");
     sub->add_option("--record", run_options.record, "Write the frames as a recording");
     sub->add_flag("--paced", run_options.paced,
@@ -131,6 +134,8 @@ int run_command(int argc, char** argv) {
     MeshOptions mesh_options;
     sub = line.add("mesh", "Counts, defects, box and unit of a mesh file", "trocar mesh liver.stl --json");
     sub->add_option("file", mesh_options.file, "Mesh file (OBJ, STL, PLY, OFF, VRML)")->required();
+    sub->add_option("--mend", mesh_options.mend,
+                    "Write the mesh as OBJ with every triangle once and turned the right way round");
     line.on(sub, mesh_options, mesh);
 
     TritriOptions tritri_options;

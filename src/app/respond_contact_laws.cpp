@@ -248,7 +248,7 @@ LawAnswer wrench(const Input& input) {
 
 LawAnswer distribution(const Input& input) {
     const Corners tri = input.corners(input.one_of({"tri", "tri1"}));
-    const Vector3 weights = equations::nearest_weights(tri, input.vector("point"));
+    const Vector3 weights = closest_point_on_triangle(tri, input.vector("point"));
     LawAnswer answer;
     answer.values["weights"] = to_json(weights);
     if (input.has("F")) {

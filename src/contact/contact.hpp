@@ -2,6 +2,7 @@
 // Unset fields are poisoned (NaN, -1), so that "not filled" never looks like an answer.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 
@@ -9,7 +10,7 @@
 
 namespace trocar {
 
-/// Two intersecting triangles, a < b, global triangle numbers.
+/// Two triangles that meet, or that are near each other, as the list says; a < b, global triangle numbers.
 struct TrianglePair {
     Index a = -1;
     Index b = -1;
@@ -24,7 +25,9 @@ enum class ContactCase : std::uint8_t {
     edges_cross,  ///< the intervals overlap partly
     touch,        ///< overlap and depth both at most 1 nm: no response
     coplanar,     ///< same plane: no response, counted
-    degenerate    ///< a triangle with an altitude below 1 µm: no response, counted
+    degenerate,   ///< a triangle with an altitude below 1 µm: no response, counted
+    point_face,   ///< sources `near` and `tracked`: a vertex and the point of a face nearest to it
+    edge_edge     ///< sources `near` and `tracked`: where two edges come closest
 };
 
 /// How a contact that begins between two frames begins.
@@ -41,6 +44,20 @@ struct SweptContact {
     SweptKind kind = SweptKind::unset;
 };
 
+/// A point of a body: up to three vertices with weights that sum to 1; unused entries -1 with weight 0.
+struct ContactPoint {
+    std::array<Index, 3> vertices{-1, -1, -1};
+    std::array<double, 3> weights{0.0, 0.0, 0.0};
+    /// Weighted sum of the vertices' columns: positions, velocities.
+    [[nodiscard]] Vector3 blend(const Matrix3X& columns) const {
+        Vector3 sum = Vector3::Zero();
+        for (std::size_t i = 0; i < 3; ++i) {
+            if (vertices[i] >= 0 && weights[i] != 0.0) sum += weights[i] * columns.col(vertices[i]);
+        }
+        return sum;
+    }
+};
+
 /// Geometry of one contact. Native contacts of a library may leave a, b or anything else unset.
 struct Contact {
     static constexpr double unset = std::numeric_limits<double>::quiet_NaN();
@@ -55,6 +72,17 @@ struct Contact {
         Vector3::Constant(unset);  ///< unit; moving b along it by interval_length parts the pair
     Index vertex_a = -1;           ///< A1: global vertex of a (entering, or nearest to vertex_b)
     Index vertex_b = -1;           ///< A2: global vertex of b (entering, or nearest to vertex_a)
+
+    // What every source tells at the *start of the tick*: led bodies where the tick finds them, tissue as detected.
+    Index body_a = -1;  ///< body_a < body_b
+    Index body_b = -1;
+    ContactPoint on_a;
+    ContactPoint on_b;
+    double gap = unset;       ///< m along normal from on_a to on_b, negative inside
+    double approach = unset;  ///< m, change of the gap that the scripts alone bring within the tick; closing negative
+    /// point_face and edge_edge: 1 where the feature is on the side where it belongs, -1 where it has crossed.
+    int side = 0;
+    std::uint64_t id = 0;  ///< names the two features, the same in every tick; 0: the source tells none
 };
 
 }  // namespace trocar

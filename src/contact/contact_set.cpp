@@ -4,6 +4,17 @@
 #include <utility>
 
 namespace trocar {
+namespace {
+
+void put_in_order(std::vector<TrianglePair>& pairs) {
+    for (TrianglePair& pair : pairs) {
+        if (pair.b < pair.a) std::swap(pair.a, pair.b);
+    }
+    std::sort(pairs.begin(), pairs.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+}
+
+}  // namespace
 
 WorkCounters& WorkCounters::operator+=(const WorkCounters& other) {
     vertices_read += other.vertices_read;
@@ -15,6 +26,8 @@ WorkCounters& WorkCounters::operator+=(const WorkCounters& other) {
 
 void ContactSet::clear() {
     pairs.clear();
+    near.clear();
+    reach = 0.0;
     native.clear();
     swept.clear();
     contacts.clear();
@@ -24,12 +37,8 @@ void ContactSet::clear() {
     outcome.message.clear();
 }
 
-void ContactSet::sort_pairs() {
-    for (TrianglePair& pair : pairs) {
-        if (pair.b < pair.a) std::swap(pair.a, pair.b);
-    }
-    std::sort(pairs.begin(), pairs.end());
-    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-}
+void ContactSet::sort_pairs() { put_in_order(pairs); }
+
+void ContactSet::sort_near() { put_in_order(near); }
 
 }  // namespace trocar

@@ -21,10 +21,15 @@ struct WorkCounters {
     WorkCounters& operator+=(const WorkCounters& other);
 };
 
-/// A detector fills pairs (sorted by (a, b), each once), optionally native contacts, and the counters; the shared stage
-/// `derive` fills contacts. Pairs name only triangles of body pairs that the topology lists.
+/// A detector fills pairs (sorted by (a, b), each once), within a reach also the near ones, optionally native contacts,
+/// and the counters; the shared stage `derive` fills contacts. Pairs name only triangles of body pairs that the
+/// topology lists.
 struct ContactSet {
-    std::vector<TrianglePair> pairs;
+    std::vector<TrianglePair> pairs;  ///< triangles that meet, whatever the reach
+    /// Triangles that do not meet and whose distance is at most `reach` (geometry/triangle_distance.hpp); sorted by
+    /// (a, b), each once, none of them in `pairs`; empty at reach 0.
+    std::vector<TrianglePair> near;
+    double reach = 0.0;           ///< m, that the detector answered within; 0: meeting pairs only
     std::vector<Contact> native;  ///< the library's own contacts, kept raw
     /// Contacts that begin between the frames; only a detector with such an option fills it. Sorted by (a, b, body_a,
     /// body_b), each once; never part of `pairs`.
@@ -39,8 +44,9 @@ struct ContactSet {
 
     /// Empties everything and keeps the memory.
     void clear();
-    /// Puts the smaller number first in each pair, sorts and drops repeats.
+    /// Puts the smaller number first in each pair, sorts and drops repeats; for `pairs`, and for `near`.
     void sort_pairs();
+    void sort_near();
 };
 
 }  // namespace trocar

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "contact/tip_force.hpp"
@@ -11,23 +12,36 @@
 
 namespace trocar {
 
-/// A contact force that the integrator re-evaluates in every sub-step (METHODS §4). It acts on the point
-/// P = Σ weights_i x_i along `normal` with F = k·d − mu·(v_P·normal − face_velocity), d = −gap, where gap is the gap at
-/// the frame the response saw and changes by (v_P·normal − face_velocity)·dt afterwards. Where reaction_vertices are
-/// set, their weighted velocity takes the place of face_velocity.
+/// What a contact is there for; parts of a response that look at others' contacts go by it.
+enum class ContactRole : std::uint8_t {
+    penalty,     ///< a spring as soft as the law of the pair has it
+    constraint,  ///< holds two features apart, with a stiffness that is no material's
+    damper,      ///< no spring; acts at any gap
+    grasp        ///< a spring that pulls as well as it presses; acts at any gap
+};
+
+/// A contact force that the stepper re-evaluates in every sub-step (METHODS §4). It acts on the point
+/// P = Σ weights_i x_i along `normal` with F = k·d − mu·(v_P·normal − face_velocity), d = −gap, and at most `limit`.
+/// `gap` is that at the *start of the tick* (CONTACT §2): bodies that scripts lead where the tick finds them, tissue
+/// and what hands hold where the last tick left them; it changes by (v_P·normal − face_velocity)·t within the tick.
+/// Where reaction_vertices are set, their weighted velocity takes the place of face_velocity.
 struct LinearContact {
+    ContactRole role = ContactRole::penalty;
+    std::uint64_t source_id = 0;                   ///< Contact::id that it comes from, 0: none
     std::array<Index, 3> vertices{-1, -1, -1};     ///< pushed vertices; unused entries -1 with weight 0
     std::array<double, 3> weights{0.0, 0.0, 0.0};  ///< sum 1
     Vector3 normal = Vector3::Zero();              ///< unit, direction in which the vertices are pushed
-    double gap = 0.0;                              ///< m, negative = penetrating
+    double gap = 0.0;                              ///< m, at the start of the tick, negative = penetrating
     double k = 0.0;                                ///< N/m
     double mu = 0.0;                               ///< N s/m
     double face_velocity = 0.0;                    ///< m/s, normal velocity of the other surface
-    bool adhesive = false;   ///< true: the force may pull while the gap is negative (faithful has no clamp)
-    bool bilateral = false;  ///< true: a spring that acts at any gap (a grasp)
+    /// N, largest force: a pressure (Pa) times the feature's own area, so that a refined mesh tears alike. A contact at
+    /// its limit gives exactly that and yields.
+    double limit = std::numeric_limits<double>::infinity();
+    bool adhesive = false;  ///< true: the force may pull while the gap is negative (faithful has no clamp)
     /// Body that takes the reaction −F, and the world point where it acts; -1 = none (a static body).
     Index reaction_body = -1;
-    Vector3 reaction_point = Vector3::Zero();
+    Vector3 reaction_point = Vector3::Zero();  ///< of a constraint: at the start of the tick, for static bodies too
     /// Vertices that take the reaction when the other side is tissue; all -1 when reaction_body is an instrument.
     std::array<Index, 3> reaction_vertices{-1, -1, -1};
     std::array<double, 3> reaction_weights{0.0, 0.0, 0.0};
@@ -35,7 +49,21 @@ struct LinearContact {
     double friction = 0.0;
     double tangent_k = 0.0;                      ///< N/m, of the tangential spring
     Vector3 surface_velocity = Vector3::Zero();  ///< m/s, of the other surface where no reaction_vertices are set
+    /// Unit, along the other side's edge where the contact is one of two edges; else zero. The stepper turns the normal
+    /// of a constraint with the tissue's face or edge in every sub-step, seen from reaction_point.
+    Vector3 other_edge = Vector3::Zero();
     Index slip_key = -1;  ///< under which the integrator remembers the spring: a vertex, or above
+
+    /// Acts at any gap, in both senses.
+    [[nodiscard]] bool bilateral() const { return role == ContactRole::damper || role == ContactRole::grasp; }
+};
+
+/// What one contact of an effect gave in the tick it was made for: handed back to the response in the next one.
+struct ContactLoad {
+    double normal = 0.0;    ///< N, along the contact's normal, mean over the tick
+    double friction = 0.0;  ///< N, along the surface, magnitude of the mean over the tick
+    double slip = 0.0;      ///< m, stretch of the tangential spring, mean over the tick
+    bool at_limit = false;  ///< gave its limit when the tick ended
 };
 
 /// Puts a tissue vertex somewhere before the tissue is integrated.

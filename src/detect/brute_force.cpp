@@ -1,7 +1,9 @@
 // The slow, obvious detector: every triangle against every triangle of every listed body pair, a box test first, then
-// the exact triangle test. Every clever detector is held against it as a set, so it stays free of cleverness.
+// the exact triangle test and, within a reach, the distance. Every clever detector is held against it as a set, so it
+// stays free of cleverness.
 #include "geometry/box_pairs.hpp"
 #include "geometry/exact.hpp"
+#include "geometry/triangle_distance.hpp"
 #include "method/entry.hpp"
 #include "method/frame_check.hpp"
 
@@ -12,36 +14,54 @@ class BruteForce final : public Detector {
 public:
     void prepare(const Topology& topology, const Frame& /*frame*/) override { topology_ = &topology; }
 
-    void update(const Frame& frame) override {
+    void update(const Frame& frame, double reach) override {
+        reach_ = reach;
         if (is_answerable(*topology_, frame)) triangle_boxes(frame.position, topology_->triangles, boxes_);
     }
 
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
+        contacts.reach = reach_;
         contacts.work.vertices_read = frame.position.cols();
         for (const auto& [body_a, body_b] : topology_->body_pairs) {
             const Range first = topology_->bodies[static_cast<std::size_t>(body_a)].triangles;
             const Range second = topology_->bodies[static_cast<std::size_t>(body_b)].triangles;
             for (Index a = first.first; a < first.end(); ++a) {
+                Box around = boxes_[static_cast<std::size_t>(a)];
+                around.min.array() -= reach_;
+                around.max.array() += reach_;
                 for (Index b = second.first; b < second.end(); ++b) {
                     ++contacts.work.box_tests;
-                    if (!boxes_[static_cast<std::size_t>(a)].overlaps(boxes_[static_cast<std::size_t>(b)])) continue;
-                    ++contacts.work.triangle_tests;
-                    if (triangles_intersect(corners(frame, a), corners(frame, b))) contacts.pairs.push_back({a, b});
+                    if (!around.overlaps(boxes_[static_cast<std::size_t>(b)])) continue;
+                    test(frame, {a, b}, contacts);
                 }
             }
         }
         contacts.sort_pairs();
+        contacts.sort_near();
     }
 
 private:
+    void test(const Frame& frame, TrianglePair pair, ContactSet& contacts) const {
+        const Corners first = corners(frame, pair.a);
+        const Corners second = corners(frame, pair.b);
+        ++contacts.work.triangle_tests;
+        if (triangles_intersect(first, second)) {
+            contacts.pairs.push_back(pair);
+            return;
+        }
+        if (reach_ == 0.0) return;
+        ++contacts.work.triangle_tests;
+        if (is_within_reach(first, second, reach_)) contacts.near.push_back(pair);
+    }
     [[nodiscard]] Corners corners(const Frame& frame, Index triangle) const {
         const auto vertices = topology_->triangles.col(triangle);
         return {frame.position.col(vertices(0)), frame.position.col(vertices(1)), frame.position.col(vertices(2))};
     }
 
     const Topology* topology_ = nullptr;
+    double reach_ = 0.0;  ///< m
     std::vector<Box> boxes_;
 };
 
@@ -52,6 +72,7 @@ DetectorEntry brute_force_detector() {
             .configuration = "double precision; exact triangle test; quadratic in the number of triangles",
             .own = true,
             .claims_exact = true,
+            .reach = true,
             .make = [](const ParameterValues&) { return std::make_unique<BruteForce>(); }};
 }
 

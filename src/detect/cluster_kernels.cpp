@@ -127,6 +127,25 @@ void rows(const SixteenBoxes& first, std::uint32_t first_mask, const SixteenBoxe
     }
 }
 
+void grow(const SixteenBoxes& boxes, float reach, SixteenBoxes& result) {
+    const Floats d;
+    const std::size_t lanes = hn::Lanes(d);
+    const auto infinity = hn::Set(d, std::numeric_limits<float>::infinity());
+    const auto wider = hn::Set(d, reach * (1.0F + 0x1p-20F) + std::numeric_limits<float>::min());
+    const auto slack = hn::Set(d, 0x1p-21F);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (std::size_t j = 0; j < fan; j += lanes) {
+            const auto low = hn::Load(d, &boxes.low[axis][j]);
+            const auto high = hn::Load(d, &boxes.high[axis][j]);
+            const auto below = hn::Sub(low, hn::Add(hn::Mul(hn::Abs(low), slack), wider));
+            const auto above = hn::Add(high, hn::Add(hn::Mul(hn::Abs(high), slack), wider));
+            hn::Store(hn::IfThenElse(hn::Eq(hn::Abs(low), infinity), hn::Neg(infinity), below), d,
+                      &result.low[axis][j]);
+            hn::Store(hn::IfThenElse(hn::Eq(hn::Abs(high), infinity), infinity, above), d, &result.high[axis][j]);
+        }
+    }
+}
+
 }  // namespace trocar::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -137,6 +156,7 @@ HWY_EXPORT(box_of_places);
 HWY_EXPORT(boxes_of_triangles);
 HWY_EXPORT(overlaps);
 HWY_EXPORT(rows);
+HWY_EXPORT(grow);
 
 const std::vector<ClusterKernels>& cluster_kernels() {
     static const std::vector<ClusterKernels> kernels = versions_by_target([](const char* target) {
@@ -144,6 +164,7 @@ const std::vector<ClusterKernels>& cluster_kernels() {
                               .boxes_of_triangles = &HWY_DYNAMIC_DISPATCH(boxes_of_triangles),
                               .overlaps = &HWY_DYNAMIC_DISPATCH(overlaps),
                               .rows = &HWY_DYNAMIC_DISPATCH(rows),
+                              .grow = &HWY_DYNAMIC_DISPATCH(grow),
                               .target = target};
     });
     return kernels;

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "detect/clusters.hpp"
@@ -22,6 +23,17 @@ struct alignas(64) SixteenBoxes {
             {boxes.high[0][i], boxes.high[1][i], boxes.high[2][i]}};
 }
 
+/// The low of a box with `reach` around it, in a FloatFrame: not above the low of any box that, before rounding, comes
+/// within reach. Both numbers are within 2^-24 of what they stand for, and three operations round here; what is
+/// infinite could be anywhere beyond.
+[[nodiscard]] inline float grown_down(float low, float reach) {
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    const float size = low < 0.0F ? -low : low;
+    const float wider = reach * (1.0F + 0x1p-20F) + std::numeric_limits<float>::min();
+    return size == infinity ? -infinity : low - (size * 0x1p-21F + wider);
+}
+[[nodiscard]] inline float grown_up(float high, float reach) { return -grown_down(-high, reach); }
+
 using SixteenRows = std::array<std::uint16_t, fan>;
 
 struct ClusterKernels {
@@ -34,6 +46,8 @@ struct ClusterKernels {
     /// As `overlaps` for each box i of `first` in `first_mask`: bit j of result[i] tells of box j of `second`. The
     /// other results are not set.
     void (*rows)(const SixteenBoxes& first, std::uint32_t first_mask, const SixteenBoxes& second, SixteenRows& result);
+    /// Each box with `reach` on all sides and a little more, as grown_down and grown_up have it; NaN stays NaN.
+    void (*grow)(const SixteenBoxes& boxes, float reach, SixteenBoxes& result);
     const char* target;  ///< instruction set, as Highway names it
 };
 

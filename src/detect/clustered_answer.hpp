@@ -20,7 +20,10 @@ public:
         : settings_(settings), filter_(filter), bodies_(bodies), clock_(clock), work_(work) {}
 
     /// Forgets the last answer.
-    void prepare() { last_pairs_.clear(); }
+    void prepare() {
+        last_pairs_.clear();
+        last_near_.clear();
+    }
     /// Room for an ordinary contact.
     void build();
 
@@ -34,6 +37,7 @@ public:
 
 private:
     bool test_one(const Frame& frame, const TrianglePair& pair, ContactSet& contacts);
+    [[nodiscard]] bool was_tested(const TrianglePair& pair) const;
     bool full(std::size_t count);
 
     const ClusteredSettings& settings_;
@@ -43,6 +47,7 @@ private:
     OhcWork& work_;
     std::vector<TrianglePair> sorting_;     ///< scratch
     std::vector<TrianglePair> last_pairs_;  ///< sorted: what the tick before reported
+    std::vector<TrianglePair> last_near_;   ///< sorted
 };
 
 }  // namespace trocar

@@ -52,6 +52,9 @@ void ClusteredBoxes::build() {
 
 void ClusteredBoxes::start() {
     choose_floats();
+    reach_ = static_cast<float>(clock_.reach * floats_.scale);
+    // A reach that is lost in float is still one.
+    if (clock_.reach > 0.0) reach_ = std::max(reach_, std::numeric_limits<float>::min());
     // Contact wanders; what it left behind must not pile up.
     constexpr std::size_t some = 16;
     if (groups_opened_.size() > 2 * std::exchange(groups_asked_, 0) + some) forget();
@@ -153,13 +156,16 @@ std::int32_t ClusteredBoxes::open_group(const Frame& frame, const MovingBody& mo
 }
 
 bool ClusteredBoxes::may_meet_on_way(std::int32_t first, std::int32_t second) const {
-    return !part_of_meeting_in_float(groups_opened_[at(first)].way, groups_opened_[at(second)].way).empty();
+    const BoxOnWay<FloatBox>& p = groups_opened_[at(first)].way;
+    return !part_of_meeting_in_float({within_reach(p.start), within_reach(p.end)}, groups_opened_[at(second)].way)
+                .empty();
 }
 
 bool ClusteredBoxes::may_meet_on_way(std::int32_t first, std::size_t i, std::int32_t second, std::size_t j) const {
     const BoxOnWay<SixteenBoxes>& p = cluster_ways_[at(first)];
     const BoxOnWay<SixteenBoxes>& q = cluster_ways_[at(second)];
-    return !part_of_meeting_in_float({box_of(p.start, i), box_of(p.end, i)}, {box_of(q.start, j), box_of(q.end, j)})
+    return !part_of_meeting_in_float({within_reach(box_of(p.start, i)), within_reach(box_of(p.end, i))},
+                                     {box_of(q.start, j), box_of(q.end, j)})
                 .empty();
 }
 

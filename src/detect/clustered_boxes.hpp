@@ -1,6 +1,7 @@
 // The float boxes that ohc_clustered's descent asks for (clustered_descent.hpp): of a region's groups, a group's
 // clusters, a cluster's triangles. A box is made when it is first asked for, "opened", and kept from tick to tick as
-// long as it stays where it was. What is held against what is not decided here.
+// long as it stays where it was. What is held against what is not decided here. Boxes know of no reach, so that they
+// outlast a change of it: it is added to the one of two boxes that asks.
 #pragma once
 
 #include <array>
@@ -57,6 +58,23 @@ public:
         return result;
     }
 
+    /// A box that asks for all that come within the reach of the tick.
+    [[nodiscard]] FloatBox within_reach(const FloatBox& box) const {
+        if (reach_ == 0.0F) return box;
+        FloatBox result{};
+        for (std::size_t k = 0; k < 3; ++k) {
+            result.low[k] = grown_down(box.low[k], reach_);
+            result.high[k] = grown_up(box.high[k], reach_);
+        }
+        return result;
+    }
+    /// Sixteen of them, in `room` where there is a reach.
+    [[nodiscard]] const SixteenBoxes& within_reach(const SixteenBoxes& boxes, SixteenBoxes& room) const {
+        if (reach_ == 0.0F) return boxes;
+        kernels_.grow(boxes, reach_, room);
+        return room;
+    }
+
     /// Brings the boxes of a region's groups, as unions of blocks, up to date; false when the work would be too much.
     bool open_region(Index number);
     /// They stay where they are while groups are opened. Precondition: open_region said true.
@@ -71,7 +89,7 @@ public:
     }
     /// Place of the group, with its vertices in float and their box up to date; -1 when the work would be too much.
     std::int32_t open_group(const Frame& frame, const MovingBody& moving, Index group);
-    /// False when two open groups, or their clusters i and j, are never in the same place at the same time.
+    /// False when two open groups, or their clusters i and j, never come within reach at the same time.
     /// Precondition: swept, and for clusters that clusters_of was asked for both.
     [[nodiscard]] bool may_meet_on_way(std::int32_t first, std::int32_t second) const;
     [[nodiscard]] bool may_meet_on_way(std::int32_t first, std::size_t i, std::int32_t second, std::size_t j) const;
@@ -115,6 +133,7 @@ private:
     const ClusteredClock& clock_;
     OhcWork& work_;
     FloatFrame floats_;
+    float reach_ = 0.0F;                         ///< of the tick, in floats_
     std::vector<std::int32_t> place_of_region_;  ///< in regions_opened_, -1 if none
     std::vector<std::int32_t> place_of_group_;   ///< in groups_opened_, as MovingBody::first_group tells; -1 if none
     std::vector<Region> regions_opened_;

@@ -26,14 +26,15 @@ void ClusteredDescent::pair_regions(const Frame& frame, const ClusteredRegions::
     if (clock_.way) drop_apart(frame, known);
 }
 
-/// Takes back the candidates from number `known` on that are never in the same place at the same time, or all of them
-/// when the work would be too much.
+/// Takes back the candidates from number `known` on that are never in the same place (within reach) at the same time,
+/// or all of them when the work would be too much.
 void ClusteredDescent::drop_apart(const Frame& frame, std::size_t known) {
     const auto fresh = candidates_.begin() + static_cast<std::ptrdiff_t>(known);
     const bool spent = !spend_box_tests(candidates_.end() - fresh);
     candidates_.erase(std::remove_if(fresh, candidates_.end(),
                                      [&](const TrianglePair& candidate) {
-                                         return spent || !may_meet_on_way(regions_.topology(), frame, candidate);
+                                         return spent ||
+                                                !may_meet_on_way(regions_.topology(), frame, candidate, clock_.reach);
                                      }),
                       candidates_.end());
 }
@@ -47,10 +48,12 @@ void ClusteredDescent::descend(const Frame& frame, const ClusteredRegions::Pair&
     const SixteenBoxes& first_groups = boxes_.groups_of(pair.first);
     const SixteenBoxes& second_groups = boxes_.groups_of(pair.second);
     if (!spend_box_tests(fan)) return;
-    std::uint32_t near = kernels_.overlaps(first_groups, boxes_.to_float(regions_.extent_of(second)));
+    std::uint32_t near =
+        kernels_.overlaps(first_groups, boxes_.within_reach(boxes_.to_float(regions_.extent_of(second))));
     if (!spend_box_tests(fan * bits_set(near))) return;
     SixteenRows rows;
-    kernels_.rows(first_groups, near, second_groups, rows);
+    SixteenBoxes room;
+    kernels_.rows(boxes_.within_reach(first_groups, room), near, second_groups, rows);
     for (; near != 0; near &= near - 1) {
         const auto i = static_cast<std::size_t>(std::countr_zero(near));
         std::uint32_t row = rows[i];
@@ -79,7 +82,8 @@ bool ClusteredDescent::pair_groups(const Frame& frame, const GroupRef& p, const 
     if (place < 0) return false;
     if (!spend_box_tests(fan)) return false;
     const auto clear_of = [&](const FloatBox& box) {
-        return kernels_.overlaps(boxes_.clusters_of(first.moving.clusters, first.number, place), box) == 0;
+        return kernels_.overlaps(boxes_.clusters_of(first.moving.clusters, first.number, place),
+                                 boxes_.within_reach(box)) == 0;
     };
     if (clear_of(second.box)) return true;
     const std::int32_t other_place = boxes_.open_group(frame, second.moving, second.number);
@@ -99,10 +103,11 @@ bool ClusteredDescent::pair_groups(const Frame& frame, const GroupRef& p, const 
     if (!spend_box_tests(fan)) return false;
     const SixteenBoxes& p_clusters = boxes_.clusters_of(p.moving.clusters, p.number, p_place);
     const SixteenBoxes& q_clusters = boxes_.clusters_of(q.moving.clusters, q.number, q_place);
-    std::uint32_t near = kernels_.overlaps(p_clusters, q_open.box);
+    std::uint32_t near = kernels_.overlaps(p_clusters, boxes_.within_reach(q_open.box));
     if (!spend_box_tests(fan * bits_set(near))) return false;
     SixteenRows rows;
-    kernels_.rows(p_clusters, near, q_clusters, rows);
+    SixteenBoxes room;
+    kernels_.rows(boxes_.within_reach(p_clusters, room), near, q_clusters, rows);
     for (; near != 0; near &= near - 1) {
         const auto i = static_cast<std::size_t>(std::countr_zero(near));
         for (std::uint32_t row = rows[i]; row != 0; row &= row - 1) {
@@ -129,12 +134,13 @@ bool ClusteredDescent::pair_clusters(const ClusterRef& p, const ClusterRef& q) {
     if (!spend_box_tests(fan)) return false;
     const std::size_t first_cluster = static_cast<std::size_t>(p.group) * fan + p.number;
     const std::size_t second_cluster = static_cast<std::size_t>(q.group) * fan + q.number;
-    std::uint32_t near = kernels_.overlaps(first_boxes, box_of(q.opened.clusters, q.number));
+    std::uint32_t near = kernels_.overlaps(first_boxes, boxes_.within_reach(box_of(q.opened.clusters, q.number)));
     if (!spend_box_tests(fan * bits_set(near))) return false;
     const Index* const first_triangle = p.clusters.triangle.data() + first_cluster * fan;
     const Index* const second_triangle = q.clusters.triangle.data() + second_cluster * fan;
     SixteenRows rows;
-    kernels_.rows(first_boxes, near, second_boxes, rows);
+    SixteenBoxes room;
+    kernels_.rows(boxes_.within_reach(first_boxes, room), near, second_boxes, rows);
     for (; near != 0; near &= near - 1) {
         const auto s = static_cast<std::size_t>(std::countr_zero(near));
         for (std::uint32_t row = rows[s]; row != 0; row &= row - 1) {

@@ -32,7 +32,7 @@ public:
     /// Adds the candidates of two regions that meet, groups that both rest aside. Ends early when the budget is spent,
     /// which the book of work tells.
     void pair_regions(const Frame& frame, const ClusteredRegions::Pair& pair);
-    /// Pairs of triangles whose boxes overlap, each once.
+    /// Pairs of triangles whose boxes overlap, or come within reach, each once.
     [[nodiscard]] const std::vector<TrianglePair>& candidates() const { return candidates_; }
 
 private:

@@ -73,20 +73,25 @@ ClusteredRegions::Sized ClusteredRegions::median_size() {
 
 void ClusteredRegions::follow() {
     if (!cells_are_set_) choose_cells();
+    if (std::exchange(entered_reach_, clock_.reach) != clock_.reach) {
+        for (Region& region : regions_) enter(region, true);
+        return;
+    }
     for (const MovingBody& moving : bodies_.all()) {
         for (const Index r : moving.boxes->moved_regions()) {
-            enter(regions_[moving.first_region + static_cast<std::size_t>(r)]);
+            enter(regions_[moving.first_region + static_cast<std::size_t>(r)], false);
         }
     }
 }
 
-/// Gives a region that left its cells new ones, with half a cell of room on all sides.
-void ClusteredRegions::enter(Region& region) {
-    const Extent& box = extent_of(region);
+/// Gives a region that left its cells new ones, with half a cell of room on all sides. Half of the reach is around each
+/// region: two that come within it share a cell.
+void ClusteredRegions::enter(Region& region, bool anew) {
+    const Extent box = extent_of(region).grown(0.5 * clock_.reach);
     const Vector3 low(box.low[0], box.low[1], box.low[2]);
     const Vector3 high(box.high[0], box.high[1], box.high[2]);
     const CellRange now{lattice_.cell(low), lattice_.cell(high)};
-    if (region.entered && region.range.contains(now)) return;
+    if (!anew && region.entered && region.range.contains(now)) return;
     const Vector3 room = Vector3::Constant(0.5 * lattice_.edge());
     region.range = {lattice_.cell(low - room), lattice_.cell(high + room)};
     region.entered = true;
@@ -161,7 +166,7 @@ void ClusteredRegions::find_meetings() {
             continue;
         }
         if (!work_.spend(work_.counters.box_tests, 1)) return;
-        if (!extent_of(first).overlaps(extent_of(second))) continue;
+        if (!extent_of(first).grown(clock_.reach).overlaps(extent_of(second))) continue;
         meetings_.push_back(pair);
         by_size_.push_back(std::min(Sized{longest_edge(extent_of(first)), pair.first},
                                     Sized{longest_edge(extent_of(second)), pair.second}));

@@ -43,11 +43,11 @@ public:
     void prepare(const Topology& topology);
     /// Takes over the regions of the bodies that were built.
     void build();
-    /// Cells for the regions that the last read moved.
+    /// Cells for the regions that the last read moved; for all when the reach is another one.
     void follow();
     /// Pairs of regions that share a cell, each once. Under a budget perhaps none, which the book of work tells.
     void find_pairs();
-    /// Of those pairs, the ones whose boxes overlap and of which at least one region moved.
+    /// Of those pairs, the ones whose boxes come within reach and of which at least one region moved.
     void find_meetings();
     [[nodiscard]] const std::vector<Pair>& meetings() const { return meetings_; }
     /// The median of the regions that meet, of each two the smaller one. Precondition: there are meetings.
@@ -62,7 +62,7 @@ public:
 private:
     void choose_cells();
     Sized median_size();
-    void enter(Region& region);
+    void enter(Region& region, bool anew);
 
     const ClusteredBodies& bodies_;
     const ClusteredClock& clock_;
@@ -71,7 +71,8 @@ private:
     Lattice lattice_;
     CellMap map_;
     bool cells_are_set_ = false;
-    bool pairs_known_ = false;  ///< no region left its cells since the list was made
+    double entered_reach_ = 0.0;  ///< m, that the regions' cells have room for
+    bool pairs_known_ = false;    ///< no region left its cells since the list was made
     std::vector<Pair> pairs_;
     std::vector<Pair> meetings_;
     std::vector<Sized> by_size_;  ///< what a median is taken of

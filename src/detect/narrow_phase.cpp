@@ -5,6 +5,7 @@
 
 #include "geometry/crossing.hpp"
 #include "geometry/exact.hpp"
+#include "geometry/triangle_distance.hpp"
 
 namespace trocar {
 namespace {
@@ -14,23 +15,33 @@ Corners corners(const Topology& topology, const Frame& frame, Index triangle) {
     return {frame.position.col(vertices(0)), frame.position.col(vertices(1)), frame.position.col(vertices(2))};
 }
 
+/// Calls apart(run of candidates, their batch, which of them meet) for one run after the other.
+template <typename Apart>
 void test_exactly(const Topology& topology, const Frame& frame, std::span<const TrianglePair> candidates,
-                  std::vector<TrianglePair>& pairs, const TriangleFilter& filter) {
+                  std::vector<TrianglePair>& pairs, const TriangleFilter& filter, const Apart& apart) {
     TriangleBatch batch;
     while (!candidates.empty()) {
         const std::size_t count = std::min(candidates.size(), TriangleBatch::most);
         filter.gather(frame.position.data(), topology.triangles.data(), candidates.data(), count, batch);
         const TriangleVerdicts verdicts = filter.decide(batch, count);
+        std::uint64_t meet = verdicts.meet;
         for (std::uint64_t rest = verdicts.meet | verdicts.undecided; rest != 0; rest &= rest - 1) {
             const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
             const TrianglePair pair = candidates[lane];
             if (((verdicts.meet >> lane) & 1U) != 0 ||
                 triangles_intersect(corners(topology, frame, pair.a), corners(topology, frame, pair.b))) {
                 pairs.push_back(pair);
+                meet |= std::uint64_t{1} << lane;
             }
         }
+        apart(candidates.first(count), batch, meet);
         candidates = candidates.subspan(count);
     }
+}
+
+bool meet(TriangleTest test, const Corners& first, const Corners& second) {
+    return test == TriangleTest::interval ? cross_triangles(first, second).kind != CrossingKind::none
+                                          : moller_intersect(first, second);
 }
 
 }  // namespace
@@ -44,16 +55,53 @@ void test_pairs(TriangleTest test, const Topology& topology, const Frame& frame,
                 std::span<const TrianglePair> candidates, std::vector<TrianglePair>& pairs,
                 const TriangleFilter& filter) {
     if (test == TriangleTest::exact) {
-        test_exactly(topology, frame, candidates, pairs, filter);
+        test_exactly(topology, frame, candidates, pairs, filter,
+                     [](auto /*run*/, const TriangleBatch& /*batch*/, std::uint64_t /*meet*/) {});
         return;
     }
     for (const TrianglePair& pair : candidates) {
-        const Corners first = corners(topology, frame, pair.a);
-        const Corners second = corners(topology, frame, pair.b);
-        const bool meet = test == TriangleTest::interval ? cross_triangles(first, second).kind != CrossingKind::none
-                                                         : moller_intersect(first, second);
-        if (meet) pairs.push_back(pair);
+        if (meet(test, corners(topology, frame, pair.a), corners(topology, frame, pair.b))) pairs.push_back(pair);
     }
+}
+
+bool is_near(const Topology& topology, const Frame& frame, const TrianglePair& pair, double reach) {
+    return is_within_reach(corners(topology, frame, pair.a), corners(topology, frame, pair.b), reach);
+}
+
+std::int64_t test_pairs_within(double reach, TriangleTest test, const Topology& topology, const Frame& frame,
+                               std::span<const TrianglePair> candidates, std::vector<TrianglePair>& pairs,
+                               std::vector<TrianglePair>& near, const TriangleFilter& filter) {
+    if (reach == 0.0) {
+        test_pairs(test, topology, frame, candidates, pairs, filter);
+        return 0;
+    }
+    std::int64_t asked = 0;
+    if (test == TriangleTest::exact) {
+        const auto reach_in_float = static_cast<float>(reach);
+        test_exactly(topology, frame, candidates, pairs, filter,
+                     [&](std::span<const TrianglePair> run, const TriangleBatch& batch, std::uint64_t meet) {
+                         const std::uint64_t all = ~std::uint64_t{0} >> (TriangleBatch::most - run.size());
+                         const std::uint64_t apart = all & ~meet;
+                         asked += std::popcount(apart);
+                         const NearVerdicts verdicts = filter.decide_near(batch, apart, reach_in_float);
+                         for (std::uint64_t rest = verdicts.near | verdicts.undecided; rest != 0; rest &= rest - 1) {
+                             const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
+                             if (((verdicts.near >> lane) & 1U) != 0 || is_near(topology, frame, run[lane], reach)) {
+                                 near.push_back(run[lane]);
+                             }
+                         }
+                     });
+        return asked;
+    }
+    for (const TrianglePair& pair : candidates) {
+        if (meet(test, corners(topology, frame, pair.a), corners(topology, frame, pair.b))) {
+            pairs.push_back(pair);
+            continue;
+        }
+        ++asked;
+        if (is_near(topology, frame, pair, reach)) near.push_back(pair);
+    }
+    return asked;
 }
 
 }  // namespace trocar

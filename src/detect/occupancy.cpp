@@ -2,12 +2,13 @@
 
 #include <array>
 #include <bit>
+#include <cmath>
 
 namespace trocar {
 namespace {
 
 constexpr std::uint32_t field_bits = 1U << 20U;  ///< 128 KiB, which stay in the second cache
-constexpr std::int64_t border = 2;               ///< coarse cells around the range: what lies outside stays unmarked
+constexpr std::int64_t least_border = 2;         ///< coarse cells around the range: what lies outside stays unmarked
 
 }  // namespace
 
@@ -18,11 +19,27 @@ void Occupancy::prepare(Index vertices) {
     }
 }
 
-void Occupancy::start(const Lattice& lattice, const CellRange& range) {
+/// How many coarse cells two points can be apart that are at most `distance` apart along an axis.
+int Occupancy::cells_within(double distance, int shift) const {
+    if (distance == 0.0) return 0;
+    // Of two numbers that are rounded after being computed with an error far below a hundredth, unless so large.
+    constexpr double large = 0x1p40;
+    const double cells = std::floor(distance * window_.inverse + 0.01) + 1.0;
+    for (const double base : window_.base) {
+        if (!(std::abs(base) < large)) return most_spread;
+    }
+    return static_cast<int>(std::min<double>(std::ceil(std::ldexp(cells, -shift)), most_spread));
+}
+
+void Occupancy::start(const Lattice& lattice, const CellRange& range, double around) {
     range_ = range;
+    window_.inverse = lattice.inverse();
+    for (std::size_t axis = 0; axis < 3; ++axis) window_.base[axis] = lattice.base(static_cast<int>(axis));
+    std::int64_t border = least_border;
     std::array<std::int64_t, 3> count{};
     for (window_.shift = 0;; ++window_.shift) {
         bool fits = true;
+        border = least_border + cells_within(around, window_.shift);
         for (int axis = 0; axis < 3; ++axis) {
             const std::int64_t cells = static_cast<std::int64_t>(range.high[axis]) - range.low[axis];
             count[static_cast<std::size_t>(axis)] = (cells >> window_.shift) + 1 + 2 * border;
@@ -31,11 +48,9 @@ void Occupancy::start(const Lattice& lattice, const CellRange& range) {
         count[0] = (count[0] + 31) / 32 * 32;
         if (fits && count[0] * count[1] * count[2] <= field_bits) break;
     }
-    window_.inverse = lattice.inverse();
     constexpr double limit = Lattice::limit;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto k = static_cast<int>(axis);
-        window_.base[axis] = lattice.base(k);
         const std::int64_t origin = range.low[k] - (border << window_.shift);
         const std::int64_t end = range.high[k] + (border << window_.shift);
         window_.origin[axis] = static_cast<double>(origin);
@@ -102,8 +117,14 @@ bool Occupancy::any_shared(const CellRange& range) const {
            for_each_word(range, [this](std::size_t word, std::uint32_t bits) { return (twice_[word] & bits) != 0; });
 }
 
-/// near_ = field with every bit spread by one cell along each axis, one axis after the other; within a block of words.
-void Occupancy::spread(const Field& field, const Block& block) {
+/// near_ = field with every bit spread by `cells` >= 1 along each axis; within a block of words.
+void Occupancy::spread(const Field& field, const Block& block, int cells) {
+    spread_once(field, block);
+    for (int more = 1; more < cells; ++more) spread_once(near_, block);
+}
+
+/// By one cell, one axis after the other; `field` may be near_ itself.
+void Occupancy::spread_once(const Field& field, const Block& block) {
     const std::size_t plane_words = std::size_t{row_words_} * rows_;
     const auto for_each_row = [&](const auto& use) {
         for (std::uint32_t z = block.low[2]; z <= block.high[2]; ++z) {
@@ -154,10 +175,10 @@ Occupancy::Block Occupancy::block_around(const CellRange& range) const {
 
 /// Cells outside the window's range hold what lies anywhere outside, and nothing can be shared there: they are left
 /// out.
-void Occupancy::merge(const CellRange& range, bool spread_vertices) {
+void Occupancy::merge(const CellRange& range, int cells) {
     const Block block = block_around(range);
-    if (spread_vertices) {
-        spread(own_, block);
+    if (cells > 0) {
+        spread(own_, block, cells);
     } else {
         near_.swap(own_);
     }
@@ -171,7 +192,7 @@ void Occupancy::merge(const CellRange& range, bool spread_vertices) {
                           return false;
                       });
     }
-    if (!spread_vertices) near_.swap(own_);
+    if (cells == 0) near_.swap(own_);
     for (std::uint32_t z = block.low[2]; z <= block.high[2]; ++z) {
         for (std::uint32_t y = block.low[1]; y <= block.high[1]; ++y) {
             const std::size_t row = first_word(y, z);

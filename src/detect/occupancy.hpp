@@ -3,8 +3,9 @@
 //
 //   codes     every vertex -> its coarse cell, three small numbers in one word (occupancy_kernels.hpp)
 //   fields    per group of bodies one bit per coarse cell: a vertex is here; spread by one cell, so that the cells of
-//             every triangle whose corners are at most one cell apart are in it (the others are put in one by one)
-//   shared    the bits that two groups have in common; spread by one cell again and looked up at the vertices
+//             every triangle whose corners are at most one cell apart are in it (the others are put in one by one), and
+//             by as many more as what is around the group's triangles can cover
+//   shared    the bits that two groups have in common; spread by as many again and looked up at the vertices
 //   marks     a triangle whose first corner has no such bit, and whose corners are at most one cell apart, lies in no
 //             shared cell and is done with: three loads, a few subtractions, no branch
 //
@@ -30,8 +31,13 @@ public:
     /// Makes room for the codes of vertices and for the largest fields, so that no tick asks for memory.
     void prepare(Index vertices);
 
-    /// Empties the fields for cells in `range`, where two groups can meet.
-    void start(const Lattice& lattice, const CellRange& range);
+    /// Empties the fields for cells in `range`, where two groups can meet. `around`: m, most that there is around the
+    /// triangles of a group.
+    void start(const Lattice& lattice, const CellRange& range, double around = 0.0);
+    /// By how many cells a vertex must be spread for the cells of its triangles, with `around` (m) around them; more
+    /// than most_spread where vertices tell too little.
+    [[nodiscard]] int spread_for(double around) const { return 1 + cells_within(around, window_.shift); }
+    static constexpr int most_spread = 4;
     /// Finds the codes of vertices.
     void encode(const Frame& frame, Range vertices);
 
@@ -39,15 +45,16 @@ public:
     void add_vertices(Range vertices);
     /// Puts a range of cells there. Returns the number of words written.
     std::int64_t add(const CellRange& range);
-    /// Ends the field of a group whose cells all lie in `range`; `spread` where vertices were put in.
-    void merge(const CellRange& range, bool spread);
+    /// Ends the field of a group whose cells all lie in `range`; spread by so many cells, which is 0 where no vertices
+    /// were put in.
+    void merge(const CellRange& range, int cells);
     /// Instead of add and merge for the last group: what a group before holds of these cells is shared. Returns whether
     /// there is any.
     bool share(const CellRange& range);
 
-    /// Prepares marks on vertices near a cell of any group merged so far; of two of them.
-    void look_for_any() { spread(once_, everything()); }
-    void look_for_shared() { spread(twice_, everything()); }
+    /// Prepares marks on vertices within so many cells of a cell of any group merged so far; of two of them.
+    void look_for_any(int cells) { spread(once_, everything(), cells); }
+    void look_for_shared(int cells) { spread(twice_, everything(), cells); }
     /// Marks the vertices near such cells.
     void mark(Range vertices);
     /// Appends the triangles among `triangles` that are marked or have corners more than a cell apart. `corners` are
@@ -91,7 +98,9 @@ private:
     };
     [[nodiscard]] Block block_around(const CellRange& range) const;
     [[nodiscard]] Block everything() const { return {{0, 0, 0}, {row_words_ - 1, rows_ - 1, planes_ - 1}}; }
-    void spread(const Field& field, const Block& block);
+    void spread(const Field& field, const Block& block, int cells);
+    void spread_once(const Field& field, const Block& block);
+    [[nodiscard]] int cells_within(double distance, int shift) const;
     /// Coarse cell along an axis of a lattice cell inside the window.
     [[nodiscard]] std::uint32_t coarse(std::int32_t cell, int axis) const {
         return (static_cast<std::uint32_t>(cell) - static_cast<std::uint32_t>(origin_[axis])) >> window_.shift;
@@ -131,7 +140,7 @@ private:
 
     OccupancyKernels kernels_ = occupancy_kernels().front();
     CellWindow window_;
-    CellRange range_{};  ///< lattice cells where groups can meet; two coarse cells inside the window
+    CellRange range_{};  ///< lattice cells where groups can meet; two coarse cells or more inside the window
     Cell first_{};       ///< the window's numbers as whole numbers
     Cell last_{};
     Cell origin_{};

@@ -15,9 +15,10 @@
 //                    (ohc_maps.hpp)                                                                          [detect]
 //   triangles        the exact test (narrow_phase.hpp), with swept=on the continuous one, too (swept.hpp)
 //
-// Why no pair is missed: lattice.hpp. Triangles that span very many cells are cut into pieces for marking and hashing
-// only (triangle_cells.hpp); those that would need more pieces than a plain look at every other triangle costs are
-// looked at in that plain way.
+// Why no pair is missed: lattice.hpp; within a reach every box, range of cells and box test is that of the same grown
+// triangle (ohc_bodies.hpp: which of two is grown).  Triangles that span very many cells are cut into pieces for
+// marking and hashing only (triangle_cells.hpp); those that would need more pieces than a plain look at every other
+// triangle costs are looked at in that plain way.
 //
 // Nothing is remembered from tick to tick, but with incremental=on (ohc_incremental.hpp), and under limits: then the
 // pairs of the tick before are tested first, what concerns an instrument next, all else last (ohc_limits.hpp).
@@ -62,8 +63,9 @@ public:
         if (follows_) incremental_.prepare(frame);
     }
 
-    void update(const Frame& frame) override {
+    void update(const Frame& frame, double reach) override {
         work_.start();
+        if (reach != bodies_.reach()) bodies_.set_reach(reach);
         at_rest_ = false;
         if (follows_) {
             answerable_ = incremental_.follow(frame);
@@ -78,17 +80,19 @@ public:
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!answerable_ && !check_frame(*topology_, frame, contacts)) return;
+        contacts.reach = bodies_.reach();
         work_ = after_update_;
         if (at_rest_) {
-            limits_.repeat(contacts.pairs);
+            limits_.repeat(contacts);
         } else if (follows_) {
-            incremental_.detect(frame, candidates_, contacts.pairs);
+            incremental_.detect(frame, candidates_, contacts);
         } else if (settings_.limited()) {
             limits_.detect(frame, candidates_, contacts);
         } else {
             detect_all(frame, contacts);
         }
         sort_pairs(contacts.pairs, sorted_);
+        sort_pairs(contacts.near, sorted_);
         sort_swept(contacts.swept);
         contacts.work = work_.counters;
         contacts.truncated = work_.truncated;
@@ -118,12 +122,14 @@ private:
         candidates_.settle();
         if (bodies_.cells().way()) {
             work_.counters.box_tests += static_cast<std::int64_t>(candidates_.once.size());
-            std::erase_if(candidates_.once,
-                          [&](const TrianglePair& pair) { return !may_meet_on_way(*topology_, frame, pair); });
+            std::erase_if(candidates_.once, [&](const TrianglePair& pair) {
+                return !may_meet_on_way(*topology_, frame, pair, bodies_.reach());
+            });
         }
         const auto tests = static_cast<std::int64_t>(candidates_.once.size());
         work_.counters.triangle_tests += tests;
-        test_pairs(settings_.test, *topology_, frame, candidates_.once, contacts.pairs);
+        work_.counters.triangle_tests += test_pairs_within(bodies_.reach(), settings_.test, *topology_, frame,
+                                                           candidates_.once, contacts.pairs, contacts.near);
         if (!bodies_.cells().way()) return;
         work_.counters.triangle_tests += tests;
         test_swept(*topology_, frame, candidates_.once, contacts.swept);
@@ -154,6 +160,7 @@ DetectorEntry ohc_detector() {
         .configuration = "double precision cells and boxes; exact triangle test; one thread",
         .own = true,
         .claims_exact = true,
+        .reach = true,
         .parameters =
             {{.name = "cell",
               .unit = "m",

@@ -49,6 +49,7 @@ void OhcBodies::prepare(const Topology& topology, const Frame& frame) {
     meeting_bodies_.reserve(bodies);
     meeting_.prepare(bodies);
     cells_.prepare(topology, settings_.margin);
+    reach_ = 0.0;
     cell_edge_ = 0.0;
     choose_cell(frame);
 }
@@ -68,6 +69,15 @@ void OhcBodies::make_groups() {
         begin = past;
     }
     active_ = groups_;
+}
+
+void OhcBodies::set_reach(double reach) {
+    reach_ = reach;
+    for (const Group& group : groups_) {
+        const bool first_of_two = groups_.size() == 2 && &group == &groups_.front();
+        const double growth = first_of_two ? reach : groups_.size() == 2 ? 0.0 : 0.5 * reach;
+        for (std::size_t k = group.first_body; k < group.end_body; ++k) cells_.grow(order_[k], growth);
+    }
 }
 
 void OhcBodies::choose_active() {
@@ -143,7 +153,8 @@ bool OhcBodies::read_boxes(const Frame& frame) {
     return finite;
 }
 
-/// Of bodies that go far: which part of their way passes others. The hull of it, and for all others the whole way.
+/// Of bodies that go far: which part of their way passes others within reach. The hull of it, and for all others the
+/// whole way.
 void OhcBodies::find_parts() {
     constexpr double far = 2.0;  // times their own size
     parts_.assign(ways_.size(), {});
@@ -156,10 +167,11 @@ void OhcBodies::find_parts() {
             length = std::max(length, std::abs(way.end.low[k] - way.start.low[k]));
         }
         if (length <= far * size) continue;
+        const BoxOnWay<Extent> near{way.start.grown(reach_), way.end.grown(reach_)};
         TickPart hull{1.0, 0.0};
         for (const Index other : order_) {
             if (other == body || !may_hit(body, other)) continue;
-            const TickPart part = part_of_meeting(way, ways_[at(other)]);
+            const TickPart part = part_of_meeting(near, ways_[at(other)]);
             if (part.empty()) continue;
             hull = {std::min(hull.first, part.first), std::max(hull.last, part.last)};
         }
@@ -196,13 +208,8 @@ CellRange OhcBodies::place_groups() {
     return meeting;
 }
 
-/// The body's box with the margin around it, as the boxes of triangles have it.
-Extent OhcBodies::wide_box(Index number) const {
-    Extent box = boxes_[at(number)];
-    for (double& low : box.low) low -= settings_.margin;
-    for (double& high : box.high) high += settings_.margin;
-    return box;
-}
+/// The body's box with that around it that the boxes of its triangles have.
+Extent OhcBodies::wide_box(Index number) const { return boxes_[at(number)].grown(cells_.around(number)); }
 
 CellRange OhcBodies::cells_of(const Extent& box) const {
     return {cells_.lattice().cell(Vector3(box.low[0], box.low[1], box.low[2])),

@@ -51,6 +51,13 @@ public:
     [[nodiscard]] Index body_of(Index triangle) const { return topology_->body_of_triangle[at(triangle)]; }
     [[nodiscard]] const BodyRange& body(Index number) const { return topology_->bodies[at(number)]; }
 
+    /// reach: m, within which pairs are looked for from now on. It is added around the triangles of one of two groups,
+    /// the one with fewer of them; where there are more groups, half of it around all.
+    void set_reach(double reach);
+    [[nodiscard]] double reach() const { return reach_; }
+    /// m, around the triangles of a group.
+    [[nodiscard]] double around(const Group& group) const { return cells_.around(order_[group.first_body]); }
+
     /// Kept bodies stay out of the cascade (ohc_incremental.hpp); none is after prepare.
     [[nodiscard]] bool is_kept(Index body) const { return kept_[at(body)] != 0; }
     void keep(Index body, bool kept) { kept_[at(body)] = kept ? 1 : 0; }
@@ -105,10 +112,11 @@ private:
     std::vector<Extent> boxes_;             ///< per body, m
     std::vector<BoxOnWay<Extent>> ways_;    ///< per body, where the way counts
     std::vector<TickPart> parts_;           ///< per body: when it may meet another
-    std::vector<Extent> wide_boxes_;        ///< with the margin around them, as triangles' boxes have it
+    std::vector<Extent> wide_boxes_;        ///< with what is around their triangles, as triangles' boxes have it
     std::vector<Index> meeting_bodies_;     ///< those that are not kept
     MeetingBoxes meeting_;
     double cell_edge_ = 0.0;  ///< m; 0: not chosen yet
+    double reach_ = 0.0;      ///< m
     TriangleCells cells_;
 };
 

@@ -20,10 +20,12 @@
 //
 // Nothing is lost on the way: each box encloses what it stands for, cell numbers (lattice.hpp) and floats
 // (cluster_kernels.hpp) are monotone functions of coordinates, so that what overlaps keeps overlapping. Pairs of groups
-// of which neither moved are not looked at: their triangle pairs are those of the tick before. With swept=on every box
-// holds both ends of the tick, and all of it is made anew in every tick.
+// of which neither moved are not looked at: their triangle pairs are those of the tick before. Within a reach the box
+// that asks has it on all sides, the boxes themselves know of none, and an answer is taken over while the reach stays.
+// With swept=on every box holds both ends of the tick, and all of it is made anew in every tick.
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "detect/cluster_kernels.hpp"
@@ -60,8 +62,9 @@ public:
         if (is_answerable(topology, frame)) build(frame);
     }
 
-    void update(const Frame& frame) override {
+    void update(const Frame& frame, double reach) override {
         work_.start();
+        if (std::exchange(clock_.reach, reach) != reach) clock_.answered_at = ClusteredClock::never;
         clock_.way = false;
         if (frame.position.cols() != topology_->vertex_count) {
             answerable_ = false;
@@ -94,6 +97,7 @@ public:
             contacts.outcome = {OutcomeKind::unsupported, "detect was called with another frame than update"};
             return;
         }
+        contacts.reach = clock_.reach;
         work_ = after_update_;
         descent_.clear();
         if (bodies_.all().size() > 1) {
@@ -170,6 +174,7 @@ DetectorEntry ohc_clustered_detector() {
             cluster_kernels().front().target,
         .own = true,
         .claims_exact = true,
+        .reach = true,
         .parameters =
             {{.name = "order",
               .type = Type::choice,

@@ -19,6 +19,7 @@ void OhcIncremental::prepare(const Frame& frame) {
     hash_again_.clear();
     last_.clear();
     last_pairs_.clear();
+    last_near_.clear();
     known_ = false;
     answered_ = true;
     moving_ = false;
@@ -54,7 +55,7 @@ bool OhcIncremental::follow(const Frame& frame) {
         answered_ = false;
     }
     redo_ = false;
-    if (last_.empty() || !bodies_.has_cell()) {
+    if (last_.empty() || !bodies_.has_cell() || kept_reach_ != bodies_.reach()) {
         known_ = is_answerable(bodies_.topology(), frame);
         if (known_) keep_all(frame);
         return known_;
@@ -156,22 +157,23 @@ bool OhcIncremental::look_at_vertices(const Frame& frame, bool told) {
     if (told) {
         bool finite = true;
         for_each_told(bodies_.topology(), frame, [&](Index body, Range part) {
-            if (is_kept(body) && finite) finite = look_at_range(frame, part);
+            if (is_kept(body) && finite) finite = look_at_range(frame, body, part);
         });
         return finite;
     }
     for (const Index body : bodies_.order()) {
-        if (is_kept(body) && !look_at_range(frame, bodies_.body(body).vertices)) return false;
+        if (is_kept(body) && !look_at_range(frame, body, bodies_.body(body).vertices)) return false;
     }
     return true;
 }
 
-bool OhcIncremental::look_at_range(const Frame& frame, Range range) {
+bool OhcIncremental::look_at_range(const Frame& frame, Index body, Range range) {
+    const double around = bodies_.cells().around(body);
     work_.counters.vertices_read += range.count;
     for (Index v = range.first; v < range.end(); ++v) {
         if (!last_.moved(frame, v)) continue;
         if (!frame.position.col(v).allFinite()) return false;
-        const bool other_cell = changes_cell(frame, v);
+        const bool other_cell = changes_cell(frame, v, around);
         last_.remember(frame, v);
         for (Index k = first_triangle_[at(v)]; k < first_triangle_[at(v) + 1]; ++k) {
             const Index t = triangles_of_vertices_[at(k)];
@@ -182,13 +184,15 @@ bool OhcIncremental::look_at_range(const Frame& frame, Range range) {
     return true;
 }
 
-/// Whether a triangle may leave or enter a cell by this corner's step. A margin reaches into other cells by itself.
-bool OhcIncremental::changes_cell(const Frame& frame, Index vertex) const {
-    if (bodies_.cells().margin() != 0.0) return true;
+/// Whether a triangle with `around` (m) around it may leave or enter a cell by this corner's step.
+bool OhcIncremental::changes_cell(const Frame& frame, Index vertex, double around) const {
     const Lattice& lattice = bodies_.cells().lattice();
     const double* const before = last_.before(vertex);
     for (int axis = 0; axis < 3; ++axis) {
-        if (lattice.number(before[axis], axis) != lattice.number(frame.position(axis, vertex), axis)) return true;
+        const double now = frame.position(axis, vertex);
+        if (lattice.number(before[axis] - around, axis) != lattice.number(now - around, axis)) return true;
+        if (around == 0.0) continue;
+        if (lattice.number(before[axis] + around, axis) != lattice.number(now + around, axis)) return true;
     }
     return false;
 }
@@ -201,9 +205,10 @@ void OhcIncremental::hash_again(Index triangle) {
     if (std::exchange(to_hash_[at(triangle)], std::uint8_t{1}) == 0) hash_again_.push_back(triangle);
 }
 
-/// All triangles into empty maps: at the first frame, and when a kept one left the lattice.
+/// All triangles into empty maps: at the first frame, at another reach, and when a kept one left the lattice.
 void OhcIncremental::keep_all(const Frame& frame) {
     if (!bodies_.has_cell()) bodies_.choose_cell(frame);
+    kept_reach_ = bodies_.reach();
     (void)bodies_.read_boxes(frame);
     for (Following& state : following_) state = {};
     for (const Index body : bodies_.order()) bodies_.keep(body, false);
@@ -249,14 +254,18 @@ bool OhcIncremental::changed_near_moving() const {
     });
 }
 
-void OhcIncremental::detect(const Frame& frame, OhcCandidates& candidates, std::vector<TrianglePair>& pairs) {
+void OhcIncremental::detect(const Frame& frame, OhcCandidates& candidates, ContactSet& contacts) {
     candidates.clear();
     const auto stays = [this](Index t) {
         return changed_at_[at(t)] != change_ && !(redo_ && !is_kept(bodies_.body_of(t)));
     };
-    for (const TrianglePair& pair : last_pairs_) {
-        if (stays(pair.a) && stays(pair.b)) pairs.push_back(pair);
-    }
+    const auto keep = [&stays](const std::vector<TrianglePair>& last, std::vector<TrianglePair>& pairs) {
+        for (const TrianglePair& pair : last) {
+            if (stays(pair.a) && stays(pair.b)) pairs.push_back(pair);
+        }
+    };
+    keep(last_pairs_, contacts.pairs);
+    keep(last_near_, contacts.near);
     if (redo_) {
         maps_.hash(frame);
         maps_.gather(
@@ -268,8 +277,10 @@ void OhcIncremental::detect(const Frame& frame, OhcCandidates& candidates, std::
     look_around_huge(frame, stays, candidates);
     candidates.settle();
     work_.counters.triangle_tests += static_cast<std::int64_t>(candidates.once.size());
-    test_pairs(settings_.test, bodies_.topology(), frame, candidates.once, pairs);
-    last_pairs_ = pairs;
+    work_.counters.triangle_tests += test_pairs_within(bodies_.reach(), settings_.test, bodies_.topology(), frame,
+                                                       candidates.once, contacts.pairs, contacts.near);
+    last_pairs_ = contacts.pairs;
+    last_near_ = contacts.near;
     answered_ = true;
 }
 

@@ -1,14 +1,14 @@
 // Option `incremental` of ohc: what is kept from tick to tick and who goes through the cascade. A body of which most
 // moves goes through it at every tick. A body that rests, or of which less than half moves, is kept: its triangles stay
 // hashed (kept_triangles.hpp), those that moved are looked around, and what moves elsewhere asks the maps that are
-// there. Pairs of two triangles that did not move are taken over from the tick before.
+// there. Pairs of two triangles that did not move are taken over from the tick before. Another reach is a new start.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <vector>
 
-#include "contact/contact.hpp"
+#include "contact/contact_set.hpp"
 #include "detect/kept_triangles.hpp"
 #include "detect/last_positions.hpp"
 #include "detect/ohc_bodies.hpp"
@@ -30,7 +30,7 @@ public:
     /// where need be and sends the others through the occupancy. False when the frame cannot be answered.
     bool follow(const Frame& frame);
     /// The pairs of the followed frame, not sorted. `candidates` is scratch.
-    void detect(const Frame& frame, OhcCandidates& candidates, std::vector<TrianglePair>& pairs);
+    void detect(const Frame& frame, OhcCandidates& candidates, ContactSet& contacts);
 
 private:
     static constexpr int patience = 8;  ///< ticks of rest, or nearly, after which a body is kept
@@ -48,8 +48,8 @@ private:
     bool look_at_bodies(const Frame& frame, bool told);
     void forget_leaving(const Frame& frame);
     bool look_at_vertices(const Frame& frame, bool told);
-    bool look_at_range(const Frame& frame, Range range);
-    [[nodiscard]] bool changes_cell(const Frame& frame, Index vertex) const;
+    bool look_at_range(const Frame& frame, Index body, Range range);
+    [[nodiscard]] bool changes_cell(const Frame& frame, Index vertex, double around) const;
     void change(Index triangle);
     void hash_again(Index triangle);
     void keep_all(const Frame& frame);
@@ -74,7 +74,9 @@ private:
     bool redo_ = false;     ///< such bodies are looked at again in this tick
     KeptTriangles kept_;
     LastPositions last_;
-    std::vector<TrianglePair> last_pairs_;      ///< what the tick before reported
+    double kept_reach_ = 0.0;               ///< m, that the kept triangles are hashed for
+    std::vector<TrianglePair> last_pairs_;  ///< what the tick before reported
+    std::vector<TrianglePair> last_near_;
     std::vector<Following> following_;          ///< per body
     std::vector<Index> leaving_;                ///< bodies
     std::vector<Index> first_triangle_;         ///< N + 1; where the triangles of a vertex start

@@ -11,6 +11,8 @@ namespace trocar {
 
 void OhcLimits::prepare() {
     last_pairs_.clear();
+    last_near_.clear();
+    last_reach_ = 0.0;
     last_.clear();
     answered_ = true;
     known_ = false;
@@ -19,7 +21,9 @@ void OhcLimits::prepare() {
 void OhcLimits::detect(const Frame& frame, OhcCandidates& candidates, ContactSet& contacts) {
     const Topology& topology = bodies_.topology();
     tested_.clear();
+    const double reach = bodies_.reach();
     candidates.once = last_pairs_;
+    candidates.once.insert(candidates.once.end(), last_near_.begin(), last_near_.end());
     candidates.repeated.clear();
     const auto flush = [&] {
         candidates.once.insert(candidates.once.end(), candidates.repeated.begin(), candidates.repeated.end());
@@ -29,12 +33,19 @@ void OhcLimits::detect(const Frame& frame, OhcCandidates& candidates, ContactSet
             if (place != tested_.end() && *place == pair) continue;
             if (bodies_.cells().way()) {
                 if (!work_.spend(work_.counters.box_tests, 1)) return false;
-                if (!may_meet_on_way(topology, frame, pair)) continue;
+                if (!may_meet_on_way(topology, frame, pair, reach)) continue;
             }
-            if (static_cast<std::int64_t>(contacts.pairs.size()) >= settings_.max_pairs) work_.truncated = true;
+            const std::size_t meeting = contacts.pairs.size();
+            if (static_cast<std::int64_t>(meeting + contacts.near.size()) >= settings_.max_pairs) {
+                work_.truncated = true;
+            }
             if (work_.truncated || !work_.spend(work_.counters.triangle_tests, 1)) return false;
             tested_.insert(place, pair);
             test_pairs(settings_.test, topology, frame, {&pair, 1}, contacts.pairs);
+            if (reach > 0.0 && contacts.pairs.size() == meeting) {
+                if (!work_.spend(work_.counters.triangle_tests, 1)) return false;
+                if (is_near(topology, frame, pair, reach)) contacts.near.push_back(pair);
+            }
             if (!bodies_.cells().way() || !either_moved(topology, frame, pair)) continue;
             if (static_cast<std::int64_t>(contacts.swept.size()) >= settings_.max_pairs) work_.truncated = true;
             if (work_.truncated || !work_.spend(work_.counters.triangle_tests, 1)) return false;
@@ -56,21 +67,25 @@ void OhcLimits::detect(const Frame& frame, OhcCandidates& candidates, ContactSet
     }
     work_.truncated = work_.truncated || cut_before;
     last_pairs_ = contacts.pairs;
+    last_near_ = contacts.near;
     std::sort(last_pairs_.begin(), last_pairs_.end());
+    std::sort(last_near_.begin(), last_near_.end());
     last_truncated_ = work_.truncated;
     answered_ = true;
 }
 
-void OhcLimits::repeat(std::vector<TrianglePair>& pairs) {
-    pairs = last_pairs_;
+void OhcLimits::repeat(ContactSet& contacts) {
+    contacts.pairs = last_pairs_;
+    contacts.near = last_near_;
     work_.truncated = last_truncated_;
 }
 
 bool OhcLimits::is_at_rest(const Frame& frame) {
     const Topology& topology = bodies_.topology();
     const bool told = std::exchange(known_, false) && frame.moved.has_value();
+    const bool same_reach = std::exchange(last_reach_, bodies_.reach()) == bodies_.reach();
     if (frame.position.cols() != topology.vertex_count) return false;
-    bool rests = !last_.empty() && answered_;
+    bool rests = !last_.empty() && answered_ && same_reach;
     std::int64_t looked_at = 0;
     if (last_.empty()) {
         last_.remember_all(frame);

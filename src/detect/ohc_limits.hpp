@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "contact/contact.hpp"
+#include "contact/contact_set.hpp"
 #include "detect/last_positions.hpp"
 #include "detect/ohc_bodies.hpp"
 #include "detect/ohc_maps.hpp"
@@ -19,10 +19,11 @@ public:
 
     /// Forgets everything.
     void prepare();
-    /// When incremental: whether the last answer is this frame's, too, because nothing moved since.
+    /// When incremental: whether the last answer is this frame's, too, because nothing moved since and the reach
+    /// stayed.
     bool is_at_rest(const Frame& frame);
     /// The last answer again.
-    void repeat(std::vector<TrianglePair>& pairs);
+    void repeat(ContactSet& contacts);
     /// The pairs of the tick before are tested first, then whatever the cascade brings, what concerns an instrument
     /// first, since that is felt at once. `candidates` is scratch.
     void detect(const Frame& frame, OhcCandidates& candidates, ContactSet& contacts);
@@ -33,6 +34,8 @@ private:
     OhcMaps& maps_;
     OhcWork& work_;
     std::vector<TrianglePair> last_pairs_;  ///< of the last answer, sorted
+    std::vector<TrianglePair> last_near_;   ///< sorted
+    double last_reach_ = 0.0;               ///< m, of the last look at what moved
     std::vector<TrianglePair> tested_;      ///< sorted, what was tested this tick
     bool last_truncated_ = false;           ///< of the last answer
     bool answered_ = true;                  ///< nothing moved since

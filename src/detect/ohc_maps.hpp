@@ -24,7 +24,7 @@
 
 namespace trocar {
 
-/// Pairs whose boxes overlap.
+/// Pairs whose boxes overlap, of which one or both have the reach around them.
 struct OhcCandidates {
     std::vector<TrianglePair> once;      ///< each pair once
     std::vector<TrianglePair> repeated;  ///< pairs of triangles in pieces or huge ones, any number of times

@@ -1,6 +1,10 @@
 #include "detect/ohc_occupancy.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <utility>
 
 namespace trocar {
 
@@ -33,16 +37,21 @@ void OhcOccupancy::find(const Frame& frame, const CellRange& meeting) {
 void OhcOccupancy::find_near(const Frame& frame, const CellRange& meeting) {
     const std::vector<Group>& groups = bodies_.active();
     const std::size_t last = groups.size() - 1;
-    const bool plain = bodies_.cells().plain();
     runs_.assign(groups.size(), Run{});
-    near_.start(bodies_.cells().lattice(), meeting);
+    double around = 0.0;
+    for (const Group& group : groups) around = std::max(around, bodies_.around(group));
+    near_.start(bodies_.cells().lattice(), meeting, around);
+    plain_ = bodies_.cells().plain() && near_.spread_for(around) <= Occupancy::most_spread;
     for (std::size_t g = 0; g < last; ++g) put_in_field(frame, groups[g]);
-    if (plain) near_.look_for_any();
+    if (plain_) near_.look_for_any(spread_of(groups[last]));
     collect(frame, last, [this](const CellRange& range) { return near_.share(range); });
     if (primitives_.empty() && groups.size() == 2) return;
-    if (plain) near_.look_for_shared();
+    int looked_for = 0;
     for (std::size_t g = 0; g < last; ++g) {
         if (!near_.any_shared(groups[g].range)) continue;
+        if (plain_ && std::exchange(looked_for, spread_of(groups[g])) != spread_of(groups[g])) {
+            near_.look_for_shared(spread_of(groups[g]));
+        }
         collect(frame, g, [this](const CellRange& range) { return near_.any_shared(range); });
     }
 }
@@ -55,7 +64,7 @@ void OhcOccupancy::put_in_field(const Frame& frame, const Group& group) {
     bodies_.for_each_body(group, [&](const BodyRange& body) {
         if (!bodies_.meeting().any(bodies_.body_of(body.triangles.first))) return;  // meets nobody
         if (!work_.spend(work_.counters.cells_visited, body.triangles.count)) return;
-        if (!cells.plain()) {
+        if (!plain_) {
             add_all(body.triangles);
             return;
         }
@@ -72,7 +81,7 @@ void OhcOccupancy::put_in_field(const Frame& frame, const Group& group) {
         });
         if (!placed) huge_.push_back(t);
     }
-    near_.merge(group.range, cells.plain());
+    near_.merge(group.range, plain_ ? spread_of(group) : 0);
 }
 
 /// The group's triangles that cannot be ruled out by a look at their vertices, that reach where others are, and of
@@ -85,7 +94,7 @@ void OhcOccupancy::collect(const Frame& frame, std::size_t group, const IsShared
     bodies_.for_each_body(bodies_.active()[group], [&](const BodyRange& body) {
         if (!bodies_.meeting().any(bodies_.body_of(body.triangles.first))) return;  // meets nobody
         if (!work_.spend(work_.counters.cells_visited, body.triangles.count)) return;
-        if (!cells.plain()) {
+        if (!plain_) {
             add_all(body.triangles);
             return;
         }
@@ -128,8 +137,21 @@ void OhcOccupancy::collect(const Frame& frame, std::size_t group, const IsShared
 void OhcOccupancy::keep_meeting(const Frame& frame, const BodyRange& body, std::size_t first) {
     if (!work_.spend(work_.counters.box_tests, static_cast<std::int64_t>(found_.size() - first))) return;
     const auto vertex = static_cast<std::size_t>(body.vertices.first);
-    kernels_.beside(frame.position.data() + 3 * vertex, body.vertices.count,
-                    bodies_.meeting().of(bodies_.body_of(body.triangles.first)), sides_.data() + vertex);
+    const Index number = bodies_.body_of(body.triangles.first);
+    // What is around triangles is put around the parts instead, and a little more than subtracting it there can round.
+    std::array<Extent, box_sides::most> parts;
+    const std::span<const Extent> exact = bodies_.meeting().of(number);
+    const double around = bodies_.cells().around(number);
+    for (std::size_t k = 0; k < exact.size(); ++k) {
+        parts[k] = exact[k];
+        if (around == 0.0) continue;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            parts[k].low[axis] -= around + 0x1p-50 * (around + std::abs(parts[k].low[axis]));
+            parts[k].high[axis] += around + 0x1p-50 * (around + std::abs(parts[k].high[axis]));
+        }
+    }
+    kernels_.beside(frame.position.data() + 3 * vertex, body.vertices.count, {parts.data(), exact.size()},
+                    sides_.data() + vertex);
     const auto sides = [this](Index v) { return sides_[static_cast<std::size_t>(v)]; };
     std::size_t kept = first;
     for (std::size_t k = first; k < found_.size(); ++k) {
@@ -159,7 +181,7 @@ void OhcOccupancy::find_shared(const Frame& frame) {
         for_each_range(g, [this](const CellRange& part) {
             if (work_.afford(part)) work_.counters.cells_visited += shared_.add(part);
         });
-        shared_.merge(bodies_.active()[g].range, false);
+        shared_.merge(bodies_.active()[g].range, 0);
     }
     for_each_range(last, [this](const CellRange& part) {
         if (!work_.afford(part)) return;

@@ -46,6 +46,8 @@ private:
     };
 
     void find_near(const Frame& frame, const CellRange& meeting);
+    /// By how many cells the vertices of a group are spread.
+    [[nodiscard]] int spread_of(const Group& group) const { return near_.spread_for(bodies_.around(group)); }
     void find_shared(const Frame& frame);
     void put_in_field(const Frame& frame, const Group& group);
     template <typename IsShared>
@@ -60,6 +62,7 @@ private:
     OccupancyKernels kernels_ = occupancy_kernels().front();
     Occupancy near_;                    ///< where groups may meet, judged by vertices
     Occupancy shared_;                  ///< where they do, judged by triangles
+    bool plain_ = true;                 ///< a look at vertices tells enough in this tick
     std::vector<Index> found_;          ///< triangles that a look at their vertices did not rule out
     std::vector<std::uint32_t> sides_;  ///< per vertex, as in box_sides; of the body at hand
     std::vector<Index> huge_;

@@ -45,8 +45,11 @@ BoxOnWay<Extent> box_on_way(const Topology& topology, const Frame& frame, Index 
 
 }  // namespace
 
-bool may_meet_on_way(const Topology& topology, const Frame& frame, const TrianglePair& pair) {
-    return !part_of_meeting(box_on_way(topology, frame, pair.a), box_on_way(topology, frame, pair.b)).empty();
+bool may_meet_on_way(const Topology& topology, const Frame& frame, const TrianglePair& pair, double reach) {
+    const BoxOnWay<Extent> way = box_on_way(topology, frame, pair.a);
+    return !part_of_meeting(BoxOnWay<Extent>{way.start.grown(reach), way.end.grown(reach)},
+                            box_on_way(topology, frame, pair.b))
+                .empty();
 }
 
 bool either_moved(const Topology& topology, const Frame& frame, const TrianglePair& pair) {

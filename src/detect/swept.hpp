@@ -14,9 +14,10 @@ namespace trocar {
 /// True when a vertex of the two triangles moved since the frame before: standing still, nothing begins.
 bool either_moved(const Topology& topology, const Frame& frame, const TrianglePair& pair);
 
-/// False when the boxes of the two triangles, on their way from frame.previous to frame.position, are never in the same
-/// place at the same time: then they meet neither on the way nor at its ends. Precondition: both frames are finite.
-bool may_meet_on_way(const Topology& topology, const Frame& frame, const TrianglePair& pair);
+/// False when the boxes of the two triangles, on their way from frame.previous to frame.position, never come within
+/// `reach` (m) at the same time: then they do so neither on the way nor at its ends. Precondition: both frames are
+/// finite.
+bool may_meet_on_way(const Topology& topology, const Frame& frame, const TrianglePair& pair, double reach);
 
 /// Appends those of `candidates` (a < b) that do not intersect at frame.previous and meet on the way to frame.position,
 /// in the same order. Precondition: both are finite.

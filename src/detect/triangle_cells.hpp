@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 #include <span>
+#include <vector>
 
 #include "detect/lattice.hpp"
 #include "detect/tick_part.hpp"
@@ -44,7 +45,12 @@ public:
     void prepare(const Topology& topology, double margin) {
         topology_ = &topology;
         margin_ = margin;
+        around_.assign(topology.bodies.size(), margin);
     }
+    /// Adds `growth` (m, >= 0) to the margin of a body's triangles.
+    void grow(Index body, double growth) { around_[static_cast<std::size_t>(body)] = margin_ + growth; }
+    /// m, added around a body's triangles.
+    [[nodiscard]] double around(Index body) const { return around_[static_cast<std::size_t>(body)]; }
     /// way: triangles stand for all places between the frame before and this one, large ones for those within the part
     /// of the tick that counts for their body (in `parts`, which stays there).
     void set_way(bool way, std::span<const TickPart> parts = {}) {
@@ -52,9 +58,8 @@ public:
         parts_ = parts;
     }
     [[nodiscard]] bool way() const { return way_; }
-    /// A vertex stands for its position and nothing around it.
+    /// A vertex stands for its position, with nothing around it but what its body was grown by.
     [[nodiscard]] bool plain() const { return margin_ == 0.0 && !way_; }
-    [[nodiscard]] double margin() const { return margin_; }
     [[nodiscard]] Lattice& lattice() { return lattice_; }
     [[nodiscard]] const Lattice& lattice() const { return lattice_; }
 
@@ -82,9 +87,10 @@ public:
                 z = Two{least(z[0], before[2]), most(z[1], before[2])};
             }
         }
-        low -= margin_;
-        high += margin_;
-        z += Two{-margin_, margin_};
+        const double around = around_[static_cast<std::size_t>(p.body)];
+        low -= around;
+        high += around;
+        z += Two{-around, around};
         p.low = {low[0], low[1], z[0]};
         p.high = {high[0], high[1], z[1]};
         p.range = lattice_.range(low, high, z);
@@ -169,7 +175,7 @@ private:
         const Corners before = way_ ? corners_in(frame.previous) : here;
         // The corners of a piece are rounded; a pad of some units in the last place keeps the pieces without gaps.
         const double pad =
-            margin_ + 16.0 * std::numeric_limits<double>::epsilon() * std::max(here.size(), before.size());
+            around(p.body) + 16.0 * std::numeric_limits<double>::epsilon() * std::max(here.size(), before.size());
         const Vector3 padding = Vector3::Constant(pad);
         // Counts are small here: a triangle with many pieces does not come this way.
         const int slabs = static_cast<int>(cut.slabs);
@@ -203,6 +209,7 @@ private:
 
     const Topology* topology_ = nullptr;
     double margin_ = 0.0;
+    std::vector<double> around_;  ///< per body
     bool way_ = false;
     std::span<const TickPart> parts_;
     Lattice lattice_;

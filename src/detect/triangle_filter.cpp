@@ -26,6 +26,8 @@
 // undecided.
 #include "detect/triangle_filter.hpp"
 
+#include "detect/near_filter.hpp"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "detect/triangle_filter.cpp"
 #include <hwy/foreach_target.h>
@@ -33,35 +35,13 @@
 #include <hwy/highway.h>
 
 #include "detect/by_axis-inl.hpp"
+#include "detect/triangle_lanes-inl.hpp"
 #include "geometry/simd_targets.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace trocar::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
-
-using Floats = hn::CappedTag<float, 16>;
-using Float = hn::Vec<Floats>;
-using Mask = hn::Mask<Floats>;
-
-struct Vectors {
-    Float x;
-    Float y;
-    Float z;
-};
-
-HWY_INLINE Vectors load(const TriangleBatch::Lanes& lanes, std::size_t first) {
-    const Floats d;
-    return {hn::Load(d, &lanes[0][first]), hn::Load(d, &lanes[1][first]), hn::Load(d, &lanes[2][first])};
-}
-HWY_INLINE Float dot(const Vectors& a, const Vectors& b) {
-    return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
-}
-HWY_INLINE Vectors cross(const Vectors& a, const Vectors& b) {
-    return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
-            hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
-}
-HWY_INLINE Float largest(const Vectors& a) { return hn::Max(hn::Max(hn::Abs(a.x), hn::Abs(a.y)), hn::Abs(a.z)); }
 
 /// Certain signs of a determinant; neither where it is within the bound or not a number.
 struct Sign {
@@ -89,13 +69,6 @@ HWY_INLINE EdgeVerdict judge(const Sign& end, const Sign& other_end, const Sign&
     return {hn::And(parted, hn::Or(all_above, all_below)), hn::Or(one_side, hn::And(some_above, some_below))};
 }
 
-HWY_INLINE std::uint64_t bits_of(Mask mask) {
-    const Floats d;
-    std::uint8_t bytes[8] = {};
-    hn::StoreMaskBits(d, mask, bytes);
-    return static_cast<std::uint64_t>(bytes[0] | (bytes[1] << 8));
-}
-
 /// Verdicts of the lanes from pair `first` on; `apart` is certain too.
 HWY_INLINE void decide_lanes(const TriangleBatch& batch, std::size_t first, std::uint64_t& meet, std::uint64_t& apart) {
     const Floats d;
@@ -108,10 +81,7 @@ HWY_INLINE void decide_lanes(const TriangleBatch& batch, std::size_t first, std:
     const Float e1 = hn::Max(largest(u1), largest(v1));
     const Float e2 = hn::Max(largest(u2), largest(v2));
     const Float m = largest(w);
-    const Float least = hn::Set(d, 0x1p-30F);
-    const Float most = hn::Set(d, 0x1p38F);
-    const Mask in_range =
-        hn::And(hn::And(hn::Ge(hn::Min(e1, e2), least), hn::Le(hn::Max(e1, e2), most)), hn::Le(m, most));
+    const Mask in_range = is_in_range(e1, e2, m);
 
     const Vectors n1 = cross(u1, v1);
     const Vectors n2 = cross(u2, v2);
@@ -271,10 +241,14 @@ HWY_EXPORT(gather);
 HWY_EXPORT(decide);
 
 const std::vector<TriangleFilter>& triangle_filters() {
-    static const std::vector<TriangleFilter> filters = versions_by_target([](const char* target) {
-        return TriangleFilter{
-            .gather = &HWY_DYNAMIC_DISPATCH(gather), .decide = &HWY_DYNAMIC_DISPATCH(decide), .target = target};
-    });
+    static const std::vector<TriangleFilter> filters = [] {
+        std::vector<TriangleFilter> versions = versions_by_target([](const char* target) {
+            return TriangleFilter{
+                .gather = &HWY_DYNAMIC_DISPATCH(gather), .decide = &HWY_DYNAMIC_DISPATCH(decide), .target = target};
+        });
+        for (TriangleFilter& version : versions) version.decide_near = near_decider_of(version.target);
+        return versions;
+    }();
     return filters;
 }
 

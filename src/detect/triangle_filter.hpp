@@ -1,5 +1,6 @@
-// Many triangle pairs at once in float: which surely meet, which surely do not, and which must be asked exactly. A sign
-// counts only when it is larger than a proven error bound, so the filter never errs; it only passes on.
+// Many triangle pairs at once in float: which surely meet, which surely do not, and which must be asked exactly; of
+// those that do not, which surely come within reach (near_filter.hpp). A sign counts only when it is larger than a
+// proven error bound, so the filter never errs; it only passes on.
 #pragma once
 
 #include <array>
@@ -30,6 +31,15 @@ struct TriangleVerdicts {
     std::uint64_t undecided = 0;
 };
 
+/// Of pairs that do not meet. Pairs in neither set are further apart than the reach.
+struct NearVerdicts {
+    std::uint64_t near = 0;
+    std::uint64_t undecided = 0;
+};
+
+/// Decides those pairs of a batch whose bits are set in `asked`; `reach`: in the unit of the batch, > 0.
+using NearDecider = NearVerdicts (*)(const TriangleBatch& batch, std::uint64_t asked, float reach);
+
 struct TriangleFilter {
     /// Fills a batch with `count` <= TriangleBatch::most pairs. `position`: x y z by vertex, m; `corners`: three
     /// vertices by triangle.
@@ -37,6 +47,7 @@ struct TriangleFilter {
                    TriangleBatch& batch) = nullptr;
     /// Decides the first `count` pairs; the others hold any numbers.
     TriangleVerdicts (*decide)(const TriangleBatch& batch, std::size_t count) = nullptr;
+    NearDecider decide_near = nullptr;
     const char* target = "";  ///< instruction set, as Highway names it
 };
 

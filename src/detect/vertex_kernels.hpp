@@ -20,6 +20,13 @@ struct alignas(64) Extent {
         for (std::size_t k = 0; k < 4; ++k) low[k] = other.low[k] < low[k] ? other.low[k] : low[k];
         for (std::size_t k = 0; k < 4; ++k) high[k] = other.high[k] > high[k] ? other.high[k] : high[k];
     }
+    /// With `by` (m, >= 0) on all sides. Rounding is monotone: what is exactly that near still overlaps.
+    [[nodiscard]] Extent grown(double by) const {
+        Extent result = *this;
+        for (double& x : result.low) x -= by;
+        for (double& x : result.high) x += by;
+        return result;
+    }
     [[nodiscard]] bool overlaps(const Extent& other) const {
         unsigned overlap = 1;
         for (std::size_t k = 0; k < 3; ++k) {

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 
+#include "measure/sheet_sides.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
@@ -15,17 +17,10 @@ namespace trocar {
 /// may pass through a thin tool between the samples (edge_depth.hpp).
 ///
 /// Which side a point is on is decided by exact predicates alone. Closed body: inside where the signed number of
-/// surface crossings of the upward ray (the winding number) is not 0. Open sheet: the winding number of the sheet's and
-/// the point's motion since the first frame, that is the upward ray's signed crossings now minus those at the start,
-/// minus what the sheet's rim contributed by passing over the ray. In the first frame the body's points are judged by
-/// the straight way from the one that is farthest from the sheet. Where edges of the body pass through the sheet, the
-/// first of them tells which points are on the side that the scene declares (BodyRange::start_side), and those are on
-/// the right side; else the farthest point is. So a tool may start deep. Points that go around the rim, or through the
-/// sheet and back, are therefore on the right side. So is what the surface of an instrument or rigid
-/// body joins, round a free rim that is inside the body or has slipped past it, to no fewer points on the right side:
-/// what is inside then is tissue, which is judged from the other side. Ties are broken by thinking every sample moved
-/// by the same infinitesimal step, upwards first (Edelsbrunner and Mücke 1990). Depth is then the distance to the
-/// nearest point of the surface.
+/// surface crossings of the upward ray (the winding number) is not 0. Open sheet: beyond where the sheet cuts the point
+/// off from the part of its body that is on the right side (sheet_sides.hpp). Where the sheet's rim is inside the body
+/// that may be open: such a sample is undecided, has no depth, and is counted; what of the sheet is inside a closed
+/// body is judged from the other side all the same. Depth is the distance to the nearest point of the surface.
 class DepthTruth {
 public:
     /// `counted` says which of Topology::body_pairs enter a Result (one flag each; empty = all).
@@ -40,18 +35,31 @@ public:
         double mean_depth = 0.0;      ///< m, area mean over penetrating area samples, 0 when none
         std::int64_t wrong_side = 0;  ///< samples inside a closed body or beyond a sheet, stretches of edges inside
         std::int64_t wrong_side_vertices = 0;  ///< of these, vertices
+        std::int64_t side_undecided = 0;       ///< samples whose side is open; in none of the above
     };
-    /// Feed the frames in order: sheets need the history. A frame with a non-finite number gives NaN and −1, and leaves
-    /// the history as it was.
+    /// Feed the frames in order: how often a body has gone round a rim is known from them alone. A frame with a
+    /// non-finite number gives NaN and −1, and leaves what is known as it was.
     Result measure(const Frame& frame);
 
     /// Depth of one vertex against body `into` on the last measured frame, m; 0 when it is on the right side. NaN when
-    /// the two bodies are not tested against each other.
+    /// its side is undecided, and when the two bodies are not tested against each other.
     [[nodiscard]] double depth_of_vertex(Index vertex, Index into) const;
 
     /// Smallest distance between a sample of one body and the surface of the other on the last measured frame, over the
     /// counted pairs, m; infinite when there is none.
     [[nodiscard]] double clearance() const;
+
+    /// What is said of one sample, and where it rides: at a vertex (`place.triangle` -1), or on a triangle.
+    struct Judgement {
+        Index from = -1;    ///< the sample's body
+        Index into = -1;    ///< the body that it is judged against
+        Index vertex = -1;  ///< -1: on a triangle
+        AreaSample place = {};
+        Side side = Side::right;
+        double depth = 0.0;  ///< m; 0 on the right side, NaN where undecided
+    };
+    /// All samples of the counted pairs on the last measured frame, so that others can judge the same points.
+    void each_sample(const std::function<void(const Judgement&)>& visit) const;
 
     ~DepthTruth();
     DepthTruth(const DepthTruth&) = delete;

@@ -10,6 +10,7 @@ constexpr const char* counters = "counters";
 constexpr const char* pair_truth = "pair truth";
 constexpr const char* between = "space-time oracle";
 constexpr const char* depth_before = "depth truth, frame that detect saw";
+constexpr const char* passages = "geometry, way between the frames after the ticks";
 constexpr const char* geometry = "geometry, frame after the tick";
 constexpr const char* force = "force shown on the first led instrument";
 constexpr const char* books = "trajectories, masses and forces shown";
@@ -124,6 +125,12 @@ void add_outcome(std::vector<SummaryFigure>& list) {
          geometry},
         {"overshoot_max_m", "m", Better::lower,
          "Largest gap within 20 ticks after a depth, less the way that scripts moved bodies meanwhile", geometry},
+        {"passed_through", "1", Better::lower,
+         "Times that one of two bodies without tissue between them was led through the other: a point of it went in "
+         "and "
+         "came out at the opposite side (closed), or it is wholly on the other side (open sheet); n/a without such "
+         "bodies",
+         passages},
         {"wrong_side_max", "1", Better::lower,
          "Most sample points and stretches of edges left on the wrong side after a tick", geometry},
         {"wrong_side_last", "1", Better::lower,
@@ -131,6 +138,11 @@ void add_outcome(std::vector<SummaryFigure>& list) {
         {"wrong_side_vertices_max", "1", Better::lower, "Most vertices left on the wrong side after a tick", geometry},
         {"wrong_side_vertices_last", "1", Better::lower, "Vertices on the wrong side after the last judged tick",
          geometry},
+        {"side_undecided_max", "1", Better::lower,
+         "Most sample points after a tick whose side truth leaves open, since the rim of an open sheet is inside their "
+         "body; they are in no depth and no wrong side",
+         geometry},
+        {"side_undecided_ticks", "1", Better::lower, "Judged ticks with such a sample", geometry},
         {"strain_over_max", "1", Better::lower, "Largest edge strain above the scene's strain limit", geometry},
         {"tool_moment_max_nm", "N m", Better::neither, "Largest moment about the tip on the tool", force},
         {"tip_force_max_n", "N", Better::neither, "Largest force at the tip by the response's rule, before any limiter",

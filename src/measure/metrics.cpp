@@ -137,6 +137,7 @@ void add_geometry(const std::vector<StepRow>& rows, Figures& figures) {
     std::vector<double> area_mean;
     std::vector<double> wrong_side;
     std::vector<double> wrong_vertices;
+    std::vector<double> undecided;
     std::vector<double> volume;
     std::vector<double> translation;
     std::vector<double> overshoot;
@@ -155,6 +156,7 @@ void add_geometry(const std::vector<StepRow>& rows, Figures& figures) {
         if (row.mean_depth > 0.0) area_mean.push_back(row.mean_depth);
         if (row.wrong_side_vertices >= 0) wrong_vertices.push_back(static_cast<double>(row.wrong_side_vertices));
         if (row.wrong_side >= 0) wrong_side.push_back(static_cast<double>(row.wrong_side));
+        if (row.side_undecided >= 0) undecided.push_back(static_cast<double>(row.side_undecided));
         if (std::isnan(row.max_depth)) continue;
         residual_last = row.max_depth;
         residual_max = std::fmax(residual_max, row.max_depth);
@@ -178,6 +180,11 @@ void add_geometry(const std::vector<StepRow>& rows, Figures& figures) {
     figures["strain_over_max"] = largest(strain_over);
     figures["wrong_side_max"] = largest(wrong_side);
     figures["wrong_side_last"] = wrong_side.empty() ? not_known : wrong_side.back();
+    figures["side_undecided_max"] = largest(undecided);
+    figures["side_undecided_ticks"] =
+        undecided.empty() ? not_known
+                          : static_cast<double>(std::count_if(undecided.begin(), undecided.end(),
+                                                              [](double samples) { return samples > 0.0; }));
     figures["max_strain"] = largest(strain);
 }
 
@@ -258,11 +265,15 @@ void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
     double repairs = not_known;
     double skipped = 0.0;
     double no_hit = 0.0;
+    double passed_through = not_known;
     double limited = 0.0;
     for (std::size_t i = 0; i < rows.size(); ++i) {
         const StepRow& row = rows[i];
         ruptures += static_cast<double>(row.ruptures);
         if (row.repairs >= 0) repairs = std::fmax(repairs, 0.0) + static_cast<double>(row.repairs);
+        if (row.passed_through >= 0) {
+            passed_through = std::fmax(passed_through, 0.0) + static_cast<double>(row.passed_through);
+        }
         skipped += static_cast<double>(row.skipped);
         no_hit += static_cast<double>(row.no_hit);
         limited += static_cast<double>(row.limited_edges);
@@ -289,6 +300,7 @@ void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
     figures["repairs"] = repairs;
     figures["skipped"] = skipped;
     figures["no_hit"] = no_hit;
+    figures["passed_through"] = passed_through;
     figures["limited_edges"] = limited;
 }
 

@@ -4,6 +4,7 @@
 
 #include "geometry/box_pairs.hpp"
 #include "geometry/exact.hpp"
+#include "geometry/triangle_distance.hpp"
 
 namespace trocar {
 namespace {
@@ -13,24 +14,43 @@ Corners corners_of(const Topology& topology, const Frame& frame, Index triangle)
     return {frame.position.col(vertices[0]), frame.position.col(vertices[1]), frame.position.col(vertices[2])};
 }
 
-}  // namespace
-
-void true_pairs(const Topology& topology, const Frame& frame, std::vector<TrianglePair>& pairs) {
+/// Pairs of which wanted(corners, corners) holds, among those whose boxes overlap, each with `around` (m) around it.
+template <typename Wanted>
+void find_pairs(const Topology& topology, const Frame& frame, double around, const Wanted& wanted,
+                std::vector<TrianglePair>& pairs) {
     pairs.clear();
     std::vector<Box> boxes;
     triangle_boxes(frame.position, topology.triangles, boxes);
+    for (Box& box : boxes) {
+        box.min.array() -= around;
+        box.max.array() += around;
+    }
     std::vector<IndexPair> candidates;
     for (const auto& [body_a, body_b] : topology.body_pairs) {
         overlapping_boxes(boxes, topology.bodies[static_cast<std::size_t>(body_a)].triangles,
                           topology.bodies[static_cast<std::size_t>(body_b)].triangles, candidates);
         for (const IndexPair& candidate : candidates) {
-            if (oracle_intersect(corners_of(topology, frame, candidate.first),
-                                 corners_of(topology, frame, candidate.second))) {
+            if (wanted(corners_of(topology, frame, candidate.first), corners_of(topology, frame, candidate.second))) {
                 pairs.push_back({candidate.first, candidate.second});
             }
         }
     }
     std::sort(pairs.begin(), pairs.end());
+}
+
+}  // namespace
+
+void true_pairs(const Topology& topology, const Frame& frame, std::vector<TrianglePair>& pairs) {
+    find_pairs(topology, frame, 0.0, oracle_intersect, pairs);
+}
+
+void true_near_pairs(const Topology& topology, const Frame& frame, double reach, std::vector<TrianglePair>& pairs) {
+    find_pairs(
+        topology, frame, 0.5 * reach,
+        [reach](const Corners& first, const Corners& second) {
+            return is_within_reach(first, second, reach) && !oracle_intersect(first, second);
+        },
+        pairs);
 }
 
 std::vector<Index> touching_pairs(const Topology& topology, const Frame& frame,

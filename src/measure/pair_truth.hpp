@@ -14,6 +14,10 @@ namespace trocar {
 /// Triangles with a non-finite corner are left out: what a method owes on such a frame is the outcome not_finite.
 void true_pairs(const Topology& topology, const Frame& frame, std::vector<TrianglePair>& pairs);
 
+/// All pairs of the topology's body pairs that do not meet (same oracle) and are at most `reach` (m) apart, sorted.
+/// Candidates of its own; the distance is that of geometry/triangle_distance, which every detector decides with.
+void true_near_pairs(const Topology& topology, const Frame& frame, double reach, std::vector<TrianglePair>& pairs);
+
 /// Positions in `pairs` that only touch (touch-vertex or touch-edge); ascending. Degenerate triangles have no touch
 /// class.
 std::vector<Index> touching_pairs(const Topology& topology, const Frame& frame, const std::vector<TrianglePair>& pairs);

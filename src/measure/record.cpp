@@ -37,6 +37,7 @@ void visit_spec(Spec& spec, Visit&& visit) {
 /// Members that are only written where they say something.
 template <typename Spec, typename Visit>
 void visit_optional_spec(Spec& spec, Visit&& visit) {
+    visit("stepper", spec.stepper);
     visit("overrides", spec.overrides);
     visit("knob", spec.knob);
     visit("point", spec.point);
@@ -70,6 +71,7 @@ void visit_row(Row& row, Visit&& visit) {
     visit("native_depth_error", row.native_depth_error);
     visit("wrong_side", row.wrong_side);
     visit("wrong_side_vertices", row.wrong_side_vertices);
+    visit("side_undecided", row.side_undecided);
     visit("overlap_volume", row.overlap_volume);
     visit("min_translation", row.min_translation);
     visit("overshoot", row.overshoot);
@@ -91,6 +93,7 @@ void visit_row(Row& row, Visit&& visit) {
     visit("cells_visited", row.work.cells_visited);
     visit("box_tests", row.work.box_tests);
     visit("triangle_tests", row.work.triangle_tests);
+    visit("passed_through", row.passed_through);
     visit("truncated", row.truncated);
     visit("outcome", row.outcome);
 }

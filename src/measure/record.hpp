@@ -24,8 +24,9 @@ struct RunSpec {
     std::string pair_class;  ///< "I2I", "I2R", "I2T", "R2T", "T2T"
     std::string detector;    ///< NAME[:key=value…]
     std::string response;    ///< empty in replay
-    std::string contacts;    ///< "canonical" | "native"; empty in replay
-    std::string setting;     ///< "default" | "recommended" | "tuned"
+    std::string contacts;    ///< contact source; empty in replay
+    std::string stepper = {};     ///< empty: the default one
+    std::string setting;          ///< "default" | "recommended" | "tuned"
     std::int64_t repetition = 0;  ///< process number
     std::uint64_t seed = 1;
     std::int64_t ticks = 0;

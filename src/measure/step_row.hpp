@@ -10,15 +10,17 @@
 namespace trocar {
 
 /// Stages of a tick in order (DESIGN §5). observe is never timed.
-enum class Stage : std::uint8_t { move, update, detect, derive, respond, advance };
+enum class Stage : std::uint8_t { move, update, detect, contacts, respond, advance };
 inline constexpr std::size_t stage_count = 6;
-inline constexpr std::array<const char*, stage_count> stage_names{"move",   "update",  "detect",
-                                                                  "derive", "respond", "advance"};
+inline constexpr std::array<const char*, stage_count> stage_names{"move",     "update",  "detect",
+                                                                  "contacts", "respond", "advance"};
 
 struct StepRow {
     std::int64_t tick = -1;
     double time = 0.0;                                                       ///< s
     std::array<std::int64_t, stage_count> stage_ns{-1, -1, -1, -1, -1, -1};  ///< -1: stage not present in this run
+    double reach =
+        std::numeric_limits<double>::quiet_NaN();  ///< m, within which the detector was asked; 0: meeting pairs
     std::int64_t pairs = 0;
     std::int64_t contacts = 0;
     std::int64_t native_contacts = 0;
@@ -42,6 +44,7 @@ struct StepRow {
         std::numeric_limits<double>::quiet_NaN();  ///< m, the same of the library's own contacts
     std::int64_t wrong_side = -1;                  ///< DepthTruth::Result, after the step; -1: not computed
     std::int64_t wrong_side_vertices = -1;         ///< of these, vertices of bodies
+    std::int64_t side_undecided = -1;              ///< samples whose side truth leaves open, after the step
     double overlap_volume = std::numeric_limits<double>::quiet_NaN();   ///< m³, of closed bodies, after the step
     double min_translation = std::numeric_limits<double>::quiet_NaN();  ///< m, longest over pairs of closed bodies
     double overshoot = std::numeric_limits<double>::quiet_NaN();  ///< m, gap that no script opened, soon after a depth
@@ -67,6 +70,7 @@ struct StepRow {
     std::int64_t limited_edges = 0;  ///< edges that the strain limiter acted on
     std::int64_t allocations = -1;   ///< heap allocations inside timed stages; -1: not counted in this build
     WorkCounters work;
+    std::int64_t passed_through = -1;  ///< passages completed in this tick (passage.hpp); -1: no bodies to ask about
     bool truncated = false;
     OutcomeKind outcome = OutcomeKind::ok;
 

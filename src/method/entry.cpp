@@ -95,4 +95,41 @@ double ParameterValues::number(std::string_view name) const {
 
 std::int64_t ParameterValues::integer(std::string_view name) const { return static_cast<std::int64_t>(number(name)); }
 
+std::string why_untold(const DetectorEntry& detector, const SourceEntry& source) {
+    if (source.wants_native && !detector.native_contacts) return detector.name + " has no native contacts";
+    if (source.wants_reach && !detector.reach) {
+        return fmt::format("{} finds pairs that meet, and contacts '{}' are made from pairs within a reach",
+                           detector.name, source.name);
+    }
+    return {};
+}
+
+std::string why_unreadable(const SourceEntry& source, const ResponseEntry& response) {
+    if (!contains(response.sources, source.name)) {
+        return fmt::format("{} works from contacts {}, not from '{}'", response.name, fmt::join(response.sources, ", "),
+                           source.name);
+    }
+    return {};
+}
+
+std::string why_not_taken(const StepperEntry& stepper, const Topology& topology, const Effect& effect) {
+    const auto pushes_tissue = [&topology](const LinearContact& contact) {
+        const auto is_tissue = [&topology](Index vertex) {
+            const auto body = static_cast<std::size_t>(vertex < 0 ? 0 : topology.body_of_vertex(vertex));
+            return vertex >= 0 && topology.bodies[body].kind == BodyKind::tissue;
+        };
+        return is_tissue(contact.vertices[0]) || is_tissue(contact.reaction_vertices[0]);
+    };
+    const char* what = nullptr;
+    if (!stepper.takes_linear_contacts && std::any_of(effect.contacts.begin(), effect.contacts.end(), pushes_tissue)) {
+        what = "linear contacts";
+    } else if (!stepper.takes_placements && !effect.placements.empty()) {
+        what = "placements";
+    } else if (!stepper.takes_held_forces && !effect.held_force.isZero(0.0)) {
+        what = "forces held over the tick";
+    }
+    return what == nullptr ? std::string()
+                           : fmt::format("{} does not take {}, which the response asks for", stepper.name, what);
+}
+
 }  // namespace trocar

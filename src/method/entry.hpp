@@ -13,6 +13,8 @@
 
 #include "method/detector.hpp"
 #include "method/response.hpp"
+#include "method/source.hpp"
+#include "method/stepper.hpp"
 
 namespace trocar {
 
@@ -60,6 +62,8 @@ struct DetectorEntry {
     bool own = false;              ///< ours, as opposed to a rival's; told apart in tables
     bool claims_exact = false;     ///< pair sets must equal truth
     bool native_contacts = false;  ///< fills ContactSet::native
+    bool reach = false;            ///< answers pairs within a reach; otherwise a reach above 0 is unsupported
+    bool control = false;          ///< holds others to account (CONTACT §5); never ranked, no contestant
     std::vector<Parameter> parameters = {};
     std::function<std::unique_ptr<Detector>(const ParameterValues&)> make = {};
 };
@@ -71,12 +75,45 @@ struct ResponseEntry {
     std::string configuration = {};
     std::string table_row = "none";  ///< row of the thesis' Table 2.1 that it stands for
     bool own = false;
-    bool needs_native = false;  ///< reads only native contacts
-    /// Can work from a point, a normal and a depth alone, which is all that native contacts hold.
-    bool reads_native = true;
+    /// Names of the contact sources that it can work from, its default first.
+    std::vector<std::string> sources = {"canonical", "native", "near", "tracked"};
     std::string without_tissue = {};  ///< what it does between bodies without tissue, where that is another method's
+    bool control = false;             ///< holds others to account (CONTACT §5); never ranked, no contestant
     std::vector<Parameter> parameters = {};
     std::function<std::unique_ptr<Response>(const ParameterValues&)> make = {};
 };
+
+/// How contacts are made from a detector's answer, the same for every detector.
+struct SourceEntry {
+    std::string name = {};
+    std::string library = "trocar";
+    std::string version = {};
+    std::string meaning = {};   ///< one line
+    bool wants_reach = false;   ///< asks detectors for pairs within a reach, not for those that meet alone
+    bool wants_native = false;  ///< asks detectors for their own contacts
+    std::vector<Parameter> parameters = {};
+    std::function<std::unique_ptr<ContactSource>(const ParameterValues&)> make = {};
+};
+
+/// How tissue moves under an effect.
+struct StepperEntry {
+    std::string name = {};
+    std::string library = "trocar";
+    std::string version = {};
+    std::string meaning = {};  ///< one line
+    bool is_default = false;   ///< taken where nobody names one
+    bool takes_linear_contacts = false;
+    bool takes_placements = false;
+    bool takes_held_forces = false;
+    std::vector<Parameter> parameters = {};
+    std::function<std::unique_ptr<Stepper>(const ParameterValues&)> make = {};
+};
+
+/// Why a source cannot work from a detector's answer; empty when it can.
+std::string why_untold(const DetectorEntry& detector, const SourceEntry& source);
+/// Why a response cannot work from contacts of a source; empty when it can.
+std::string why_unreadable(const SourceEntry& source, const ResponseEntry& response);
+/// What of an effect a stepper does not take; empty when it takes all. Contacts that push no tissue are not its own.
+std::string why_not_taken(const StepperEntry& stepper, const Topology& topology, const Effect& effect);
 
 }  // namespace trocar

@@ -39,9 +39,11 @@ const Entry& look_up(std::string_view kind, const std::vector<Entry>& present, c
 }  // namespace
 
 void Registry::check_new(std::string_view kind, std::string_view name) const {
-    const bool taken = kind == "detector"
-                           ? find(detectors_, name) != nullptr || find(absent_detectors_, name) != nullptr
-                           : find(responses_, name) != nullptr || find(absent_responses_, name) != nullptr;
+    bool taken = false;
+    if (kind == "detector") taken = find(detectors_, name) != nullptr || find(absent_detectors_, name) != nullptr;
+    if (kind == "response") taken = find(responses_, name) != nullptr || find(absent_responses_, name) != nullptr;
+    if (kind == "contact source") taken = find(sources_, name) != nullptr;
+    if (kind == "stepper") taken = find(steppers_, name) != nullptr;
     if (taken) throw std::logic_error(fmt::format("two {}s are named '{}'", kind, name));
 }
 
@@ -53,6 +55,16 @@ void Registry::add(DetectorEntry entry) {
 void Registry::add(ResponseEntry entry) {
     check_new("response", entry.name);
     responses_.push_back(std::move(entry));
+}
+
+void Registry::add(SourceEntry entry) {
+    check_new("contact source", entry.name);
+    sources_.push_back(std::move(entry));
+}
+
+void Registry::add(StepperEntry entry) {
+    check_new("stepper", entry.name);
+    steppers_.push_back(std::move(entry));
 }
 
 void Registry::add_absent_detector(AbsentMethod absent) {
@@ -71,6 +83,19 @@ const DetectorEntry& Registry::detector(std::string_view name) const {
 
 const ResponseEntry& Registry::response(std::string_view name) const {
     return look_up("response", responses_, absent_responses_, name);
+}
+
+const SourceEntry& Registry::source(std::string_view name) const {
+    return look_up("contact source", sources_, {}, name);
+}
+
+const StepperEntry& Registry::stepper(std::string_view name) const { return look_up("stepper", steppers_, {}, name); }
+
+const StepperEntry& Registry::default_stepper() const {
+    for (const StepperEntry& entry : steppers_) {
+        if (entry.is_default) return entry;
+    }
+    throw std::logic_error("no stepper is marked default");
 }
 
 const Registry& registry() {
@@ -136,6 +161,19 @@ std::unique_ptr<Detector> make_detector(std::string_view name, const std::map<st
 std::unique_ptr<Response> make_response(std::string_view name, const std::map<std::string, std::string>& parameters) {
     const MethodSpec method = with_parameters(name, parameters);
     const ResponseEntry& entry = registry().response(method.name);
+    return entry.make(ParameterValues(entry.name, entry.parameters, method.parameters));
+}
+
+std::unique_ptr<ContactSource> make_source(std::string_view name,
+                                           const std::map<std::string, std::string>& parameters) {
+    const MethodSpec method = with_parameters(name, parameters);
+    const SourceEntry& entry = registry().source(method.name);
+    return entry.make(ParameterValues(entry.name, entry.parameters, method.parameters));
+}
+
+std::unique_ptr<Stepper> make_stepper(std::string_view name, const std::map<std::string, std::string>& parameters) {
+    const MethodSpec method = with_parameters(name, parameters);
+    const StepperEntry& entry = registry().stepper(method.name);
     return entry.make(ParameterValues(entry.name, entry.parameters, method.parameters));
 }
 

@@ -1,5 +1,6 @@
 // All methods by name, present or absent with the reason. Filled once from the table that CMake generates out of the
-// trocar_add_detector and trocar_add_response lines; nothing above this file names a method.
+// trocar_add_detector, trocar_add_response, trocar_add_source and trocar_add_stepper lines; nothing above this file
+// names a method.
 #pragma once
 
 #include <map>
@@ -23,22 +24,32 @@ public:
     /// Throws std::logic_error on a duplicate name.
     void add(DetectorEntry entry);
     void add(ResponseEntry entry);
+    void add(SourceEntry entry);
+    void add(StepperEntry entry);
     void add_absent_detector(AbsentMethod absent);
     void add_absent_response(AbsentMethod absent);
 
     [[nodiscard]] const std::vector<DetectorEntry>& detectors() const { return detectors_; }
     [[nodiscard]] const std::vector<ResponseEntry>& responses() const { return responses_; }
+    [[nodiscard]] const std::vector<SourceEntry>& sources() const { return sources_; }
+    [[nodiscard]] const std::vector<StepperEntry>& steppers() const { return steppers_; }
     [[nodiscard]] const std::vector<AbsentMethod>& absent_detectors() const { return absent_detectors_; }
     [[nodiscard]] const std::vector<AbsentMethod>& absent_responses() const { return absent_responses_; }
 
     /// Throws InputError when the name is unknown (with the known names) or absent (with the reason).
     [[nodiscard]] const DetectorEntry& detector(std::string_view name) const;
     [[nodiscard]] const ResponseEntry& response(std::string_view name) const;
+    [[nodiscard]] const SourceEntry& source(std::string_view name) const;
+    [[nodiscard]] const StepperEntry& stepper(std::string_view name) const;
+    /// The one marked default.
+    [[nodiscard]] const StepperEntry& default_stepper() const;
 
 private:
     void check_new(std::string_view kind, std::string_view name) const;
     std::vector<DetectorEntry> detectors_;
     std::vector<ResponseEntry> responses_;
+    std::vector<SourceEntry> sources_;
+    std::vector<StepperEntry> steppers_;
     std::vector<AbsentMethod> absent_detectors_;
     std::vector<AbsentMethod> absent_responses_;
 };
@@ -62,5 +73,8 @@ std::unique_ptr<Detector> make_detector(std::string_view name,
                                         const std::map<std::string, std::string>& parameters = {});
 std::unique_ptr<Response> make_response(std::string_view name,
                                         const std::map<std::string, std::string>& parameters = {});
+std::unique_ptr<ContactSource> make_source(std::string_view name,
+                                           const std::map<std::string, std::string>& parameters = {});
+std::unique_ptr<Stepper> make_stepper(std::string_view name, const std::map<std::string, std::string>& parameters = {});
 
 }  // namespace trocar

@@ -1,6 +1,8 @@
 // The interface of a contact response: from contacts to an Effect. It reads the frame and never writes it.
 #pragma once
 
+#include <span>
+
 #include "contact/contact_set.hpp"
 #include "contact/effect.hpp"
 #include "scene/world.hpp"
@@ -18,9 +20,11 @@ public:
 
     /// Once per run. Topology and materials outlive the response's use of them.
     virtual void prepare(const Topology& topology, const Materials& materials) = 0;
-    /// Once per tick. `contacts` holds what the run's contact source provides in contacts.contacts (canonical or
-    /// native). `effect` is cleared by the callee and was sized by the caller.
-    virtual void respond(const Frame& frame, double dt, const ContactSet& contacts, Effect& effect) = 0;
+    /// Once per tick. `contacts` holds what the run's contact source provides in contacts.contacts. loads[i]: what
+    /// contact i of the last tick's effect gave; empty at tick 0 and where no stepper ran. `effect` holds the last
+    /// tick's, is cleared by the callee and was sized by the caller.
+    virtual void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> loads,
+                         Effect& effect) = 0;
 };
 
 }  // namespace trocar

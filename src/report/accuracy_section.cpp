@@ -285,6 +285,7 @@ void add_contacts_and_forces(Draft& draft) {
                      {"ruptures", true},
                      {"sides put right", true},
                      {"same state in every process", false}};
+    bool any_undecided = false;
     for (const std::string& scene : draft.results.scenes("closed_loop")) {
         std::map<std::string, std::string> seen;  // state hash -> label
         for (const Contestant& contestant : contestants) {
@@ -301,22 +302,25 @@ void add_contacts_and_forces(Draft& draft) {
                 continue;
             }
             if (!hash.empty()) seen.emplace(contestant.response + hash, contestant.label());
+            any_undecided = any_undecided || f.undecided_max > 0.0;
             force.rows.push_back(
-                {.cells = {
-                     scene, code(contestant.label()), format_number(f.pairs_mean) + " / " + count_text(f.pairs_max),
-                     std::isnan(f.left_max) ? "n/a"
-                                            : format_number(f.left_p50 * mm) + " / " + format_number(f.left_max * mm) +
-                                                  " / " + format_number(f.left_last * mm),
-                     format_number(f.force_max),
-                     (std::isnan(f.force_jump_p99) ? "n too small" : format_number(f.force_jump_p99)) + " / " +
-                         format_number(f.force_jump_max),
-                     count_text(f.force_flips), format_number(f.strain_max), count_text(f.ruptures),
-                     count_text(f.repairs), same}});
+                {.cells = {scene, code(contestant.label()),
+                           format_number(f.pairs_mean) + " / " + count_text(f.pairs_max),
+                           std::isnan(f.left_max)
+                               ? "n/a"
+                               : format_number(f.left_p50 * mm) + " / " + format_number(f.left_max * mm) + " / " +
+                                     format_number(f.left_last * mm) + undecided_text(f.undecided_max),
+                           format_number(f.force_max),
+                           (std::isnan(f.force_jump_p99) ? "n too small" : format_number(f.force_jump_p99)) + " / " +
+                               format_number(f.force_jump_max),
+                           count_text(f.force_flips), format_number(f.strain_max), count_text(f.ruptures),
+                           count_text(f.repairs), same}});
         }
     }
     force.note =
         "Sides put right: a response that keeps the side of every sample by counting crossings asks the winding number "
         "of closed tissue now and then; this is how often the count was wrong. n/a: it keeps no sides.";
+    if (any_undecided) force.note += " " + std::string(undecided_note);
     draft.add(std::move(force));
     course_charts(draft, contestants);
 }

@@ -93,7 +93,8 @@ void add_scene(Draft& draft, const std::string& scene, const std::vector<const R
             table.rows.push_back(row);
             continue;
         }
-        const bool own = draft.results.fact({record->spec.mode, name, record->spec.response, record->spec.contacts},
+        const bool own = draft.results.fact({record->spec.mode, name, record->spec.response, record->spec.contacts,
+                                             record->spec.stepper},
                                             "detector.own") == "yes";
         const auto count = [record](const char* key) { return count_text(summary_of(*record, key)); };
         table.rows.push_back({.cells = {code(name), count("contact_events"), count("contact_events_missed"),

@@ -22,7 +22,7 @@ void add_failures(Draft& draft) {
     for (const RunFigures& run : draft.results.runs()) {
         const RunSpec& spec = run.record->spec;
         if (spec.mode == "hard_case") continue;  // told in the matrix, where a failure may be the right answer
-        const Contestant contestant{spec.mode, spec.detector, spec.response, spec.contacts};
+        const Contestant contestant{spec.mode, spec.detector, spec.response, spec.contacts, spec.stepper};
         const Key key{spec.mode, contestant.label(), spec.scene.empty() ? "all scenes" : spec.scene,
                       outcome_text(run.record->outcome)};
         const OutcomeKind kind = run.record->outcome.kind;

@@ -53,6 +53,8 @@ constexpr std::array sources{Source{&RunFigures::substeps, "substeps"},
                              Source{&RunFigures::overshoot, "overshoot_max_m"},
                              Source{&RunFigures::wrong_vertices_max, "wrong_side_vertices_max"},
                              Source{&RunFigures::wrong_vertices_last, "wrong_side_vertices_last"},
+                             Source{&RunFigures::undecided_max, "side_undecided_max"},
+                             Source{&RunFigures::undecided_ticks, "side_undecided_ticks"},
                              Source{&RunFigures::native_mean, "native_contacts_mean"},
                              Source{&RunFigures::pairs_mean, "pairs_mean"},
                              Source{&RunFigures::pairs_max, "pairs_max"},
@@ -88,12 +90,13 @@ double summary_of(const Record& record, const std::string& key) {
 
 /// Results::noise_floor().
 double noise_between(const std::vector<RunFigures>& runs) {
-    using Same = std::array<std::string, 7>;
+    using Same = std::array<std::string, 8>;
     std::map<Same, std::vector<double>> processes;  // ns, median ticks of the processes that did the same
     for (const RunFigures& run : runs) {
         const RunSpec& spec = run.record->spec;
         if (spec.scene.empty()) continue;
-        processes[{spec.mode, spec.scene, spec.detector, spec.response, spec.contacts, spec.knob, spec.point}]
+        processes[{spec.mode, spec.scene, spec.detector, spec.response, spec.contacts, spec.stepper, spec.knob,
+                   spec.point}]
             .push_back(run.tick_p50);
     }
     std::vector<double> spreads;
@@ -136,6 +139,10 @@ std::vector<double> median_over_processes(const TickTimes& times) {
 }
 
 }  // namespace
+
+std::string undecided_text(double samples) {
+    return samples > 0.0 ? fmt::format(" ({:.0f} undecided)", samples) : std::string();
+}
 
 RunFigures figures_of(const Record& record) {
     RunFigures figures;
@@ -194,6 +201,7 @@ std::string Contestant::label() const {
     std::string text = detector;
     if (!response.empty()) text += (text.empty() ? "" : " + ") + response;
     if (!contacts.empty() && mode == "closed_loop") text += " (" + contacts + ")";
+    if (!stepper.empty()) text += " by " + stepper;
     return text;
 }
 
@@ -241,8 +249,8 @@ Results::Results(const std::vector<Record>& records) {
         const RunSpec& spec = record.spec;
         if (spec.scene.empty()) continue;   // told once for all scenes: an unanswerable combination
         if (!spec.point.empty()) continue;  // a knob that is turned makes another run, not another process of the same
-        by_contestant_[{spec.mode, spec.detector, spec.response, spec.contacts}][spec.scene].runs.push_back(
-            runs_.back());
+        by_contestant_[{spec.mode, spec.detector, spec.response, spec.contacts, spec.stepper}][spec.scene]
+            .runs.push_back(runs_.back());
         if (!spec.pair_class.empty()) class_of_scene_[spec.scene] = spec.pair_class;
     }
     for (auto& [contestant, scenes] : by_contestant_) {

@@ -60,8 +60,10 @@ struct RunFigures {
     double overshoot = not_known;  ///< m
     double wrong_vertices_max = not_known;
     double wrong_vertices_last = not_known;
-    double native_mean = not_known;  ///< native contacts per tick
-    double pairs_mean = not_known;   ///< per tick
+    double undecided_max = not_known;    ///< samples whose side truth leaves open, most after a tick
+    double undecided_ticks = not_known;  ///< judged ticks with such a sample
+    double native_mean = not_known;      ///< native contacts per tick
+    double pairs_mean = not_known;       ///< per tick
     double pairs_max = not_known;
     double force_max = not_known;               ///< N
     double force_error_equal_k = not_known;     ///< N, RMS below 30 Hz to the reference of equal stiffness
@@ -95,6 +97,12 @@ struct RunFigures {
 
 RunFigures figures_of(const Record& record);
 
+/// " (12 undecided)", what stands behind a depth; empty where truth could tell all sides.
+std::string undecided_text(double samples);
+inline constexpr const char* undecided_note =
+    "Undecided: sample points, most after a tick, whose side truth leaves open, since the rim of an open sheet is "
+    "inside their body; no depth is taken of them.";
+
 /// Rounded to the three digits that tables print: what reads alike is equal, so that no row wins by a digit nobody
 /// sees.
 double as_printed(double value);
@@ -118,6 +126,7 @@ struct Contestant {
     std::string detector;
     std::string response;
     std::string contacts;
+    std::string stepper = {};  ///< as RunSpec::stepper
     auto operator<=>(const Contestant&) const = default;
     /// "ohc + penalty (canonical)"
     [[nodiscard]] std::string label() const;

@@ -186,6 +186,7 @@ void add_outcome(Draft& draft) {
         "All from geometry on the frame after the step, never from a response's own words. A spell is a stretch of "
         "ticks with more than 0.1 mm of depth; its length is known to the judged ticks. Scripts that hold the tool in "
         "the tissue make long spells for every response: compare rows of one scene.");
+    bool any_undecided = false;
     Table clearing =
         rows_per_motion(draft, "Clearing",
                         {{"ticks to clear, median / max", true},
@@ -196,12 +197,14 @@ void add_outcome(Draft& draft) {
                          {"overlap volume, max (mm³)", true},
                          {"minimum translation, max (mm)", true},
                          {"strain over the limit, max", true}},
-                        [](const RunFigures& run) -> std::vector<std::string> {
+                        [&any_undecided](const RunFigures& run) -> std::vector<std::string> {
+                            any_undecided = any_undecided || run.undecided_max > 0.0;
                             return {two(run.ticks_to_clear_p50, run.ticks_to_clear_max),
                                     std::isnan(run.uncleared) ? "n/a" : yes_no(run.uncleared > 0.0),
                                     count_text(run.re_penetrations),
                                     scaled(run.overshoot, mm),
-                                    count_text(run.wrong_vertices_max) + " / " + count_text(run.wrong_vertices_last),
+                                    count_text(run.wrong_vertices_max) + " / " + count_text(run.wrong_vertices_last) +
+                                        undecided_text(run.undecided_max),
                                     scaled(run.overlap_volume, mm * mm * mm),
                                     scaled(run.min_translation, mm),
                                     scaled(run.strain_over)};
@@ -210,6 +213,7 @@ void add_outcome(Draft& draft) {
         "Ticks to clear: from the first tick of a spell to the first clear one; n/a: no spell ended. Overshoot: gap "
         "within 20 ticks after a depth, less what scripts moved. Overlap volume and minimum translation (over 26 "
         "directions) need two closed bodies.";
+    if (any_undecided) clearing.note += " " + std::string(undecided_note);
     draft.add(std::move(clearing));
     Table signal = rows_per_motion(
         draft, "The haptic signal and its books",

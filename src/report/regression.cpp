@@ -15,7 +15,7 @@ namespace trocar {
 namespace {
 
 std::string name_of_run(const RunSpec& spec) {
-    const Contestant contestant{spec.mode, spec.detector, spec.response, spec.contacts};
+    const Contestant contestant{spec.mode, spec.detector, spec.response, spec.contacts, spec.stepper};
     std::string text =
         fmt::format("{} {}: {}", spec.mode, spec.scene.empty() ? "all scenes" : spec.scene, contestant.label());
     if (!spec.point.empty()) text += fmt::format(" [{}{}{}]", spec.knob, spec.knob.empty() ? "" : " ", spec.point);

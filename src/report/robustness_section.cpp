@@ -36,7 +36,7 @@ const VerdictRow* winner(const Verdict& verdict, const Rule& rule, bool own_only
         if (!without.empty() && (method_name(who.detector) == without || method_name(who.response) == without))
             continue;
         if ((own_only && !row.own) || (foreign_only && row.own)) continue;
-        if (row.failed_runs > 0 || std::isnan(row.p50.value)) continue;
+        if (row.control || row.failed_runs > 0 || std::isnan(row.p50.value)) continue;
         if (rule.error == nullptr) return &row;
         if (std::isnan(rule.error(row))) continue;
         const auto rank = [&rule](const VerdictRow& r) { return std::tuple(rule.error(r), r.p50.value); };

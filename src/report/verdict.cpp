@@ -38,6 +38,8 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
     row.contestant = contestant;
     row.own = results.fact(contestant, "detector.own") == "yes" &&
               (contestant.response.empty() || results.fact(contestant, "response.own") == "yes");
+    row.control = results.fact(contestant, "detector.control") == "yes" ||
+                  (!contestant.response.empty() && results.fact(contestant, "response.control") == "yes");
     row.reference = !reference.empty() && contestant.detector == reference;
     Contestant yardstick = contestant;
     yardstick.detector = reference;
@@ -73,6 +75,7 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
         if (!result->ok()) continue;
         ++row.scenes_ok;
         take_larger(row.depth_error_max, result->first(&RunFigures::depth_error_max));
+        take_larger(row.undecided_max, result->first(&RunFigures::undecided_max));
         const double left_max = result->first(&RunFigures::left_max);
         if (result->runs.front().tears_when_due()) {
             row.due_tears.push_back(scene);
@@ -116,6 +119,7 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
 std::string method_name(const std::string& text) { return text.substr(0, text.find(':')); }
 
 std::string kind_text(const VerdictRow& row) {
+    if (row.control) return "control";
     if (row.reference) return "reference";
     return row.own ? "own" : "foreign";
 }
@@ -146,7 +150,7 @@ std::string left_text(const VerdictRow& row) {
     if (!row.torn_in.empty()) text += " torn";
     if (!row.due_tears.empty())
         text += fmt::format("{}tear due {}", only_tears ? "" : "; ", format_number(row.due_tear_max * mm));
-    return text;
+    return text + undecided_text(row.undecided_max);
 }
 
 std::string forces_text(const VerdictRow& row, bool closed_loop) {
@@ -306,6 +310,7 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
         } else if (row.own) {
             printed.style = TableRow::Style::own;
         }
+        if (row.undecided_max > 0.0) table.note = undecided_note;
     }
     return table;
 }
@@ -396,7 +401,7 @@ std::string verdict_sentence(const Verdict& verdict, const std::string& where, c
     const VerdictRow* own = nullptr;
     const VerdictRow* foreign = nullptr;
     for (const VerdictRow& row : verdict.rows) {
-        if (std::isnan(row.p50.value) || std::isnan(error_of(row, depth))) continue;
+        if (row.control || std::isnan(row.p50.value) || std::isnan(error_of(row, depth))) continue;
         if (row.own && own == nullptr) own = &row;
         if (!row.own && foreign == nullptr) foreign = &row;
     }

@@ -14,6 +14,7 @@ namespace trocar {
 struct VerdictRow {
     Contestant contestant;
     bool own = false;        ///< every method of it is ours
+    bool control = false;    ///< a method of it holds the others to account: told last, never ranked
     bool reference = false;  ///< its detector is the one that ratios are taken to
     int scenes = 0;          ///< scenes it was planned on and that could be run
     int scenes_ok = 0;
@@ -32,7 +33,8 @@ struct VerdictRow {
     double error = not_known;     ///< m, geometric mean over scenes of error_on(): what rows with depths are sorted by
     double left_p50 = not_known;  ///< m, median over scenes of the median; due tears apart
     double left_max = not_known;  ///< m, worst over scenes; due tears apart
-    std::string torn_in;          ///< scene of left_max where the response told a rupture there; else empty
+    double undecided_max = not_known;         ///< samples whose side truth leaves open, worst over scenes
+    std::string torn_in;                      ///< scene of left_max where the response told a rupture there; else empty
     std::vector<std::string> due_tears;       ///< scenes where it told a rupture and hard contact tears too
     double due_tear_max = not_known;          ///< m, worst of these
     double force_error_equal_k = not_known;   ///< N RMS to the reference of equal stiffness, worst over scenes

@@ -36,7 +36,7 @@ double or_last(double value) { return std::isnan(value) ? std::numeric_limits<do
 void sort_alike(std::vector<VerdictRow>& rows) {
     for (auto first = rows.begin(); first != rows.end();) {
         const auto last = std::find_if(first, rows.end(), [&first](const VerdictRow& row) {
-            return row.failed_runs > 0 || std::isnan(row.error) || std::isnan(time_of(row)) ||
+            return row.control || row.failed_runs > 0 || std::isnan(row.error) || std::isnan(time_of(row)) ||
                    row.error > alike * first->error;
         });
         if (last == first) return;  // the rest has no answer
@@ -66,7 +66,7 @@ double error_of(const VerdictRow& row, bool depth) { return depth ? as_printed(r
 void compare_rows(const Results& results, const std::vector<std::string>& scenes, std::vector<VerdictRow>& rows) {
     const bool depth = have_depths(rows);
     const auto rank = [depth](const VerdictRow& row) {
-        return std::tuple(row.failed_runs > 0, std::isnan(time_of(row)), or_last(error_of(row, depth)),
+        return std::tuple(row.control, row.failed_runs > 0, std::isnan(time_of(row)), or_last(error_of(row, depth)),
                           or_last(time_of(row)), row.contestant);
     };
     std::sort(rows.begin(), rows.end(),
@@ -81,8 +81,9 @@ void compare_rows(const Results& results, const std::vector<std::string>& scenes
         }
         const double error = error_of(row, depth);
         const double time = time_of(row);
-        if (std::isnan(error) || std::isnan(time)) continue;
+        if (row.control || std::isnan(error) || std::isnan(time)) continue;
         row.dominated = std::any_of(rows.begin(), rows.end(), [&](const VerdictRow& other) {
+            if (other.control) return false;
             const double other_error = error_of(other, depth);
             const double other_time = time_of(other);
             return other_error <= error && other_time <= time && (other_error < error || other_time < time);

@@ -151,7 +151,7 @@ void add_verdict_page(Draft& draft, const Verdict& overall) {
     }
     Table table = verdict_table(overall, fmt::format("Verdict over all {} scenes", overall.scenes.size()),
                                 draft.results.noise_floor());
-    table.note = verdict_note(draft);
+    table.note = verdict_note(draft) + (table.note.empty() ? "" : " " + table.note);
     draft.add(std::move(table));
     draft.add(partial_table(overall,
                             "Contestants that were run on some of the scenes only: no row of these compares "

@@ -34,7 +34,7 @@ Passage passage(const equations::Corners& face_from, const equations::Corners& f
     equations::Corners then;
     for (std::size_t i = 0; i < 3; ++i) then[i] = face_from[i] + part * (face_to[i] - face_from[i]);
     const Vector3 place = from + part * (to - from);
-    const Vector3 weights = equations::nearest_weights(then, place);
+    const Vector3 weights = closest_point_on_triangle(then, place);
     if ((equations::point_at(then, weights) - place).norm() > rounding) return {};
     return {part, weights};
 }
@@ -151,7 +151,7 @@ double ApproachingFaces::look_at(const ThesisState& state, const Frame& frame, P
     Meeting meeting;
     grid_.visit({.min = x.array() - reach, .max = x.array() + reach}, [&](Index t) {
         const equations::Corners now = corners_of(topology, frame.position, t);
-        const Vector3 weights = equations::nearest_weights(now, x);
+        const Vector3 weights = closest_point_on_triangle(now, x);
         const double distance = (equations::point_at(now, weights) - x).norm();
         clearance = std::min(clearance, distance);
         equations::Corners before = now;

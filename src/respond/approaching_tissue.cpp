@@ -87,7 +87,7 @@ void ApproachingTissue::look_at(const ThesisState& state, const Frame& frame, Pa
     clearance = reach;
     ledger.visit_near(pair.tissue, {.min = x.array() - reach, .max = x.array() + reach}, [&](Index t) {
         const equations::Corners corners = corners_of(topology, frame.position, t);
-        const Vector3 weights = equations::nearest_weights(corners, x);
+        const Vector3 weights = closest_point_on_triangle(corners, x);
         const double distance = (equations::point_at(corners, weights) - x).norm();
         clearance = std::min(clearance, distance);
         if (distance >= least) return;

@@ -244,6 +244,7 @@ void BackProjection::attract(const ThesisState& state, const Frame& frame, const
     linear.adhesive = true;
     linear.reaction_body = path.body;
     linear.reaction_point = x;
+    tell_at_start(topology, frame, state.dt, linear);
     effect.contacts.push_back(linear);
 }
 

@@ -88,8 +88,33 @@ Vector3 LoadPoint::blend(const Matrix3X& columns) const {
     return sum;
 }
 
-double force_at_frame(const LinearContact& contact, const Frame& frame) {
-    if (!contact.bilateral && contact.gap > 0.0) return 0.0;
+Vector3 hand_velocity(const Frame& frame, double dt, Index body) {
+    return at(body) < frame.hand_motion.size() ? Vector3(frame.hand_motion[at(body)] / dt) : Vector3::Zero();
+}
+
+double scripted_rate(const Topology& topology, const Frame& frame, double dt, const LinearContact& contact) {
+    double rate = 0.0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Index vertex = contact.vertices[i];
+        if (vertex < 0 || contact.weights[i] == 0.0) continue;
+        const Index body = topology.body_of_vertex(vertex);
+        if (topology.bodies[at(body)].kind == BodyKind::tissue) continue;
+        const Vector3 velocity = frame.velocity.col(vertex) - hand_velocity(frame, dt, body);
+        rate += contact.weights[i] * velocity.dot(contact.normal);
+    }
+    if (contact.reaction_vertices[0] >= 0) return rate;  // tissue
+    rate -= contact.face_velocity;
+    if (contact.reaction_body >= 0) rate += hand_velocity(frame, dt, contact.reaction_body).dot(contact.normal);
+    return rate;
+}
+
+void tell_at_start(const Topology& topology, const Frame& frame, double dt, LinearContact& contact) {
+    contact.gap -= scripted_rate(topology, frame, dt, contact) * dt;
+}
+
+double force_at_frame(const Topology& topology, const Frame& frame, double dt, const LinearContact& contact) {
+    const double gap = contact.gap + scripted_rate(topology, frame, dt, contact) * dt;
+    if (!contact.bilateral() && gap > 0.0) return 0.0;
     double rate = 0.0;
     for (std::size_t i = 0; i < 3; ++i) {
         if (contact.vertices[i] < 0) continue;
@@ -103,11 +128,12 @@ double force_at_frame(const LinearContact& contact, const Frame& frame) {
     } else {
         rate -= contact.face_velocity;
     }
-    const double force = -contact.k * contact.gap - contact.mu * rate;
-    return contact.adhesive || contact.bilateral ? force : std::max(force, 0.0);
+    const double force = -contact.k * gap - contact.mu * rate;
+    const double pressed = contact.adhesive || contact.bilateral() ? force : std::max(force, 0.0);
+    return std::clamp(pressed, -contact.limit, contact.limit);
 }
 
-void show_tip_forces(const Topology& topology, const Materials& materials, const Frame& frame,
+void show_tip_forces(const Topology& topology, const Materials& materials, const Frame& frame, double dt,
                      std::vector<Wrench>& moment, Effect& effect) {
     moment = effect.wrench;
     const auto add = [&moment](Index body, const Vector3& point, const Vector3& force) {
@@ -115,7 +141,7 @@ void show_tip_forces(const Topology& topology, const Materials& materials, const
         moment[at(body)].moment += point.cross(force);
     };
     for (const LinearContact& contact : effect.contacts) {
-        const Vector3 force = force_at_frame(contact, frame) * contact.normal;
+        const Vector3 force = force_at_frame(topology, frame, dt, contact) * contact.normal;
         for (std::size_t i = 0; i < 3; ++i) {
             if (contact.vertices[i] < 0 || contact.weights[i] == 0.0) continue;
             // Tissue comes last, and most contacts push tissue, whose bodies show no tip force.

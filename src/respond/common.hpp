@@ -88,14 +88,24 @@ struct LoadPoint {
     [[nodiscard]] Vector3 blend(const Matrix3X& columns) const;
 };
 
+/// Translation that a hand gave a body in the last tick, m/s; zero for bodies that no hand leads.
+Vector3 hand_velocity(const Frame& frame, double dt, Index body);
+/// How fast scripts alone open the gap of a contact within the tick, m/s: of the velocities that it was written for
+/// (vertices as in the frame, face_velocity), the part that is neither tissue's nor a hand's.
+double scripted_rate(const Topology& topology, const Frame& frame, double dt, const LinearContact& contact);
+/// For a contact whose gap was measured at the frame, where scripts have made this tick's motion already: tells it at
+/// the start of the tick, as LinearContact wants it. It closes at the end of the tick where it was measured, not one
+/// tick's motion beyond.
+void tell_at_start(const Topology& topology, const Frame& frame, double dt, LinearContact& contact);
+
 /// Force of a contact along its normal at the frame the response saw, N: k d - mu (v_P·n - face velocity), not below 0
-/// unless adhesive or bilateral, 0 without penetration unless bilateral.
-double force_at_frame(const LinearContact& contact, const Frame& frame);
+/// unless adhesive or bilateral, 0 without penetration unless bilateral, and at most its limit.
+double force_at_frame(const Topology& topology, const Frame& frame, double dt, const LinearContact& contact);
 
 /// Fills effect.tip_force for every instrument by the rule in effect.tip: plain sum (thesis §3.4.1), or as a 3-DOF
 /// device shows it when the shaft turns about its trocar (METHODS §8) where the body has one. Reads contacts and
 /// wrenches of the effect. `moment` is a buffer of one Wrench per body (about the world origin), overwritten.
-void show_tip_forces(const Topology& topology, const Materials& materials, const Frame& frame,
+void show_tip_forces(const Topology& topology, const Materials& materials, const Frame& frame, double dt,
                      std::vector<Wrench>& moment, Effect& effect);
 
 /// Parameters that most responses share.

@@ -51,7 +51,7 @@ void ContactReduction::keep_corners(const Topology& topology, const SurfaceNeigh
         v.vertex_body = topology.body_of_triangle[at(contact.b)];
         v.face_body = topology.body_of_triangle[at(contact.a)];
         const Vector3 x = frame.position.col(v.vertex);
-        v.weights = equations::nearest_weights(face, x);
+        v.weights = closest_point_on_triangle(face, x);
         v.distance = (x - equations::point_at(face, v.weights)).norm();
         v.depth = v.distance;
         v.nearest = topology.triangles(equations::nearest_corner(face, x), contact.a);

@@ -6,9 +6,9 @@
 #include <limits>
 #include <numeric>
 
+#include "geometry/signed_crossing.hpp"
 #include "respond/common.hpp"
 #include "respond/equations.hpp"
-#include "respond/surface_crossings.hpp"
 
 namespace trocar {
 namespace {
@@ -138,7 +138,7 @@ Index CrossingLedger::nearest_triangle(const Topology& topology, const Frame& fr
         }
         tissue.grid.visit(box, [&](Index t) {
             const equations::Corners corners = corners_of(topology, frame.position, t);
-            const Vector3 w = equations::nearest_weights(corners, point);
+            const Vector3 w = closest_point_on_triangle(corners, point);
             const double distance = (equations::point_at(corners, w) - point).norm();
             if (distance < best_distance || (distance == best_distance && t < best)) {
                 best_distance = distance;
@@ -184,7 +184,8 @@ void CrossingLedger::check_closed(const Topology& topology, const Frame& frame, 
             ray -= segment_crossing(x, end, corners[0], corners[1], corners[2]);
         });
         if (ray == tissue.count[s]) continue;
-        const double winding = winding_number(topology, frame.position, topology.bodies[at(tissue.body)].triangles, x);
+        const double winding =
+            winding_number(frame.position, topology.triangles, topology.bodies[at(tissue.body)].triangles, x);
         const auto exact = static_cast<std::int16_t>(std::lround(winding));
         if (exact == tissue.count[s]) continue;
         tissue.count[s] = exact;

@@ -153,42 +153,6 @@ Exchange tissue_tissue(double mass1, double mass2, const Vector3& velocity1, con
     return result;
 }
 
-Vector3 nearest_weights(const Corners& triangle, const Vector3& point) {
-    // Regions of the plane by the signs of projections on the edges (Ericson, Real-Time Collision Detection, 5.1.5).
-    const Vector3 ab = triangle[1] - triangle[0];
-    const Vector3 ac = triangle[2] - triangle[0];
-    const Vector3 ap = point - triangle[0];
-    const double d1 = ab.dot(ap);
-    const double d2 = ac.dot(ap);
-    if (d1 <= 0.0 && d2 <= 0.0) return {1.0, 0.0, 0.0};
-    const Vector3 bp = point - triangle[1];
-    const double d3 = ab.dot(bp);
-    const double d4 = ac.dot(bp);
-    if (d3 >= 0.0 && d4 <= d3) return {0.0, 1.0, 0.0};
-    const double weight_c = d1 * d4 - d3 * d2;
-    if (weight_c <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
-        const double t = d1 == d3 ? 0.0 : d1 / (d1 - d3);
-        return {1.0 - t, t, 0.0};
-    }
-    const Vector3 cp = point - triangle[2];
-    const double d5 = ab.dot(cp);
-    const double d6 = ac.dot(cp);
-    if (d6 >= 0.0 && d5 <= d6) return {0.0, 0.0, 1.0};
-    const double weight_b = d5 * d2 - d1 * d6;
-    if (weight_b <= 0.0 && d2 >= 0.0 && d6 <= 0.0) {
-        const double t = d2 == d6 ? 0.0 : d2 / (d2 - d6);
-        return {1.0 - t, 0.0, t};
-    }
-    const double weight_a = d3 * d6 - d5 * d4;
-    if (weight_a <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
-        const double sum = (d4 - d3) + (d5 - d6);
-        const double t = sum == 0.0 ? 0.0 : (d4 - d3) / sum;
-        return {0.0, 1.0 - t, t};
-    }
-    const double sum = weight_a + weight_b + weight_c;
-    return {weight_a / sum, weight_b / sum, weight_c / sum};
-}
-
 std::array<Vector3, 3> distribute_force(const Vector3& weights, const Vector3& force) {
     return {weights[0] * force, weights[1] * force, weights[2] * force};
 }

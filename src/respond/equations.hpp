@@ -7,11 +7,13 @@
 #include <span>
 
 #include "contact/effect.hpp"
+#include "geometry/triangle_distance.hpp"
 #include "geometry/types.hpp"
 
 namespace trocar::equations {
 
-using Corners = std::array<Vector3, 3>;
+using trocar::Corners;
+using trocar::point_at;
 
 /// Unit outer normal; zero for a triangle without area.
 Vector3 unit_normal(const Corners& triangle);
@@ -112,15 +114,6 @@ struct Exchange {
 /// Elastic exchange along V_R. It reverses the whole relative velocity, also that of parting or sliding masses; equal
 /// velocities stay as they are. 3.17 is evaluated as V1 + 2 m2/(m1 + m2) V_R, which does not cancel. Masses > 0, kg.
 Exchange tissue_tissue(double mass1, double mass2, const Vector3& velocity1, const Vector3& velocity2);
-
-/// Barycentric weights of the point of a closed triangle that is nearest to `point`; >= 0, sum 1. For a point of the
-/// triangle these are its own weights.
-Vector3 nearest_weights(const Corners& triangle, const Vector3& point);
-
-/// The point of a triangle with these barycentric weights.
-inline Vector3 point_at(const Corners& triangle, const Vector3& weights) {
-    return weights[0] * triangle[0] + weights[1] * triangle[1] + weights[2] * triangle[2];
-}
 
 /// Thesis §4.3.1 (Volino 2000): a force at P = Σ w_i x_i shared out as f_i = w_i F, N: same resultant and moment.
 std::array<Vector3, 3> distribute_force(const Vector3& weights, const Vector3& force);

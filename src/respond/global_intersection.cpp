@@ -56,7 +56,8 @@ public:
         moment_.assign(at(topology.body_count()), {});
     }
 
-    void respond(const Frame& frame, double /*dt*/, const ContactSet& contacts, Effect& effect) override {
+    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
+                 Effect& effect) override {
         effect.clear();
         effect.tip = settings_.tip;
         surface_.measure(*topology_, frame.position);
@@ -67,10 +68,11 @@ public:
         }
         effect.skipped = points_.gather(*topology_, frame, others_, true);
         for (const PointContact& contact : points_.list()) {
-            effect.contacts.push_back(spring_damper(*topology_, *materials_, laws_, frame, contact));
+            effect.contacts.push_back(spring_damper(*topology_, *materials_, laws_, frame, dt, contact));
         }
-        for (const IntersectionContour& contour : regions_.contours()) attract(frame, contacts.pairs, contour, effect);
-        show_tip_forces(*topology_, *materials_, frame, moment_, effect);
+        for (const IntersectionContour& contour : regions_.contours())
+            attract(frame, dt, contacts.pairs, contour, effect);
+        show_tip_forces(*topology_, *materials_, frame, dt, moment_, effect);
     }
 
 private:
@@ -113,7 +115,7 @@ private:
         LoadPoint best;
         double least = std::numeric_limits<double>::infinity();
         for (const Index t : patch_) {
-            const Vector3 weights = equations::nearest_weights(corners_of(*topology_, frame.position, t), x);
+            const Vector3 weights = closest_point_on_triangle(corners_of(*topology_, frame.position, t), x);
             const LoadPoint point = LoadPoint::in_triangle(*topology_, t, weights);
             const double distance = (point.blend(frame.position) - x).squaredNorm();
             if (distance < least) {
@@ -167,8 +169,8 @@ private:
         return towards.dot(axis) < 0.0 ? Vector3(-axis) : axis;
     }
 
-    void attract(const Frame& frame, const std::vector<TrianglePair>& pairs, const IntersectionContour& contour,
-                 Effect& effect) {
+    void attract(const Frame& frame, double dt, const std::vector<TrianglePair>& pairs,
+                 const IntersectionContour& contour, Effect& effect) {
         if (!has_region(contour)) return;
         collect_patch(pairs, contour, false);
         const Vector3 axis = way_out(frame, pairs, contour);
@@ -176,7 +178,7 @@ private:
             const Vector3 x = frame.position.col(v);
             LoadPoint met;
             const bool along = !axis.isZero() && ray_to_patch(frame, x, -axis, met);
-            pull(frame, contour.body_a, LoadPoint::at_vertex(v), along ? met : nearest_in_patch(frame, x),
+            pull(frame, dt, contour.body_a, LoadPoint::at_vertex(v), along ? met : nearest_in_patch(frame, x),
                  along ? axis : Vector3::Zero(), effect);
         }
         collect_patch(pairs, contour, true);
@@ -184,18 +186,19 @@ private:
             const Vector3 x = frame.position.col(v);
             LoadPoint met;
             const bool along = !axis.isZero() && ray_to_patch(frame, x, axis, met);
-            pull(frame, contour.body_a, along ? met : nearest_in_patch(frame, x), LoadPoint::at_vertex(v),
+            pull(frame, dt, contour.body_a, along ? met : nearest_in_patch(frame, x), LoadPoint::at_vertex(v),
                  along ? axis : Vector3::Zero(), effect);
         }
     }
 
     /// Draws a point of tissue to a point of body a, and that point to the tissue, along `axis`, or (zero) straight.
-    void pull(const Frame& frame, Index body_a, const LoadPoint& a, const LoadPoint& tissue, const Vector3& axis,
-              Effect& effect) const {
+    void pull(const Frame& frame, double dt, Index body_a, const LoadPoint& a, const LoadPoint& tissue,
+              const Vector3& axis, Effect& effect) const {
         const Vector3 way = a.blend(frame.position) - tissue.blend(frame.position);
         const double distance = axis.isZero() ? way.norm() : way.dot(axis);
         if (!(distance > 0.0)) return;
         LinearContact contact;
+        contact.role = ContactRole::constraint;
         contact.vertices = tissue.vertices;
         contact.weights = tissue.weights;
         contact.normal = axis.isZero() ? Vector3(way / distance) : axis;
@@ -211,6 +214,7 @@ private:
             contact.reaction_body = body_a;
             contact.reaction_point = a.blend(frame.position);
         }
+        tell_at_start(*topology_, frame, dt, contact);
         effect.contacts.push_back(contact);
         if (settings_.drag <= 0.0) return;
         // Across the pull the two points only slow each other down.
@@ -221,7 +225,7 @@ private:
             contact.k = 0.0;
             contact.mu = settings_.drag;
             contact.face_velocity = a.blend(frame.velocity).dot(direction);
-            contact.bilateral = true;
+            contact.role = ContactRole::damper;
             effect.contacts.push_back(contact);
         }
     }
@@ -247,6 +251,7 @@ ResponseEntry global_intersection_response() {
     entry.name = "global_intersection";
     entry.version = "1";
     entry.own = true;
+    entry.sources = {"canonical", "native"};  // traces the triangles that meet
     entry.without_tissue = acts_as_penalty;
     entry.parameters = {
         {.name = "attraction",

@@ -35,19 +35,21 @@ public:
         moment_.assign(at(topology.body_count()), {});
     }
 
-    void respond(const Frame& frame, double /*dt*/, const ContactSet& contacts, Effect& effect) override {
+    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
+                 Effect& effect) override {
         effect.clear();
         effect.tip = settings_.tip;
         proxies_.respond(*topology_, *materials_, laws_, frame, effect);
+        for (LinearContact& tip : effect.contacts) tell_at_start(*topology_, frame, dt, tip);
         others_.contacts.clear();
         for (const Contact& contact : contacts.contacts) {
             if (!proxies_.takes(*topology_, frame, contact)) others_.contacts.push_back(contact);
         }
         effect.skipped = points_.gather(*topology_, frame, others_, true);
         for (const PointContact& contact : points_.list()) {
-            effect.contacts.push_back(spring_damper(*topology_, *materials_, laws_, frame, contact));
+            effect.contacts.push_back(spring_damper(*topology_, *materials_, laws_, frame, dt, contact));
         }
-        show_tip_forces(*topology_, *materials_, frame, moment_, effect);
+        show_tip_forces(*topology_, *materials_, frame, dt, moment_, effect);
     }
 
 private:
@@ -68,6 +70,7 @@ ResponseEntry god_object_response() {
     entry.name = "god_object";
     entry.version = "1";
     entry.own = true;
+    entry.sources = {"canonical", "native"};  // goes by pairs of triangles
     entry.parameters = {
         stiffness_parameter("1000 between instruments and rigid bodies, on tissue the mean of the springs there"),
         damping_parameter(),

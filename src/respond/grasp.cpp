@@ -168,16 +168,18 @@ void Grasp::pull(const Materials& materials, const Frame& frame, const GraspedVe
     const Vector3 place = target(frame, held);
     const Vector3 offset = place - frame.position.col(held.vertex);
     const Vector3 speed = target_velocity(frame, held, dt);
+    // The target is the frame's: at the start of the tick it is where scripts have not yet turned or moved it.
+    const Vector3 scripted = (speed - hand_velocity(frame, dt, body_of(held.group))) * dt;
     for (int axis = 0; axis < 3; ++axis) {
         LinearContact linear;
         linear.vertices = {held.vertex, -1, -1};
         linear.weights = {1.0, 0.0, 0.0};
         linear.normal = Vector3::Unit(axis);
-        linear.gap = -offset[axis];
+        linear.gap = scripted[axis] - offset[axis];
         linear.k = stiffness;
         linear.mu = 2.0 * std::sqrt(stiffness * materials.mass[at(held.vertex)]);
         linear.face_velocity = speed[axis];
-        linear.bilateral = true;
+        linear.role = ContactRole::grasp;
         linear.reaction_body = body_of(held.group);
         linear.reaction_point = place;
         effect.contacts.push_back(linear);

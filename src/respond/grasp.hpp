@@ -54,7 +54,7 @@ public:
     [[nodiscard]] Vector3 target(const Frame& frame, const GraspedVertex& held) const;
     [[nodiscard]] Vector3 target_velocity(const Frame& frame, const GraspedVertex& held, double dt) const;
     /// Holds every grasped vertex at its target by a spring and a critical damper, which the integrator takes
-    /// implicitly and whose reaction the tool feels (METHODS §10, corrected). First lets go of those that pull with
+    /// implicitly and whose reaction the tool feels (METHODS §10, ours). First lets go of those that pull with
     /// more than the slip force or whose springs have reached the strain limit, and counts them; what was let go is
     /// pulled less and less for the release time.
     void hold_by_springs(const Materials& materials, const VertexSprings& springs, const Frame& frame, double dt,

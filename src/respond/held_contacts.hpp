@@ -1,4 +1,4 @@
-// Corrected 3.7-3.11 (METHODS §6): tissue vertices in faces and tissue edges across edges (those of other tissue, too)
+// In place of 3.7-3.11 (METHODS §9.2): tissue vertices in faces and tissue edges across edges (of other tissue, too)
 // are held by stiff contacts in every sub-step, which clear the depth within the settle time, never pull, and give the
 // tool exactly the momentum that the tissue gets. What rests stays known for a small gap: else it would be lost and
 // found again every other tick.

@@ -25,6 +25,8 @@ public:
 
 private:
     void resolve(const Frame& frame, double dt, Effect& effect) override {
+        total_.reserve(list().capacity());
+        target_.reserve(list().capacity());
         total_.assign(list().size(), 0.0);
         target_.assign(list().size(), 0.0);
         for (std::size_t c = 0; c < list().size(); ++c) {

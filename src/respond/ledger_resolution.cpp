@@ -54,7 +54,7 @@ void steady(const ThesisState& state, const Frame& frame, const Penetration& p, 
     slide.k = 0.0;
     slide.mu = state.settings.slip_damping * pressing * turned / size * state.dt;
     slide.gap = 0.0;
-    slide.bilateral = true;
+    slide.role = ContactRole::damper;
     const Vector3 first = p.normal.unitOrthogonal();
     for (const Vector3& axis : {first, Vector3(p.normal.cross(first))}) {
         slide.normal = axis;
@@ -186,7 +186,7 @@ void push_faces(const ThesisState& state, const Frame& frame, const Penetration&
                 continue;
             const equations::Corners other = corners_of(topology, frame.position, t);
             const Vector3 other_normal = p.side * equations::unit_normal(other);
-            const Vector3 w = equations::nearest_weights(other, x);
+            const Vector3 w = closest_point_on_triangle(other, x);
             const Vector3 other_foot = equations::point_at(other, w);
             const double distance = (other_foot - x).norm();
             normal +=

@@ -1,13 +1,13 @@
-// Resolution of interpenetration by the crossing ledger (METHODS §9.2, corrected): every sample on the wrong side
+// Resolution of interpenetration by the crossing ledger (METHODS §9.2): every sample on the wrong side
 // pushes the surface it has crossed back past itself by stiff contacts on the faces that it touches, so that what is
 // left goes to zero within the settle time, whether the tool moves or not; what cannot be cleared ends as rupture. A
 // tear opens at a speed that tissue can follow (1 m/s for the default material): let go all at once, it would fly past
 // the tool before the rest of it is in contact.
 //
-// METHODS §9.2 pushes along the blended normal at the anchor (anchor=blend). That slides a pointed tool across the
-// sheet where hard contact catches it in the pocket it has made: against the hard references the force is off by
-// 0.03-0.28 N RMS, with the faces' own normals by 0.001-0.03 N. METHODS' samples on a shaft's axis are points on long
-// edges here (samples=edges): they lie on the surface that must come free, and no axis need be known.
+// Pushing along the blended normal at the anchor (anchor=blend) slides a pointed tool across the sheet where hard
+// contact catches it in the pocket it has made: against the hard references the force is off by 0.03-0.28 N RMS, with
+// the faces' own normals by 0.001-0.03 N. Points on long edges of a tool are samples too (samples=edges): they lie on
+// the surface that must come free.
 #pragma once
 
 #include <optional>

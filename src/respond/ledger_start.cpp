@@ -5,9 +5,9 @@
 #include <cmath>
 #include <vector>
 
+#include "geometry/signed_crossing.hpp"
 #include "respond/common.hpp"
 #include "respond/crossing_ledger.hpp"
-#include "respond/surface_crossings.hpp"
 
 namespace trocar {
 namespace {
@@ -35,7 +35,7 @@ double length(const Matrix3X& position, const std::array<Index, 2>& edge) {
 
 }  // namespace
 
-/// Half a tissue edge apart (METHODS §9.2: every h/2).
+/// Half a tissue edge apart.
 void CrossingLedger::add_edge_samples(const Topology& topology, const Frame& frame) {
     constexpr double most_per_edge = 64.0;
     double tissue_edge = 0.0;
@@ -95,7 +95,7 @@ void CrossingLedger::find_start(const Topology& topology, const Frame& frame, co
                 box.add(x);
                 if (!box.overlaps(tissue.grid.bounds())) continue;
                 const double winding =
-                    winding_number(topology, frame.position, topology.bodies[at(tissue.body)].triangles, x);
+                    winding_number(frame.position, topology.triangles, topology.bodies[at(tissue.body)].triangles, x);
                 tissue.count[at(sample_of_vertex_[at(v)])] = static_cast<std::int16_t>(std::lround(winding));
             }
         }

@@ -12,7 +12,7 @@ void follow_surface(const Topology& topology, const SurfaceNeighbours& surface, 
                     const Vector3& point, Index& triangle, Vector3& weights) {
     const auto distance_to = [&](Index t, Vector3& w) {
         const equations::Corners corners = corners_of(topology, frame.position, t);
-        w = equations::nearest_weights(corners, point);
+        w = closest_point_on_triangle(corners, point);
         return (equations::point_at(corners, w) - point).norm();
     };
     double distance = distance_to(triangle, weights);

@@ -10,7 +10,30 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+/// A contact of features: what closes within the tick counts with the depth that it then has.
+bool describe_features(const Contact& contact, PointContact& out) {
+    out = {};
+    out.body_a = contact.body_a;
+    out.body_b = contact.body_b;
+    out.normal = contact.normal;
+    out.depth = -(contact.gap + contact.approach);
+    if (!out.normal.allFinite() || !(out.depth >= 0.0)) return false;
+    out.a = {contact.on_a.vertices, contact.on_a.weights};
+    out.b = {contact.on_b.vertices, contact.on_b.weights};
+    out.distance = std::abs(contact.gap);
+    out.of_vertex = contact.kind == ContactCase::point_face;
+    const bool vertex_of_a = out.of_vertex && out.a.weights[0] == 1.0;
+    const LoadPoint& stands = vertex_of_a ? out.a : out.b;
+    const auto heaviest = std::max_element(stands.weights.begin(), stands.weights.end());
+    out.vertex = stands.vertices[static_cast<std::size_t>(heaviest - stands.weights.begin())];
+    out.other = vertex_of_a ? out.body_b : out.body_a;
+    return true;
+}
+
 bool describe(const Topology& topology, const Frame& frame, const Contact& contact, PointContact& out) {
+    if (contact.kind == ContactCase::point_face || contact.kind == ContactCase::edge_edge) {
+        return describe_features(contact, out);
+    }
     if (contact.kind == ContactCase::touch || contact.kind == ContactCase::coplanar ||
         contact.kind == ContactCase::degenerate || contact.a < 0 || contact.b < 0) {
         return false;
@@ -26,13 +49,15 @@ bool describe(const Topology& topology, const Frame& frame, const Contact& conta
     Vector3 point = contact.point;
     if (vertex_of_a) point = frame.position.col(contact.vertex_a);
     if (vertex_of_b) point = frame.position.col(contact.vertex_b);
+    out.of_vertex = vertex_of_a || vertex_of_b;
     if (!point.allFinite()) return false;
     const auto spread = [&](Index triangle) {
         const equations::Corners corners = corners_of(topology, frame.position, triangle);
-        return LoadPoint::in_triangle(topology, triangle, equations::nearest_weights(corners, point));
+        return LoadPoint::in_triangle(topology, triangle, closest_point_on_triangle(corners, point));
     };
     out.a = vertex_of_a ? LoadPoint::at_vertex(contact.vertex_a) : spread(contact.a);
     out.b = vertex_of_b ? LoadPoint::at_vertex(contact.vertex_b) : spread(contact.b);
+    out.distance = (out.b.blend(frame.position) - out.a.blend(frame.position)).norm();
     // Without an entering vertex the most loaded vertex of b stands for the contact.
     if (vertex_of_a) {
         out.vertex = contact.vertex_a;
@@ -45,11 +70,26 @@ bool describe(const Topology& topology, const Frame& frame, const Contact& conta
     return true;
 }
 
+/// Contacts and moved vertices that find room from the first tick on.
+constexpr std::size_t usual_contacts = 1024;
+constexpr double alike = 1e-9;  ///< part of a depth or a distance: well above rounding, well below a difference
+
+/// The deepest contact of a vertex stands for it. Faces of one plane are equally deep but for rounding; of these it is
+/// the nearest, whose corners are the ones that a load at this point belongs to. Positive: a comes before b.
+int compare(const PointContact& a, const PointContact& b) {
+    const double deeper = a.depth - b.depth;
+    if (std::abs(deeper) > alike * std::max(a.depth, b.depth)) return deeper > 0.0 ? 1 : -1;
+    const double nearer = b.distance - a.distance;
+    if (std::abs(nearer) > alike * (a.depth + a.distance + b.distance)) return nearer > 0.0 ? 1 : -1;
+    return 0;
+}
+
 }  // namespace
 
 void PointContacts::prepare(const Topology& topology) {
     first_.assign(at(topology.vertex_count), -1);
     list_.clear();
+    list_.reserve(std::min(at(topology.vertex_count), usual_contacts));
 }
 
 std::int64_t PointContacts::gather(const Topology& topology, const Frame& frame, const ContactSet& contacts,
@@ -57,26 +97,54 @@ std::int64_t PointContacts::gather(const Topology& topology, const Frame& frame,
     for (const PointContact& contact : list_) first_[at(contact.vertex)] = -1;
     list_.clear();
     std::int64_t skipped = 0;
-    for (const Contact& contact : contacts.contacts) {
-        PointContact point;
-        if (!describe(topology, frame, contact, point)) {
-            ++skipped;
-        } else if (reduce) {
-            keep_deepest(point);
-        } else {
-            list_.push_back(point);
+    // Where a vertex is inside, the edges that meet in it cross the other body's edges round it: the same overlap once
+    // more, along other normals. So vertices come first, and an edge contact beside one of them is left to it.
+    for (const bool edges : {false, true}) {
+        if (edges && !reduce) break;
+        for (const Contact& contact : contacts.contacts) {
+            const bool of_edges = contact.kind == ContactCase::edges_cross || contact.kind == ContactCase::edge_edge;
+            if (reduce && edges != of_edges) continue;
+            PointContact point;
+            const bool described = describe(topology, frame, contact, point);
+            point.id = contact.id;
+            if (!described) {
+                ++skipped;
+            } else if (!reduce) {
+                list_.push_back(point);
+            } else if (!edges ||
+                       (!stands_for(contact.vertex_a, point.body_b) && !stands_for(contact.vertex_b, point.body_a))) {
+                keep_deepest(point);
+            }
         }
+    }
+    for (PointContact& contact : list_) {
+        const double length = contact.normals.norm();
+        if (length > 0.0) contact.normal = contact.normals / length;
     }
     return skipped;
 }
 
+bool PointContacts::stands_for(Index vertex, Index other) const {
+    if (vertex < 0) return false;
+    for (Index c = first_[at(vertex)]; c >= 0; c = list_[at(c)].next) {
+        if (list_[at(c)].other == other && list_[at(c)].of_vertex) return true;
+    }
+    return false;
+}
+
 void PointContacts::keep_deepest(PointContact& contact) {
     Index& first = first_[at(contact.vertex)];
+    contact.normals = contact.normal;
     for (Index c = first; c >= 0; c = list_[at(c)].next) {
-        if (list_[at(c)].other != contact.other) continue;
-        if (contact.depth > list_[at(c)].depth) {
-            contact.next = list_[at(c)].next;
-            list_[at(c)] = contact;
+        PointContact& known = list_[at(c)];
+        if (known.other != contact.other) continue;
+        const int order = compare(contact, known);
+        if (order > 0) {
+            contact.next = known.next;
+            known = contact;
+        } else if (order == 0 && contact.normal.dot(known.normal) < 1.0 - alike) {
+            // On an edge or a corner of the other surface no face comes first.
+            known.normals += contact.normal;
         }
         return;
     }
@@ -94,6 +162,7 @@ void VertexEdits::prepare(const Topology& topology, const Materials& materials) 
     }
     slot_.assign(n, -1);
     edits_.clear();
+    edits_.reserve(std::min(n, usual_contacts));
 }
 
 void VertexEdits::clear() {
@@ -164,12 +233,13 @@ void VertexEdits::write(Effect& effect) const {
 }
 
 LinearContact spring_damper(const Topology& topology, const Materials& materials, const PairLaws& laws,
-                            const Frame& frame, const PointContact& contact) {
+                            const Frame& frame, double dt, const PointContact& contact) {
     const CollisionClass kind = laws.kind(contact.body_a, contact.body_b);
     const bool push_b = kind != CollisionClass::instrument_rigid;
     const LoadPoint& pushed = push_b ? contact.b : contact.a;
     const LoadPoint& other = push_b ? contact.a : contact.b;
     LinearContact linear;
+    linear.source_id = contact.id;
     linear.vertices = pushed.vertices;
     linear.weights = pushed.weights;
     linear.normal = push_b ? contact.normal : Vector3(-contact.normal);
@@ -195,6 +265,7 @@ LinearContact spring_damper(const Topology& topology, const Materials& materials
         linear.reaction_body = contact.body_a;
         linear.reaction_point = contact.a.blend(frame.position);
     }
+    tell_at_start(topology, frame, dt, linear);
     return linear;
 }
 
@@ -213,17 +284,18 @@ void PointResponse::prepare(const Topology& topology, const Materials& materials
     moment_.assign(at(topology.body_count()), {});
 }
 
-void PointResponse::respond(const Frame& frame, double dt, const ContactSet& contacts, Effect& effect) {
+void PointResponse::respond(const Frame& frame, double dt, const ContactSet& contacts,
+                            std::span<const ContactLoad> /*loads*/, Effect& effect) {
     effect.clear();
     effect.tip = settings_.tip;
     edits_.clear();
     effect.skipped = points_.gather(*topology_, frame, contacts, settings_.reduce);
     for (const PointContact& contact : list()) {
-        if (!on_tissue(contact)) effect.contacts.push_back(spring_damper_of(frame, contact));
+        if (!on_tissue(contact)) effect.contacts.push_back(spring_damper_of(frame, dt, contact));
     }
     resolve(frame, dt, effect);
     edits_.write(effect);
-    show_tip_forces(*topology_, *materials_, frame, moment_, effect);
+    show_tip_forces(*topology_, *materials_, frame, dt, moment_, effect);
 }
 
 bool PointResponse::on_tissue(const PointContact& contact) const {

@@ -2,6 +2,7 @@
 // come from canonical contacts as well as from a library's own, which may lack vertices, case or more.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "contact/contact_set.hpp"
@@ -12,25 +13,32 @@
 namespace trocar {
 
 struct PointContact {
-    Index vertex = -1;  ///< the vertex that stands for the contact in a reduction
-    Index other = -1;   ///< body on the other side of that vertex
-    Index next = -1;    ///< next contact of the same vertex
+    Index vertex = -1;       ///< the vertex that stands for the contact in a reduction
+    Index other = -1;        ///< body on the other side of that vertex
+    Index next = -1;         ///< next contact of the same vertex
+    double distance = 0.0;   ///< m, between the points a and b
+    bool of_vertex = false;  ///< `vertex` has entered the other body; false: edges cross, or a library's contact
+    Vector3 normals = Vector3::Zero();  ///< sum over the faces that are as deep and as near
     Index body_a = -1;
     Index body_b = -1;
     LoadPoint a, b;
     Vector3 normal = Vector3::Zero();  ///< unit, a to b
-    double depth = 0.0;                ///< m, >= 0
+    double depth = 0.0;                ///< m, >= 0, where scripts have made this tick's motion
+    std::uint64_t id = 0;              ///< Contact::id
 };
 
 class PointContacts {
 public:
     void prepare(const Topology& topology);
-    /// Replaces the list. `reduce`: one per vertex and other body, the deepest; else one per contact. Returns how many
+    /// Replaces the list. `reduce`: one per vertex and other body, the deepest, and edge contacts only where no vertex
+    /// beside them is inside; else one per contact. Returns how many
     /// contacts have no place in it: touch, coplanar, degenerate, and those without triangles, normal, point or depth.
     std::int64_t gather(const Topology& topology, const Frame& frame, const ContactSet& contacts, bool reduce);
     [[nodiscard]] const std::vector<PointContact>& list() const { return list_; }
 
 private:
+    /// The list holds the contact of this very vertex with that body.
+    [[nodiscard]] bool stands_for(Index vertex, Index other) const;
     void keep_deepest(PointContact& contact);
     std::vector<Index> first_;  ///< N; first contact of a vertex
     std::vector<PointContact> list_;
@@ -66,7 +74,7 @@ private:
 /// tissues; between an instrument and a rigid body only the instrument is. Without a stiffness from method or scene:
 /// the mean of the tissue's springs there, or rigid_stiffness.
 LinearContact spring_damper(const Topology& topology, const Materials& materials, const PairLaws& laws,
-                            const Frame& frame, const PointContact& contact);
+                            const Frame& frame, double dt, const PointContact& contact);
 
 /// Adds a force at a point to the body's wrench: what a tool feels of an impulse on tissue.
 void add_reaction(Index body, const Vector3& point, const Vector3& force, Effect& effect);
@@ -83,7 +91,8 @@ public:
         TipSettings tip = {};
     };
     void prepare(const Topology& topology, const Materials& materials) final;
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, Effect& effect) final;
+    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> loads,
+                 Effect& effect) final;
 
 protected:
     explicit PointResponse(const Settings& settings) : settings_(settings) {}
@@ -95,8 +104,8 @@ protected:
     [[nodiscard]] const PairLaws& laws() const { return laws_; }
     [[nodiscard]] VertexEdits& edits() { return edits_; }
     [[nodiscard]] const VertexEdits& edits() const { return edits_; }
-    [[nodiscard]] LinearContact spring_damper_of(const Frame& frame, const PointContact& contact) const {
-        return spring_damper(*topology_, *materials_, laws_, frame, contact);
+    [[nodiscard]] LinearContact spring_damper_of(const Frame& frame, double dt, const PointContact& contact) const {
+        return spring_damper(*topology_, *materials_, laws_, frame, dt, contact);
     }
     /// Velocity of b's point against a's, m/s, edits included.
     [[nodiscard]] Vector3 relative_velocity(const Frame& frame, const PointContact& contact) const;

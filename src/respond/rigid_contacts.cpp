@@ -20,7 +20,7 @@ LoadPoint rigid_point(const Topology& topology, const Matrix3X& position, Index 
     const double size = normal.squaredNorm();
     constexpr double least_sine = 1e-3;
     if (std::abs(direction.dot(normal)) <= least_sine * std::sqrt(size)) {
-        return LoadPoint::in_triangle(topology, triangle, equations::nearest_weights(c, point));
+        return LoadPoint::in_triangle(topology, triangle, closest_point_on_triangle(c, point));
     }
     const Vector3 x = point - c[0] - (point - c[0]).dot(normal) / direction.dot(normal) * direction;
     const double w1 = x.cross(c[2] - c[0]).dot(normal) / size;
@@ -142,7 +142,7 @@ void RigidContacts::add_piece(const ThesisState& state, const Frame& frame, cons
             continue;
         }
         const Vector3 weights =
-            equations::nearest_weights(corners_of(*state.topology, frame.position, triangle), middle);
+            closest_point_on_triangle(corners_of(*state.topology, frame.position, triangle), middle);
         side.blended += length * state.surface.blended_normal(*state.topology, frame.position, triangle, weights);
     }
     curve.depth = std::max(curve.depth, piece.depth);
@@ -328,13 +328,7 @@ void RigidContacts::give_law(const ThesisState& state, const Frame& frame, Index
     linear.k = share * k;
     linear.mu = share * mu;
     if (!stiff && state.settings.clamp) linear.gap = std::max(linear.gap, -state.settings.f_max / k);
-    if (mobility == 0.0) return;  // scripts lead both: nothing moves them, and the force is that of the frame
-    // As in ThesisState::end_on_time: what a script moves has made its way of the tick already.
-    const Index face = linear.reaction_body >= 0 ? linear.reaction_body : body_b;
-    const Index pushed = face == body_a ? body_b : body_a;
-    const double ahead = linear.face_velocity - state.hand_velocity(face).dot(linear.normal) -
-                         (point_velocity - state.hand_velocity(pushed)).dot(linear.normal);
-    linear.gap += ahead * state.dt;
+    tell_at_start(*state.topology, frame, state.dt, linear);
 }
 
 }  // namespace trocar

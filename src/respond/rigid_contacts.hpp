@@ -23,7 +23,8 @@ public:
     void add(const ThesisState& state, const Frame& frame, const Contact& contact);
     /// Gives a contact that stands for a share of the pair its law: the pair's k and mu; with rigid=hold, where a hand
     /// leads one of the two, at least k = m/T² (m the hands' effective mass, T rigid_settle) and the damper that makes
-    /// it critical. Gap, normal, vertices, face velocity and reaction are set.
+    /// it critical. Gap (at the frame; told at the start of the tick after that), normal,
+    /// vertices, face velocity and reaction are set.
     void give_law(const ThesisState& state, const Frame& frame, Index body_a, Index body_b, double share,
                   LinearContact& linear) const;
     /// Appends one contact per curve of intersection. Its direction is that of the curve's area vector ½ Σ p×q, which

@@ -61,7 +61,7 @@ void SqueezedTissue::collect(const ThesisState& state, const Effect& effect) {
     groups_.clear();
     for (std::size_t c = 0; c < effect.contacts.size(); ++c) {
         const LinearContact& contact = effect.contacts[c];
-        if (contact.bilateral || contact.k != state.hard_stiffness || contact.vertices[0] < 0) continue;
+        if (contact.role != ContactRole::constraint || contact.vertices[0] < 0) continue;
         if (state.kind(topology.body_of_vertex(contact.vertices[0])) != BodyKind::tissue) continue;
         Row row;
         row.contact = c;
@@ -145,7 +145,7 @@ void SqueezedTissue::share(const ThesisState& state, const ContactSet& contacts,
     }
     // The dampers along the surface steady what a pressing force does there; that force is gone.
     for (LinearContact& contact : effect.contacts) {
-        if (!contact.bilateral || contact.k != 0.0) continue;
+        if (contact.role != ContactRole::damper) continue;
         for_each_vertex(contact, [&](Index vertex, double) {
             if (squeezed_[at(vertex)] != 0) contact.mu = 0.0;
         });

@@ -14,9 +14,9 @@
 //   §9.2       ledger_resolution      resolution=ledger, samples, anchor, settle_time, clear_speed, slip_damping
 //              rupture, torn_tissue   tear_time, d_max
 //   §9.2       approaching_tissue     resolution=ledger: tissue about to meet tissue; approach: or a tool's point
-//   §6         approaching_faces      approach: tissue about to meet a face of a tool or bone
+//   §9.2       approaching_faces      approach: tissue about to meet a face of a tool or bone
 //   §9.2       squeezed_tissue        squeeze
-//   §6         rim_contacts           projection=hold with reduction=vertex: rims and folds of tissue
+//   §9.2       rim_contacts           projection=hold with reduction=vertex: rims and folds of tissue
 //   §10        grasp                  grasp, grasp_k, grasp_slip, jaw_length, release_time
 //   §8         show_tip_forces        tip and the device's parameters
 #include <algorithm>
@@ -68,7 +68,8 @@ public:
         back_projection_.prepare(topology);
     }
 
-    void respond(const Frame& seen, double dt, const ContactSet& contacts, Effect& effect) override {
+    void respond(const Frame& seen, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
+                 Effect& effect) override {
         const Frame& frame = filtered(seen, dt);
         effect.clear();
         effect.tip = settings().tip;
@@ -102,7 +103,7 @@ public:
             effect.placements.push_back({edit.vertex, edit.position, edit.velocity, edit.held});
         }
         add_reactions(frame, effect);
-        show_tip_forces(*topology_, *materials_, frame, moment_, effect);
+        show_tip_forces(*topology_, *materials_, frame, dt, moment_, effect);
         if (state_.grasps()) state_.grasp.remember(frame);
     }
 
@@ -212,7 +213,7 @@ private:
             if (v.vertex != deepest && !settings().reduce) continue;
             const Vector3 x = frame.position.col(v.vertex);
             v.depth = v.vertex == deepest ? contact.depth : -face_normal.dot(x - corners[0]);
-            v.weights = equations::nearest_weights(corners, x);
+            v.weights = closest_point_on_triangle(corners, x);
             const Vector3 foot = equations::point_at(corners, v.weights);
             v.distance = (x - foot).norm();
             if (v.vertex != deepest && (v.depth <= 0.0 || v.distance > 1.0001 * v.depth)) continue;
@@ -304,15 +305,16 @@ private:
         const bool vertex_first = kind(v.vertex_body) <= kind(v.face_body);
         const Vector3 place = vertex_first ? Vector3(frame.position.col(v.vertex)) : face.blend(frame.position);
         const bool bone = kind(v.vertex_body) == BodyKind::rigid || kind(v.face_body) == BodyKind::rigid;
-        finish_rigid(bone ? std::min(v.vertex_body, v.face_body) : -1, place, linear, effect);
+        finish_rigid(frame, bone ? std::min(v.vertex_body, v.face_body) : -1, place, linear, effect);
     }
     /// Of an instrument's contact with bone (-1: other contacts), what is at its tip is the proxy's.
-    void finish_rigid(Index instrument, const Vector3& place, LinearContact linear, Effect& effect) const {
+    void finish_rigid(const Frame& frame, Index instrument, const Vector3& place, LinearContact linear,
+                      Effect& effect) const {
         const double share = settings().tip_proxy && instrument >= 0 ? proxies_.share_left(instrument, place) : 1.0;
         if (share == 0.0) return;
         linear.k *= share;
         linear.mu *= share;
-        state_.finish(linear, effect);
+        state_.finish(frame, linear, effect);
     }
     /// GHOST's part (§3.4.2): the tips against bone.
     void respond_to_tips(const Frame& frame, Effect& effect) {
@@ -321,7 +323,11 @@ private:
         for (std::size_t c = before; c < effect.contacts.size(); ++c) {
             const Index body = topology_->body_of_vertex(effect.contacts[c].vertices[0]);
             const Index bone = proxies_.rigid_of(body);
-            if (rigid_.takes(state_, body, bone)) rigid_.give_law(state_, frame, body, bone, 1.0, effect.contacts[c]);
+            if (rigid_.takes(state_, body, bone)) {
+                rigid_.give_law(state_, frame, body, bone, 1.0, effect.contacts[c]);
+            } else {
+                tell_at_start(*topology_, frame, state_.dt, effect.contacts[c]);
+            }
         }
     }
 
@@ -346,7 +352,7 @@ private:
             linear.reaction_body = v.vertex_body;
             linear.reaction_point = frame.position.col(v.vertex);
         }
-        state_.finish(linear, effect);
+        state_.finish(frame, linear, effect);
     }
 
     /// Eq. 3.5, 3.9 (§3.4.1-3.4.3): edges that cross.
@@ -398,9 +404,9 @@ private:
             linear.reaction_point = a.blend(frame.position);
         }
         if (tissue_b) {
-            state_.finish(linear, effect);
+            state_.finish(frame, linear, effect);
         } else {
-            finish_rigid(kind(body_b) == BodyKind::rigid ? body_a : -1, contact.point, linear, effect);
+            finish_rigid(frame, kind(body_b) == BodyKind::rigid ? body_a : -1, contact.point, linear, effect);
         }
     }
     /// Of two tissues, either may have a corner of which the ledger knows on which side of the other it belongs. False
@@ -420,7 +426,7 @@ private:
     [[nodiscard]] LoadPoint edge_load(const Frame& frame, Index triangle, Index vertex, const Vector3& point) const {
         if (!settings().distribute) return LoadPoint::at_vertex(vertex);
         const equations::Corners corners = corners_of(*topology_, frame.position, triangle);
-        return LoadPoint::in_triangle(*topology_, triangle, equations::nearest_weights(corners, point));
+        return LoadPoint::in_triangle(*topology_, triangle, closest_point_on_triangle(corners, point));
     }
 
     /// Eq. 3.7-3.8 and 3.10-3.11: tissue vertex A2 in the face of an instrument or a bone. The contact position is
@@ -543,7 +549,7 @@ ResponseEntry thesis_response() {
     entry.name = "thesis";
     entry.version = "2005";
     entry.own = true;
-    entry.reads_native = false;  // the equations go by the overlap case and its vertex or edge
+    entry.sources = {"canonical"};  // the equations go by the overlap case and its vertex or edge
     entry.parameters = thesis_parameters();
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Thesis>(read_thesis_settings(values));

@@ -92,14 +92,13 @@ std::vector<Parameter> thesis_parameters() {
         automatic(number("clear_speed", "m/s", "auto", 1e-6, 1e6,
                          "fastest at which projection=hold and the ledger clear a depth; auto: a twelfth of the "
                          "tissue's sqrt(E/rho), 0.5 for the default material")),
-        choice(
-            "anchor", {"blend", "faces"},
-            "the ledger pushes the surface along the blended normal at a vertex' anchor (METHODS §9.2; faithful), or "
-            "every face that the vertex touches along its own normal, as hard contact does, rounded in a fifth of "
-            "an edge along ridges (corrected)"),
+        choice("anchor", {"blend", "faces"},
+               "the ledger pushes the surface along the blended normal at a vertex' anchor (faithful), or "
+               "every face that the vertex touches along its own normal, as hard contact does, rounded in a fifth of "
+               "an edge along ridges (corrected)"),
         choice("samples", {"vertices", "edges"},
                "points that the ledger follows: vertices (faithful), or also points on edges of instruments and bones "
-               "that are longer than the tissue's, half such an edge apart (METHODS §9.2; corrected)"),
+               "that are longer than the tissue's, half such an edge apart (corrected)"),
         choice("approach", {"off", "on"},
                "with resolution=ledger, tissue and a tool or bone that are about to meet: held apart from the tick on "
                "after the one in which they cross (faithful), or before they do (corrected)"),

@@ -22,8 +22,6 @@ void ThesisState::prepare(const Topology& the_topology, const Materials& the_mat
     slot_.assign(at(the_topology.vertex_count), -1);
     edits_.clear();
     hand_velocity_.assign(the_topology.bodies.size(), Vector3::Zero());
-    last_place_.assign(the_topology.bodies.size(), Vector3::Zero());
-    placed_ = false;
     has_tissue = std::any_of(the_topology.bodies.begin(), the_topology.bodies.end(),
                              [](const BodyRange& body) { return body.kind == BodyKind::tissue; });
     // Far above the stiffest tissue, else the two would share the depth like springs in a row; and where edges are
@@ -47,13 +45,9 @@ void ThesisState::begin(const Frame& frame, double the_dt) {
     for (const TissueEdit& edit : edits_) slot_[at(edit.vertex)] = -1;
     edits_.clear();
     surface.measure(*topology, frame.position);
-    if (frame.pose.size() != last_place_.size()) return;
-    for (std::size_t body = 0; body < last_place_.size(); ++body) {
-        const Vector3& place = frame.pose[body].translation;
-        if (placed_ && device(static_cast<Index>(body))) hand_velocity_[body] = (place - last_place_[body]) / dt;
-        last_place_[body] = place;
+    for (std::size_t body = 0; body < hand_velocity_.size(); ++body) {
+        hand_velocity_[body] = trocar::hand_velocity(frame, dt, static_cast<Index>(body));
     }
-    placed_ = true;
 }
 
 TissueEdit& ThesisState::edit(const Frame& frame, Index vertex) {
@@ -95,6 +89,7 @@ double ThesisState::stiffness(Index body_a, Index body_b, double on_tissue, Inde
 
 LinearContact ThesisState::hard_contact(double depth) const {
     LinearContact linear;
+    linear.role = ContactRole::constraint;
     linear.k = hard_stiffness;
     linear.mu = hard_stiffness * settings.settle_time;
     linear.gap = -depth;
@@ -118,9 +113,10 @@ void ThesisState::rub(Index key, const Vector3& surface_velocity, LinearContact&
     linear.slip_key = key;
 }
 
-void ThesisState::finish(LinearContact linear, Effect& effect) const {
+void ThesisState::finish(const Frame& frame, LinearContact linear, Effect& effect) const {
     linear.adhesive = !settings.clamp;
     if (settings.clamp && linear.k * -linear.gap > settings.f_max) linear.gap = -settings.f_max / linear.k;
+    tell_at_start(*topology, frame, dt, linear);
     effect.contacts.push_back(linear);
 }
 

@@ -1,7 +1,6 @@
 // What the parts of the response `thesis` share: the run's constants, the working copies of one tick, and the laws that
-// more than one part hands over. The parts are contact_reduction (METHODS §5), held_contacts, rim_contacts and
-// approaching_faces (§6, corrected), back_projection (§9.1) and ledger_resolution (§9.2); thesis.cpp has the equations
-// and calls them in order.
+// more than one part hands over. The parts are contact_reduction (METHODS §5), back_projection (§9.1), held_contacts,
+// rim_contacts, approaching_faces and ledger_resolution (§9.2); thesis.cpp has the equations and calls them in order.
 #pragma once
 
 #include <algorithm>
@@ -49,7 +48,7 @@ public:
     Grasp grasp;
 
     void prepare(const Topology& the_topology, const Materials& the_materials);
-    /// Forgets the last tick's edits and takes note of how hands moved their bodies.
+    /// Forgets the last tick's edits and asks how hands moved their bodies.
     void begin(const Frame& frame, double the_dt);
 
     [[nodiscard]] BodyKind kind(Index body) const { return topology->bodies[static_cast<std::size_t>(body)].kind; }
@@ -134,15 +133,13 @@ public:
     /// Coulomb friction with a tangential spring (METHODS §6, option): `surface_velocity` is the other side's, `key`
     /// the vertex that is in contact, or a number from the vertex count on for another point.
     void rub(Index key, const Vector3& surface_velocity, LinearContact& linear) const;
-    /// Appends a penalty contact: clamped, or as the equation gives it.
-    void finish(LinearContact linear, Effect& effect) const;
+    /// Appends a penalty contact whose gap the equation gives at the frame: clamped, or as it is.
+    void finish(const Frame& frame, LinearContact linear, Effect& effect) const;
 
 private:
     std::vector<Index> slot_;  ///< N; position in edits_, -1 for none
     std::vector<TissueEdit> edits_;
-    std::vector<Vector3> hand_velocity_;  ///< m/s, per body: translation that a hand gave it in the last tick
-    std::vector<Vector3> last_place_;
-    bool placed_ = false;
+    std::vector<Vector3> hand_velocity_;  ///< m/s, per body, of this tick
 };
 
 }  // namespace trocar

@@ -32,7 +32,7 @@ GodObject::Nearest GodObject::nearest(const Topology& topology, const Matrix3X& 
                                       const Vector3& point) {
     const equations::Corners corners = corners_of(topology, position, triangle);
     Nearest result;
-    result.point = equations::point_at(corners, equations::nearest_weights(corners, point));
+    result.point = equations::point_at(corners, closest_point_on_triangle(corners, point));
     result.distance = (point - result.point).norm();
     return result;
 }

@@ -71,7 +71,7 @@ void bounce(ThesisState& state, const Frame& frame, const Vector3& normal, const
     }
     linear.gap = -depth;
     linear.k = k;
-    state.finish(linear, effect);
+    state.finish(frame, linear, effect);
 }
 
 }  // namespace trocar

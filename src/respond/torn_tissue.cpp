@@ -16,7 +16,7 @@ constexpr std::uint8_t stuck = 4;
 constexpr double half_lever = 0.03;
 
 bool holds_tissue(const ThesisState& state, const LinearContact& contact) {
-    return !contact.bilateral && contact.k == state.hard_stiffness && contact.vertices[0] >= 0 &&
+    return contact.role == ContactRole::constraint && contact.vertices[0] >= 0 &&
            state.kind(state.topology->body_of_vertex(contact.vertices[0])) == BodyKind::tissue;
 }
 

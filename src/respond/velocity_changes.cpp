@@ -35,7 +35,7 @@ void VelocityChanges::note(const Effect& effect) {
     with_push_.clear();
     largest_push_ = 0.0;
     for (const LinearContact& contact : effect.contacts) {
-        if (contact.vertices[0] < 0 || contact.reaction_vertices[0] >= 0 || contact.bilateral) continue;
+        if (contact.vertices[0] < 0 || contact.reaction_vertices[0] >= 0 || contact.bilateral()) continue;
         const Index body = state_->topology->body_of_vertex(contact.vertices[0]);
         if (state_->kind(body) != BodyKind::tissue) continue;
         double speed = 0.0;

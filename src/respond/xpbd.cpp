@@ -20,6 +20,7 @@ public:
 
 private:
     void resolve(const Frame& frame, double dt, Effect& effect) override {
+        lambda_.reserve(list().capacity());
         lambda_.assign(list().size(), 0.0);
         for (int iteration = 0; iteration < iterations_; ++iteration) {
             for (std::size_t c = 0; c < list().size(); ++c) {

@@ -31,6 +31,9 @@ public:
     [[noreturn]] void fail(std::string_view expected) const;
     [[noreturn]] void fail(std::string_view expected, std::string_view found) const;
 
+    /// The JSON pointer, for what is told without complaint.
+    [[nodiscard]] const std::string& place() const { return pointer_; }
+
     /// Throws unless this is an object that holds only keys of `known`.
     void expect_keys(const std::vector<std::string>& known) const;
     [[nodiscard]] bool has(const std::string& key) const { return value_->contains(key); }

@@ -7,12 +7,14 @@
 #include <bit>
 #include <fstream>
 #include <map>
+#include <numeric>
 #include <set>
 #include <utility>
 
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_file.hpp"
 #include "geometry/mesh_report.hpp"
+#include "geometry/orientation.hpp"
 #include "geometry/whole_file.hpp"
 #include "scene/json_node.hpp"
 #include "scene/rotation.hpp"
@@ -45,6 +47,7 @@ struct BodyPlan {
     std::optional<Vector3> trocar;
     Vector3 tip = Vector3::Zero();
     std::optional<TissueSettings> tissue;
+    std::vector<std::string> notes;  ///< what was made otherwise than the file has it
 };
 
 void apply(const Matrix3& rotation, const Vector3& translation, Eigen::Ref<Matrix3X> points) {
@@ -186,20 +189,70 @@ Index hole_edges(const Surface& surface) {
 }
 
 struct Part {
-    Surface surface;  ///< m, body frame
+    Surface surface;                   ///< m, body frame
+    std::vector<Index> file_triangle;  ///< number in the file of every triangle
+    Index file_triangles = 0;          ///< in the file, those left out included
+    std::optional<JsonNode> mesh;      ///< where the file is named; absent: a shape
     bool open_shape = false;
     bool watertight = true;
     Index hole_edges = 0;  ///< edges of the mesh with one triangle, vertices at the same place taken as one
     std::string jaw;
 };
 
-Part read_part(const JsonNode& node, const Places& places) {
+void number_triangles(Part& part) {
+    part.file_triangles = static_cast<Index>(part.surface.triangles.cols());
+    part.file_triangle.resize(at(part.file_triangles));
+    std::iota(part.file_triangle.begin(), part.file_triangle.end(), 0);
+}
+
+/// A triangle that is there twice doubles what the surface does and hides which triangles are neighbours: it is taken
+/// once, and a note says so.
+void leave_out_repeated(const JsonNode& mesh, bool same_place, Part& part, std::vector<std::string>& notes) {
+    Triangles& triangles = part.surface.triangles;
+    const auto repeated = repeated_triangles(part.surface.vertices, triangles, same_place);
+    if (repeated.empty()) return;
+    auto next = repeated.begin();
+    Index kept = 0;
+    for (Index t = 0; t < part.file_triangles; ++t) {
+        if (next != repeated.end() && (*next)[0] == t) {
+            ++next;
+            continue;
+        }
+        triangles.col(kept) = triangles.col(t).eval();
+        part.file_triangle[at(kept)] = t;
+        ++kept;
+    }
+    triangles.conservativeResize(Eigen::NoChange, kept);
+    part.file_triangle.resize(at(kept));
+    notes.push_back(fmt::format("{}: {} of {} triangles repeat an earlier one and are left out (first: {} is {} again)",
+                                mesh.place(), repeated.size(), part.file_triangles, repeated.front()[0],
+                                repeated.front()[1]));
+}
+
+/// Neighbours whose triangles run round opposite ways have no side in common: one of them draws tools in.
+void expect_neighbours_agree(const JsonNode& mesh, const OrientationReport& orientation) {
+    if (orientation.disagreeing_edges == 0) return;
+    const auto& [first, second] = orientation.first_disagreeing;
+    std::string found = fmt::format("{} edges where they do not, first between triangles {} and {}",
+                                    orientation.disagreeing_edges, first, second);
+    found += orientation.to_turn.empty()
+                 ? std::string("; turning triangles round does not mend it")
+                 : fmt::format("; turn round triangle{} {} (trocar mesh FILE --mend OUT.obj)",
+                               orientation.to_turn.size() > 1 ? "s" : "", first_of(orientation.to_turn));
+    mesh.fail("neighbouring triangles that run round the same way", found);
+}
+
+Part read_part(const JsonNode& node, const Places& places, BodyKind kind, std::vector<std::string>& notes) {
     Part part;
     std::vector<std::string> keys{"scale", "pose", "jaw"};
     if (node.find("mesh")) {
         keys.insert(keys.begin(), "mesh");
         node.expect_keys(keys);
-        part.surface = read_part_mesh(node.at("mesh"), places);
+        part.mesh = node.at("mesh");
+        part.surface = read_part_mesh(*part.mesh, places);
+        number_triangles(part);
+        // Vertices of tissue have a mass each: two at one place are two.
+        leave_out_repeated(*part.mesh, kind != BodyKind::tissue, part, notes);
         part.watertight = is_watertight(part.surface.triangles);
         if (!part.watertight) part.hole_edges = hole_edges(part.surface);
     } else if (node.find("shape")) {
@@ -211,6 +264,7 @@ Part read_part(const JsonNode& node, const Places& places) {
         keys.insert(keys.begin(), own.begin(), own.end());
         node.expect_keys(keys);
         part.surface = read_shape(node, shape);
+        number_triangles(part);
         part.open_shape = !shape.closed;
         part.watertight = shape.closed;
     } else {
@@ -297,6 +351,35 @@ void read_hinge(const JsonNode& node, const Places& places, Vector3& point, Vect
     if (const auto value = node.find("angle")) angle = value->number(0.0, 180.0);
 }
 
+/// Neighbours agree everywhere, and a closed shell is counter-clockwise seen from outside, unless it is a cavity: then
+/// the rest of the body surrounds it. A closed shell of a body that is said to be open may hold the others inside.
+void expect_right_way_round(const std::vector<Part>& parts, const Matrix3X& vertices, const Triangles& triangles,
+                            bool said_open) {
+    Index first_triangle = 0;
+    for (const Part& part : parts) {
+        const Index begin = first_triangle;
+        first_triangle += static_cast<Index>(part.surface.triangles.cols());
+        if (!part.mesh) continue;
+        OrientationReport orientation = orientation_of(part.surface.vertices, part.surface.triangles);
+        for (Index& t : orientation.first_disagreeing) t = t < 0 ? t : part.file_triangle[at(t)];
+        for (Index& t : orientation.to_turn) t = part.file_triangle[at(t)];
+        expect_neighbours_agree(*part.mesh, orientation);
+        if (said_open) continue;
+        for (ShellInsideOut& shell : orientation.inside_out) {
+            const Index first = shell.triangles.front();
+            for (Index& t : shell.triangles) t += begin;
+            if (is_cavity(vertices, triangles, shell)) continue;
+            part.mesh->fail(
+                "closed surfaces with their volume inside, triangles counter-clockwise seen from outside",
+                fmt::format("a volume of {:.6g} m³ in the {} triangles connected with triangle {}: {}", shell.volume,
+                            shell.triangles.size(), part.file_triangle[at(first)],
+                            shell.volume < 0.0 ? "turn all of them round (trocar mesh FILE --mend OUT.obj), or say "
+                                                 "\"closed\": false where others are inside it"
+                                               : "it encloses nothing"));
+        }
+    }
+}
+
 void read_parts(const JsonNode& node, const Places& places, BodyPlan& plan) {
     Vector3 hinge = Vector3::Zero();
     Vector3 axis = Vector3::UnitX();
@@ -307,7 +390,7 @@ void read_parts(const JsonNode& node, const Places& places, BodyPlan& plan) {
     std::int64_t vertex_total = 0;
     std::int64_t triangle_total = 0;
     for (const JsonNode& item : node.at("parts").list()) {
-        parts.push_back(read_part(item, places));
+        parts.push_back(read_part(item, places, plan.body.kind, plan.notes));
         vertex_total += parts.back().surface.vertices.cols();
         triangle_total += parts.back().surface.triangles.cols();
         if (std::max(vertex_total, triangle_total) > std::numeric_limits<Index>::max()) {
@@ -320,6 +403,7 @@ void read_parts(const JsonNode& node, const Places& places, BodyPlan& plan) {
     plan.body.triangles.resize(3, triangle_total);
     Index first_vertex = 0;
     Index first_triangle = 0;
+    Index file_triangles = 0;
     bool open_shape = false;
     bool watertight = true;
     Index edges_of_holes = 0;
@@ -334,6 +418,8 @@ void read_parts(const JsonNode& node, const Places& places, BodyPlan& plan) {
                                             .axis = axis,
                                             .angle_open_degrees = part.jaw == "left" ? angle : -angle});
         }
+        for (const Index t : part.file_triangle) plan.scene_body.file_triangle.push_back(file_triangles + t);
+        file_triangles += part.file_triangles;
         first_vertex += vertices;
         first_triangle += triangles;
         open_shape = open_shape || part.open_shape;
@@ -350,6 +436,8 @@ void read_parts(const JsonNode& node, const Places& places, BodyPlan& plan) {
                 fmt::format("false, since the body's meshes have holes ({} edges with one triangle)", edges_of_holes));
         }
     }
+    const bool said_open = node.has("closed") && !plan.body.closed;
+    expect_right_way_round(parts, local, plan.body.triangles, said_open);
 }
 
 BodyPlan read_body(const JsonNode& node, const Places& places) {
@@ -565,9 +653,9 @@ Scene read_scene(const std::filesystem::path& file, const std::optional<std::fil
         SceneBody body = std::move(plans[b].scene_body);
         for (JawPart& jaw : body.jaws) jaw.vertices.first += range.vertices.first;
         for (Index i = 0; i < range.vertices.count; ++i) body.file_vertex.push_back(i);
-        for (Index i = 0; i < range.triangles.count; ++i) body.file_triangle.push_back(i);
         const Pose pose = body.motion ? body.motion->pose_at(0.0) : plans[b].fixed;
         place_body(body, range.vertices, pose, scene.first.position);
+        scene.notes.insert(scene.notes.end(), plans[b].notes.begin(), plans[b].notes.end());
         scene.first.pose.push_back(pose);
         scene.materials.trocar_point.push_back(plans[b].trocar);
         scene.materials.tip.push_back(plans[b].tip);

@@ -26,7 +26,7 @@ struct SceneBody {
     std::optional<Motion> motion;  ///< absent: fixed at its pose
     Matrix3X local;                ///< 3×n, m, body frame (part poses applied, jaw closed)
     std::vector<JawPart> jaws;
-    /// Map from the body's own numbering to the file's (identity when not renumbered).
+    /// Map from the body's own numbering to the file's (identity when nothing is renumbered or left out).
     std::vector<Index> file_vertex;
     std::vector<Index> file_triangle;
 };
@@ -41,7 +41,8 @@ struct Scene {
     Topology topology;  ///< bodies sorted by kind
     Frame first;
     Materials materials;
-    std::vector<SceneBody> bodies;  ///< as Topology::bodies
+    std::vector<SceneBody> bodies;   ///< as Topology::bodies
+    std::vector<std::string> notes;  ///< what was made otherwise than its files have it: "/bodies/…: sentence"
     /// N/m, of every contact where a study's knob has put it in place of what the file says; NaN: as the file says.
     double turned_k = std::numeric_limits<double>::quiet_NaN();
 

@@ -52,7 +52,7 @@ Answers answers_of(const RunSpec& spec, const Topology& topology, const std::vec
     try {
         detector->prepare(topology, frames.front());
         for (const Frame& frame : frames) {
-            detector->update(frame);
+            detector->update(frame, 0.0);
             detector->detect(frame, contacts);
             answers.pairs.push_back(contacts.pairs);
             if (!contacts.outcome.ok() && answers.outcome.ok()) answers.outcome = contacts.outcome;
@@ -160,7 +160,8 @@ Trace trace_of(const Scene& scene, const RunSpec& spec) {
     const MethodSpec detector = parse_method(spec.detector);
     const MethodSpec response = parse_method(spec.response);
     Simulation simulation(scene, make_detector(detector.name, detector.parameters),
-                          make_response(response.name, response.parameters), ContactSource::canonical);
+                          make_response(response.name, response.parameters),
+                          registry().source(registry().response(response.name).sources.front()));
     Trace trace;
     for (std::int64_t tick = 0; tick < spec.ticks && simulation.outcome().ok(); ++tick) {
         simulation.step();

@@ -6,6 +6,8 @@
 #include "contact/derive.hpp"
 #include "geometry/box_pairs.hpp"
 #include "geometry/exact.hpp"
+#include "method/frame_check.hpp"
+#include "method/registry.hpp"
 #include "scene/recording.hpp"
 #include "simulate/simulation.hpp"
 
@@ -32,9 +34,13 @@ private:
 class NeutralPairs final : public Detector {
 public:
     void prepare(const Topology& topology, const Frame& /*frame*/) override { topology_ = &topology; }
-    void update(const Frame& frame) override { triangle_boxes(frame.position, topology_->triangles, boxes_); }
+    void update(const Frame& frame, double reach) override {
+        reach_ = reach;
+        triangle_boxes(frame.position, topology_->triangles, boxes_);
+    }
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
+        if (!check_no_reach(reach_, contacts)) return;
         for (const auto& [body_a, body_b] : topology_->body_pairs) {
             overlapping_boxes(boxes_, topology_->bodies[static_cast<std::size_t>(body_a)].triangles,
                               topology_->bodies[static_cast<std::size_t>(body_b)].triangles, candidates_);
@@ -53,6 +59,7 @@ private:
         return {frame.position.col(vertices(0)), frame.position.col(vertices(1)), frame.position.col(vertices(2))};
     }
     const Topology* topology_ = nullptr;
+    double reach_ = 0.0;  ///< m
     std::vector<Box> boxes_;
     std::vector<IndexPair> candidates_;
 };
@@ -62,7 +69,8 @@ private:
 class DriverPush final : public Response {
 public:
     void prepare(const Topology& topology, const Materials& /*materials*/) override { topology_ = &topology; }
-    void respond(const Frame& frame, double /*dt*/, const ContactSet& contacts, Effect& effect) override {
+    void respond(const Frame& frame, double /*dt*/, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
+                 Effect& effect) override {
         effect.clear();
         for (const Contact& contact : contacts.contacts) {
             if (!std::isfinite(contact.depth) || contact.vertex_a < 0 || contact.vertex_b < 0 ||
@@ -89,7 +97,7 @@ private:
         link.vertices[0] = pushed;
         link.weights[0] = 1.0;
         link.normal = sign * contact.normal;
-        link.gap = -std::min(contact.depth, most_depth);
+        link.gap = -std::min(contact.depth, most_depth) - contact.approach;
         link.k = stiffness;
         link.mu = damping;
         link.face_velocity = frame.velocity.col(other).dot(link.normal);
@@ -105,7 +113,7 @@ public:
     SceneFrames(const Scene& scene, std::int64_t ticks)
         : scene_(scene),
           ticks_(ticks),
-          drive_(scene, neutral_pairs(), std::make_unique<DriverPush>(), ContactSource::canonical) {}
+          drive_(scene, neutral_pairs(), std::make_unique<DriverPush>(), registry().source("canonical")) {}
     [[nodiscard]] const Topology& topology() const override { return scene_.topology; }
     [[nodiscard]] double dt() const override { return scene_.dt; }
     [[nodiscard]] std::int64_t frame_count() const override { return ticks_; }

@@ -35,7 +35,7 @@ void ask(const RunSpec& spec, const MeshPair& question, bool native, ContactSet&
     const std::unique_ptr<Detector> detector = make_detector(method.name, method.parameters);
     try {
         detector->prepare(question.topology, question.frame);
-        detector->update(question.frame);
+        detector->update(question.frame, 0.0);
         detector->detect(question.frame, contacts);
     } catch (const std::exception& error) {
         contacts.clear();

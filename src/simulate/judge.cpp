@@ -30,8 +30,11 @@ double Judge::true_depth(const Contact& contact) const {
         case ContactCase::unset: {
             double deepest = 0.0;
             for (int corner = 0; corner < 3; ++corner) {
-                deepest = std::max({deepest, depth_.depth_of_vertex(topology_->triangles(corner, contact.a), body_b),
-                                    depth_.depth_of_vertex(topology_->triangles(corner, contact.b), body_a)});
+                // A corner whose side is undecided has no depth (NaN).
+                for (const double depth : {depth_.depth_of_vertex(topology_->triangles(corner, contact.a), body_b),
+                                           depth_.depth_of_vertex(topology_->triangles(corner, contact.b), body_a)}) {
+                    deepest = std::fmax(deepest, depth);
+                }
             }
             return deepest;
         }
@@ -39,6 +42,8 @@ double Judge::true_depth(const Contact& contact) const {
         case ContactCase::touch:
         case ContactCase::coplanar:
         case ContactCase::degenerate:
+        case ContactCase::point_face:
+        case ContactCase::edge_edge:
             return none;
     }
     return none;
@@ -98,8 +103,9 @@ void Judge::judge_outcome(const Frame& after, StepRow& row, double scripted_path
     row.mean_depth = left.mean_depth;
     row.wrong_side = left.wrong_side;
     row.wrong_side_vertices = left.wrong_side_vertices;
+    row.side_undecided = left.side_undecided;
     judge_overlap(after, row);
-    if (left.wrong_side != 0 || row.pairs > 0) {
+    if (left.wrong_side != 0 || left.side_undecided != 0 || row.pairs > 0) {
         if (left.wrong_side > 0) {
             last_depth_tick_ = row.tick;
             last_depth_path_ = scripted_path;

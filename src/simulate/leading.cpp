@@ -1,6 +1,7 @@
 #include "simulate/leading.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "tissue/stability.hpp"
 
@@ -13,39 +14,12 @@ bool same(const Pose& a, const Pose& b) {
     return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs() && a.jaw == b.jaw;
 }
 
-/// Load that contacts without tissue give a body at the frame the response saw: nothing integrates them when no
-/// operator holds the body.
-Wrench load_at_frame(const Topology& topology, const Effect& effect, const Frame& frame, Index body) {
-    Wrench sum;
-    for (const LinearContact& contact : effect.contacts) {
-        bool pushes_body = false;
-        bool pushes_tissue = false;
-        double rate = -contact.face_velocity;
-        Vector3 point = Vector3::Zero();
-        for (std::size_t i = 0; i < 3; ++i) {
-            const Index vertex = contact.vertices[i];
-            if (vertex < 0) continue;
-            point += contact.weights[i] * frame.position.col(vertex);
-            const Index owner = topology.body_of_vertex(vertex);
-            pushes_body = pushes_body || owner == body;
-            pushes_tissue = pushes_tissue || topology.bodies[at(owner)].kind == BodyKind::tissue;
-            rate += contact.weights[i] * frame.velocity.col(vertex).dot(contact.normal);
-        }
-        if (pushes_tissue || !(pushes_body || contact.reaction_body == body)) continue;
-        double force = -contact.k * contact.gap - contact.mu * rate;
-        if (!contact.bilateral && (contact.gap > 0.0 || (!contact.adhesive && force < 0.0))) force = 0.0;
-        const Vector3 on_body = (pushes_body ? force : -force) * contact.normal;
-        sum.force += on_body;
-        sum.moment += (pushes_body ? point : contact.reaction_point).cross(on_body);
-    }
-    return sum;
-}
-
 }  // namespace
 
 Leading::Leading(const Scene& scene) : scene_(&scene), last_pose_(scene.first.pose) {
     const Topology& topology = scene.topology;
     hand_of_body_.assign(topology.bodies.size(), -1);
+    hand_motion_.assign(topology.bodies.size(), Vector3::Zero());
     for (Index body = 0; body < topology.body_count() && body < static_cast<Index>(scene.bodies.size()); ++body) {
         const std::optional<Motion>& motion = scene.bodies[at(body)].motion;
         const BodyRange& range = topology.bodies[at(body)];
@@ -127,6 +101,8 @@ void Leading::move(double time, Frame& frame) {
             const Hand& holder = operators_[at(hand)];
             const Vector3 target = scene_->bodies[at(holder.bodies.front())].motion->pose_at(time).translation;
             pose.translation += holder.state.position - target;
+            frame.hand_motion.resize(topology.bodies.size(), Vector3::Zero());
+            frame.hand_motion[at(body)] = hand_motion_[at(body)];
             place(body, pose, true, frame);
             frame.moved->push_back(range.vertices);
             last_pose_[at(body)] = pose;
@@ -160,20 +136,50 @@ Wrench Leading::shown_load(const std::vector<Wrench>& load) const {
     return sum;
 }
 
+/// Contacts without tissue on bodies that scripts lead. Against a hand it is the mean of what the hand's steps gave;
+/// between scripts nothing integrates the contact: the load is that at the end of the tick.
+void Leading::press_scripted(const Effect& effect, const Frame& frame, std::vector<Wrench>& load,
+                             std::span<ContactLoad> contact_loads) const {
+    const Topology& topology = scene_->topology;
+    const auto add = [&](Index body, const Vector3& point, const Vector3& force) {
+        if (hand_of_body_[at(body)] >= 0 || topology.bodies[at(body)].kind != BodyKind::instrument) return;
+        load[at(body)].force += force;
+        load[at(body)].moment += point.cross(force);
+    };
+    for (std::size_t c = 0; c < effect.contacts.size(); ++c) {
+        const LinearContact& contact = effect.contacts[c];
+        Index pushed = -1;
+        double rate = -contact.face_velocity;
+        Vector3 point = Vector3::Zero();
+        for (std::size_t i = 0; i < 3; ++i) {
+            const Index vertex = contact.vertices[i];
+            if (vertex < 0) continue;
+            pushed = topology.body_of_vertex(vertex);
+            point += contact.weights[i] * frame.position.col(vertex);
+            rate += contact.weights[i] * frame.velocity.col(vertex).dot(contact.normal);
+        }
+        if (pushed < 0 || topology.bodies[at(pushed)].kind == BodyKind::tissue) continue;
+        const auto by_hand = [this](Index body) { return body >= 0 && hand_of_body_[at(body)] >= 0; };
+        if (!by_hand(pushed) && !by_hand(contact.reaction_body)) {
+            const double gap = contact.gap + rate * scene_->dt;
+            double force = -contact.k * gap - contact.mu * rate;
+            if (!contact.bilateral() && (gap > 0.0 || (!contact.adhesive && force < 0.0))) force = 0.0;
+            force = std::clamp(force, -contact.limit, contact.limit);
+            contact_loads[c] = {.normal = force, .at_limit = std::abs(force) >= contact.limit};
+        }
+        const Vector3 force = contact_loads[c].normal * contact.normal;
+        add(pushed, point, force);
+        if (contact.reaction_body >= 0) add(contact.reaction_body, contact.reaction_point, -force);
+    }
+}
+
 void Leading::advance(double time, const Effect& effect, const std::vector<Wrench>& reaction, Frame& frame,
-                      std::vector<Wrench>& load) {
+                      std::vector<Wrench>& load, std::span<ContactLoad> contact_loads) {
     const Topology& topology = scene_->topology;
     const double dt = scene_->dt;
     for (std::size_t body = 0; body < load.size(); ++body) {
-        const auto index = static_cast<Index>(body);
-        Wrench sum = {.force = reaction[body].force + effect.wrench[body].force,
+        load[body] = {.force = reaction[body].force + effect.wrench[body].force,
                       .moment = reaction[body].moment + effect.wrench[body].moment};
-        if (hand_of_body_[body] < 0 && topology.bodies[body].kind == BodyKind::instrument) {
-            const Wrench more = load_at_frame(topology, effect, frame, index);
-            sum.force += more.force;
-            sum.moment += more.moment;
-        }
-        load[body] = sum;
     }
     led_.clear();
     for (const Hand& hand : operators_) {
@@ -187,7 +193,8 @@ void Leading::advance(double time, const Effect& effect, const std::vector<Wrenc
         led.state = hand.state;
         led_.push_back(led);
     }
-    hands_.advance(topology, frame, effect, dt, scene_->materials.substeps, led_);
+    hands_.advance(topology, frame, effect, dt, scene_->materials.substeps, led_, contact_loads);
+    press_scripted(effect, frame, load, contact_loads);
     for (std::size_t i = 0; i < operators_.size(); ++i) {
         operators_[i].state = led_[i].state;
         for (const Index body : operators_[i].bodies) load[at(body)] = led_[i].load;
@@ -198,6 +205,7 @@ void Leading::advance(double time, const Effect& effect, const std::vector<Wrenc
         const Vector3 target = scene_->bodies[at(hand.bodies.front())].motion->pose_at(time).translation;
         Pose pose = scene_->bodies[at(body)].motion->pose_at(time);
         pose.translation += hand.state.position - target;
+        hand_motion_[at(body)] = pose.translation - frame.pose[at(body)].translation;
         place(body, pose, false, frame);
     }
 }

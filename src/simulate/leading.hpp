@@ -2,6 +2,7 @@
 // (DESIGN §4, METHODS §11). Moves vertices and tells which ranges moved; knows no tissue.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "contact/effect.hpp"
@@ -22,9 +23,9 @@ public:
 
     /// After the response: operators move under hand and contact, and their bodies with them. `reaction` holds what
     /// tissue gave back per body (mean over the tick). Writes the mean load on every body to `load`; moments are about
-    /// the world origin.
+    /// the world origin. Writes to `contact_loads`, one per contact of the effect, what contacts without tissue gave.
     void advance(double time, const Effect& effect, const std::vector<Wrench>& reaction, Frame& frame,
-                 std::vector<Wrench>& load);
+                 std::vector<Wrench>& load, std::span<ContactLoad> contact_loads);
 
     /// The first instrument that has a motion, else the first instrument, else -1: whose force a row shows.
     [[nodiscard]] Index shown_body() const { return shown_body_; }
@@ -46,13 +47,16 @@ private:
     };
 
     void find_what_changes();
+    void press_scripted(const Effect& effect, const Frame& frame, std::vector<Wrench>& load,
+                        std::span<ContactLoad> contact_loads) const;
     void place(Index body, const Pose& pose, bool keep_previous, Frame& frame) const;
 
     const Scene* scene_;
     std::vector<Hand> operators_;
     std::vector<LedHand> led_;  ///< of operators_, for one tick
     HandOperators hands_;
-    std::vector<Index> hand_of_body_;  ///< position in operators_, -1 = scripted or fixed
+    std::vector<Index> hand_of_body_;   ///< position in operators_, -1 = scripted or fixed
+    std::vector<Vector3> hand_motion_;  ///< m, per body: what its hand moved it at the end of the last tick
     std::vector<Pose> last_pose_;
     std::vector<Range> led_vertices_;
     std::vector<Range> free_tissue_;

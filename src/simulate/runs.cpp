@@ -11,6 +11,7 @@
 #include "geometry/input_error.hpp"
 #include "measure/environment.hpp"
 #include "measure/metrics.hpp"
+#include "measure/passage.hpp"
 #include "measure/space_time.hpp"
 #include "measure/statistics.hpp"
 #include "method/registry.hpp"
@@ -41,6 +42,9 @@ std::unique_ptr<Response> response_of(const RunSpec& spec) {
     const MethodSpec method = parse_method(spec.response);
     return make_response(method.name, method.parameters);
 }
+
+/// Without a name: the default one.
+MethodSpec stepper_of(const RunSpec& spec) { return spec.stepper.empty() ? MethodSpec{} : parse_method(spec.stepper); }
 
 std::int64_t ticks_of(const Scene& scene, const RunSpec& spec) { return spec.ticks > 0 ? spec.ticks : scene.ticks; }
 
@@ -95,7 +99,7 @@ public:
         frame_ = frame;
         frame_.moved.reset();  // ticks in between were skipped
         try {
-            detector_->update(frame_);
+            detector_->update(frame_, 0.0);
             detector_->detect(frame_, contacts_);
         } catch (const std::exception&) {
             return;
@@ -221,7 +225,7 @@ Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limi
     const std::int64_t ticks = ticks_of(scene, spec);
     Record record = start_record(spec, ticks);
     record.environment["frames"] = stream_text();
-    Simulation simulation(scene, detector_of(spec), nullptr, ContactSource::canonical);
+    Simulation simulation(scene, detector_of(spec), nullptr, registry().source("canonical"));
     Judge judge(scene.topology, scene.first, {});
     const std::unique_ptr<FrameSource> source = scene_frames(scene, ticks);
     NativeContacts native(scene, spec);
@@ -247,29 +251,27 @@ Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limi
 
 Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
     const std::int64_t ticks = ticks_of(scene, spec);
-    const ContactSource source = contact_source_from(spec.contacts);
+    const SourceEntry& source = registry().source(spec.contacts);
     Record record = start_record(spec, ticks);
     const DetectorEntry& detector = registry().detector(parse_method(spec.detector).name);
     const ResponseEntry& response = registry().response(parse_method(spec.response).name);
-    if (source == ContactSource::native && !detector.native_contacts) {
-        record.outcome = {OutcomeKind::unsupported, detector.name + " has no native contacts"};
-    } else if (source == ContactSource::native && !response.reads_native) {
-        record.outcome = {OutcomeKind::unsupported,
-                          response.name + " needs the overlap case of a contact, which native contacts do not tell"};
-    } else if (source == ContactSource::canonical && response.needs_native) {
-        record.outcome = {OutcomeKind::unsupported, response.name + " reads native contacts only"};
+    for (const std::string& reason : {why_untold(detector, source), why_unreadable(source, response)}) {
+        if (!reason.empty() && record.outcome.ok()) record.outcome = {OutcomeKind::unsupported, reason};
     }
-    Simulation simulation(scene, detector_of(spec), response_of(spec), source);
+    Simulation simulation(scene, detector_of(spec), response_of(spec), source, stepper_of(spec));
     Judge judge(scene.topology, scene.first, simulation.yielding_pairs(), &scene.materials);
     Balance balance(scene);
     ScriptedPath script(scene);
+    PassageTruth passages(scene);
     const FoundReference reference = find_reference(scene);
     record.environment["reference.hard"] = text_of(reference.reference.hard);
     record.environment["reference.equal_k"] = text_of(reference.reference.equal_k);
+    if (!scene.notes.empty()) record.environment["scene.notes"] = fmt::format("{}", fmt::join(scene.notes, "; "));
     ReferenceComparison comparison(reference, scene.dt);
     for (std::int64_t tick = 0; record.outcome.ok() && tick < ticks && go_on(limits, tick); ++tick) {
         StepRow row = simulation.step();
         record.outcome = simulation.outcome();
+        if (record.outcome.ok()) row.passed_through = passages.follow(simulation.frame());
         const bool judged = is_judged(spec, tick, ticks);
         if (record.outcome.ok() && (judged || is_cut(spec, row))) {
             judge.judge_detection(simulation.seen(), simulation.contacts(), row);
@@ -300,7 +302,8 @@ Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& 
     const std::int64_t ticks = ticks_of(scene, spec);
     Record record = start_record(spec, ticks);
     const auto period_ns = static_cast<std::int64_t>(std::llround(scene.dt * 1e9));
-    Simulation simulation(scene, detector_of(spec), response_of(spec), contact_source_from(spec.contacts));
+    Simulation simulation(scene, detector_of(spec), response_of(spec), registry().source(spec.contacts),
+                          stepper_of(spec));
     const PacedTimes empty = run_paced(ticks, period_ns, [] { return true; });
     std::int64_t tick = 0;
     const PacedTimes times = run_paced(ticks, period_ns, [&] {
@@ -344,7 +347,7 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
         with->prepare(scene.topology, scene.materials);
         for (std::int64_t tick = 0; source->next(frame) && go_on(limits, tick); ++tick) {
             hash.add(frame.hash());
-            detector->update(frame);
+            detector->update(frame, 0.0);
             detector->detect(frame, given);
             derive(scene.topology, frame, given);
             tested.pairs.assign(given.pairs.begin(), given.pairs.end());
@@ -356,16 +359,16 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
             std::int64_t without_ns = 0;
             const auto run_without = [&] {
                 const auto start = Clock::now();
-                without->respond(frame, scene.dt, given, effect);
+                without->respond(frame, scene.dt, given, {}, effect);
                 without_ns = ns_between(start, Clock::now());
             };
             const auto run_with = [&] {
                 const auto start = Clock::now();
                 derive(scene.topology, frame, tested);
                 const auto middle = Clock::now();
-                with->respond(frame, scene.dt, tested, effect);
+                with->respond(frame, scene.dt, tested, {}, effect);
                 const auto end = Clock::now();
-                row.stage_ns[static_cast<std::size_t>(Stage::derive)] = ns_between(start, middle);
+                row.stage_ns[static_cast<std::size_t>(Stage::contacts)] = ns_between(start, middle);
                 row.stage_ns[static_cast<std::size_t>(Stage::respond)] = ns_between(middle, end);
             };
             // Whoever comes second finds the data in the cache: they take turns.

@@ -5,13 +5,12 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
-#include <optional>
 
-#include "contact/derive.hpp"
-#include "geometry/input_error.hpp"
+#include "contact/usable.hpp"
 #include "measure/allocations.hpp"
 #include "simulate/leading.hpp"
-#include "tissue/mass_spring.hpp"
+#include "simulate/reach.hpp"
+#include "simulate/rupture.hpp"
 
 namespace trocar {
 
@@ -23,11 +22,13 @@ Outcome not_finite() { return {OutcomeKind::not_finite, "a vertex position is no
 
 struct Simulation::State {
     State(const Scene& the_scene, std::unique_ptr<Detector> the_detector, std::unique_ptr<Response> the_response,
-          ContactSource the_source)
+          const SourceEntry& the_source, const StepperEntry& the_stepper, double reach_margin)
         : scene(the_scene),
           detector(std::move(the_detector)),
           response(std::move(the_response)),
-          source(the_source),
+          wants_reach(the_source.wants_reach),
+          stepper_entry(the_stepper),
+          reach(the_scene, reach_margin),
           leading(the_scene),
           frame(the_scene.first),
           seen(the_scene.first),
@@ -36,20 +37,26 @@ struct Simulation::State {
     const Scene& scene;
     std::unique_ptr<Detector> detector;
     std::unique_ptr<Response> response;
-    ContactSource source;
+    std::unique_ptr<ContactSource> source;
+    bool wants_reach = false;
+    const StepperEntry& stepper_entry;
+    std::unique_ptr<Stepper> stepper;  ///< null where no tissue moves
+    Reach reach;
     Leading leading;
-    std::optional<MassSpring> tissue;
 
     Frame frame;  ///< after the last step
     Frame seen;   ///< moved, as detection sees it
     Frame next;   ///< being advanced; becomes `frame` when all went well
     ContactSet contacts;
     Effect effect;
-    std::vector<Wrench> reaction;  ///< per body, of tissue
-    std::vector<Wrench> load;      ///< per body, mean over the tick
+    Rupture rupture;
+    std::vector<ContactLoad> loads;  ///< per contact of `effect`, of the last step
+    std::vector<Wrench> reaction;    ///< per body, of tissue
+    std::vector<Wrench> load;        ///< per body, mean over the tick
     TipDisplay display;
-    Outcome prepared;  ///< how prepare ended
-    Outcome outcome;   ///< of the last tick
+    double deepest_edges = 0.0;  ///< m, in the last tick, with a margin
+    Outcome prepared;            ///< how prepare ended
+    Outcome outcome;             ///< of the last tick
     std::int64_t tick = 0;
 
     /// Runs one stage between two readings of the clock. A method that throws has failed, nothing more.
@@ -71,21 +78,31 @@ struct Simulation::State {
             row.allocations = std::max<std::int64_t>(0, row.allocations) + allocation_count() - allocations;
     }
 
-    void derive_contacts() {
-        if (source == ContactSource::canonical) {
-            derive(scene.topology, seen, contacts);
-        } else {
-            contacts.contacts.assign(contacts.native.begin(), contacts.native.end());
+    /// m, within which the detector is asked in this tick; `tissue_move` as Reach::of has it.
+    [[nodiscard]] double reach_now(double tissue_move) const {
+        if (!wants_reach) return 0.0;
+        return reach.of(furthest_move(seen, leading.led_vertices()), tissue_move, deepest_edges);
+    }
+    /// Edges that have passed each other have no memory but the pairs: as deep as they are, the next tick looks.
+    void note_deep_edges() {
+        deepest_edges = 0.0;
+        for (const Contact& contact : contacts.contacts) {
+            if (contact.kind == ContactCase::edge_edge) deepest_edges = std::max(deepest_edges, -contact.gap);
         }
+        deepest_edges *= 1.5;
     }
 
     void advance() {
         std::fill(reaction.begin(), reaction.end(), Wrench{});
-        if (tissue) {
-            outcome = tissue->advance(effect, scene.dt, seen, next, reaction);
+        loads.assign(effect.contacts.size(), {});
+        if (stepper) {
+            const std::string not_taken = why_not_taken(stepper_entry, scene.topology, effect);
+            if (!not_taken.empty()) outcome = {OutcomeKind::unsupported, not_taken};
+            if (outcome.ok()) outcome = stepper->advance(effect, scene.dt, seen, next, reaction);
             if (!outcome.ok()) return;
+            std::copy(stepper->loads().begin(), stepper->loads().end(), loads.begin());
         }
-        leading.advance(next.time, effect, reaction, next, load);
+        leading.advance(next.time, effect, reaction, next, load, loads);
     }
 
     void check_finite(const Frame& of) {
@@ -112,6 +129,7 @@ struct Simulation::State {
         to.time = from.time;
         to.moved = from.moved;
         to.pose = from.pose;
+        to.hand_motion = from.hand_motion;
     }
 
     void take_over_detection(StepRow& row) {
@@ -120,6 +138,7 @@ struct Simulation::State {
         row.swept = static_cast<std::int64_t>(contacts.swept.size());
         row.native_contacts = static_cast<std::int64_t>(contacts.native.size());
         row.work = contacts.work;
+        contacts.truncated = contacts.truncated || (wants_reach && row.reach >= reach.most());
         row.truncated = contacts.truncated;
     }
 
@@ -149,15 +168,15 @@ struct Simulation::State {
         row.outcome = outcome.kind;
         if (!response || !outcome.ok()) return;
         show_load(row);
-        row.ruptures = effect.ruptures;
+        row.ruptures = effect.ruptures + rupture.judge(effect, loads, scene.dt);
         row.repairs = effect.repairs;
         row.detached = effect.detached;
         row.grasped = effect.grasped;
         row.skipped = effect.skipped;
         row.no_hit = effect.no_hit;
-        if (tissue) {
-            row.max_strain = tissue->max_strain();
-            row.limited_edges = tissue->limited_edges();
+        if (stepper) {
+            row.max_strain = stepper->max_strain();
+            row.limited_edges = stepper->limited_edges();
         }
     }
 };
@@ -179,16 +198,22 @@ StepRow Simulation::step() {
     s.timed(Stage::move, row, [&] { s.leading.move(row.time, s.seen); });
     if (row.tick == 0) s.seen.moved.reset();  // nobody has seen a frame to compare with
     s.check_finite(s.seen);
-    s.timed(Stage::update, row, [&] { s.detector->update(s.seen); });
+    s.timed(Stage::update, row, [&] {
+        row.reach = s.reach_now(s.stepper ? s.stepper->largest_move() : 0.0);
+        s.detector->update(s.seen, row.reach);
+    });
     s.timed(Stage::detect, row, [&] { s.detector->detect(s.seen, s.contacts); });
     s.take_over_detection(row);
-    s.timed(Stage::derive, row, [&] { s.derive_contacts(); });
+    s.timed(Stage::contacts, row, [&] { s.source->gather(s.seen, s.contacts); });
+    if (s.outcome.ok()) s.outcome = check_contacts(s.scene.topology, s.contacts);
 
+    if (s.wants_reach) s.note_deep_edges();
     s.copy_led(s.seen, s.next);
     if (s.response) {
-        s.timed(Stage::respond, row, [&] { s.response->respond(s.seen, s.scene.dt, s.contacts, s.effect); });
+        s.timed(Stage::respond, row, [&] { s.response->respond(s.seen, s.scene.dt, s.contacts, s.loads, s.effect); });
+        if (s.outcome.ok()) s.outcome = check_effect(s.scene.topology, s.effect);
         // Scripts alone have no such stage: their forces are only looked at.
-        if (s.tissue || s.leading.has_operator()) {
+        if (s.stepper || s.leading.has_operator()) {
             s.timed(Stage::advance, row, [&] { s.advance(); });
         } else if (s.outcome.ok()) {
             s.advance();
@@ -214,20 +239,24 @@ StepRow Simulation::replay(const Frame& frame) {
     s.outcome = s.prepared;  // a frame that cannot be answered says nothing about the next one
     s.seen = frame;
     if (s.outcome.ok() && !s.seen.all_finite()) s.outcome = not_finite();
-    s.timed(Stage::update, row, [&] { s.detector->update(s.seen); });
+    s.timed(Stage::update, row, [&] {
+        row.reach = s.reach_now(furthest_move(s.seen, s.leading.free_tissue()));
+        s.detector->update(s.seen, row.reach);
+    });
     s.timed(Stage::detect, row, [&] { s.detector->detect(s.seen, s.contacts); });
     s.take_over_detection(row);
-    s.timed(Stage::derive, row, [&] { s.derive_contacts(); });
+    s.timed(Stage::contacts, row, [&] { s.source->gather(s.seen, s.contacts); });
     row.contacts = static_cast<std::int64_t>(s.contacts.contacts.size());
     row.outcome = s.outcome.kind;
     return row;
 }
 
 Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, std::unique_ptr<Response> response,
-                       ContactSource source)
-    : state_(std::make_unique<State>(scene, std::move(detector), std::move(response), source)) {
+                       const SourceEntry& source, const MethodSpec& stepper, double reach_margin)
+    : state_(std::make_unique<State>(
+          scene, std::move(detector), std::move(response), source,
+          stepper.name.empty() ? registry().default_stepper() : registry().stepper(stepper.name), reach_margin)) {
     State& s = *state_;
-    if (scene.has_tissue() && s.response) s.tissue.emplace(scene.topology, scene.materials);
     s.effect.resize(scene.topology.vertex_count, scene.topology.body_count());
     // Room for a crowded tick, so that the first one does not ask for memory; more than this grows as it comes.
     const auto room = static_cast<std::size_t>(std::min<Index>(4096, scene.topology.triangle_count()));
@@ -235,12 +264,22 @@ Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, s
     s.contacts.contacts.reserve(room);
     s.effect.contacts.reserve(4 * room);
     s.effect.placements.reserve(room);
+    s.loads.reserve(4 * room);
+    s.rupture.prepare(scene.topology);
     s.reaction.resize(scene.topology.bodies.size());
     s.load.resize(scene.topology.bodies.size());
-    s.contacts.native_wanted = source == ContactSource::native;
+    s.contacts.native_wanted = source.wants_native;
     try {
         s.detector->prepare(scene.topology, scene.first);
+        s.source = source.make(ParameterValues(source.name, source.parameters, {}));
+        s.source->prepare(scene.topology, scene.first);
+        s.deepest_edges = s.reach.edge();  // at the start nothing is known
         if (s.response) s.response->prepare(scene.topology, scene.materials);
+        if (s.response && scene.has_tissue()) {
+            s.stepper = s.stepper_entry.make(
+                ParameterValues(s.stepper_entry.name, s.stepper_entry.parameters, stepper.parameters));
+            s.stepper->prepare(scene.topology, scene.materials);
+        }
     } catch (const std::exception& error) {
         s.prepared = {OutcomeKind::threw, fmt::format("prepare: {}", error.what())};
     }
@@ -253,14 +292,9 @@ const Frame& Simulation::seen() const { return state_->seen; }
 const Frame& Simulation::frame() const { return state_->frame; }
 const ContactSet& Simulation::contacts() const { return state_->contacts; }
 const Effect& Simulation::effect() const { return state_->effect; }
+const std::vector<ContactLoad>& Simulation::contact_loads() const { return state_->loads; }
 const std::vector<Wrench>& Simulation::body_loads() const { return state_->load; }
 const Outcome& Simulation::outcome() const { return state_->outcome; }
 std::vector<std::uint8_t> Simulation::yielding_pairs() const { return state_->leading.yielding_pairs(); }
-
-ContactSource contact_source_from(std::string_view name) {
-    if (name == "canonical") return ContactSource::canonical;
-    if (name == "native") return ContactSource::native;
-    throw InputError("contact source", "", "canonical or native", fmt::format("'{}'", name));
-}
 
 }  // namespace trocar

@@ -4,30 +4,29 @@
 
 #include <cstdint>
 #include <memory>
-#include <string_view>
 #include <vector>
 
 #include "contact/contact_set.hpp"
 #include "contact/effect.hpp"
 #include "measure/step_row.hpp"
-#include "method/detector.hpp"
-#include "method/response.hpp"
+#include "method/entry.hpp"
+#include "method/registry.hpp"
 #include "scene/scene.hpp"
 
 namespace trocar {
 
-enum class ContactSource : std::uint8_t { canonical, native };
-
-/// "canonical" or "native"; throws InputError for anything else.
-ContactSource contact_source_from(std::string_view name);
+/// Margin of the reach, in mean edges.
+inline constexpr double default_reach_margin = 0.1;
 
 class Simulation {
 public:
     /// The scene outlives the simulation. `response` may be null: detection only, bodies follow their scripts and
-    /// tissue stays as it is. A method that throws while it is prepared leaves its outcome in outcome(), and every step
-    /// then fails with it.
+    /// tissue stays as it is. `source` makes the contacts (Registry::source); one that wants pairs within a reach gets
+    /// them, with a margin of `reach_margin` mean edges (simulate/reach.hpp). `stepper` moves the tissue (without a
+    /// name: the default one); an effect that it does not take is outcome unsupported. A method that throws while it is
+    /// prepared leaves its outcome in outcome(), and every step then fails with it.
     Simulation(const Scene& scene, std::unique_ptr<Detector> detector, std::unique_ptr<Response> response,
-               ContactSource source);
+               const SourceEntry& source, const MethodSpec& stepper = {}, double reach_margin = default_reach_margin);
     ~Simulation();
     Simulation(const Simulation&) = delete;
     Simulation& operator=(const Simulation&) = delete;
@@ -38,7 +37,7 @@ public:
     /// as it was. Truth fields of the row stay unset.
     StepRow step();
 
-    /// update, detect and derive on a frame from outside; the world is not advanced. seen() is then that frame.
+    /// update, detect and contacts on a frame from outside; the world is not advanced. seen() is then that frame.
     StepRow replay(const Frame& frame);
 
     [[nodiscard]] const Frame& seen() const;   ///< the frame that detect saw in the last step
@@ -46,6 +45,8 @@ public:
     /// Result of the last detect; contacts.contacts are those of the contact source.
     [[nodiscard]] const ContactSet& contacts() const;
     [[nodiscard]] const Effect& effect() const;
+    /// What the contacts of effect() gave in the last step; the next one's response gets it.
+    [[nodiscard]] const std::vector<ContactLoad>& contact_loads() const;
     /// Contact load on every body, mean over the last tick; bodies that one operator leads share their sum.
     [[nodiscard]] const std::vector<Wrench>& body_loads() const;
     [[nodiscard]] const Outcome& outcome() const;

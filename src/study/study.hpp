@@ -35,12 +35,13 @@ struct ReplayPart {
     bool between_ticks = false;     ///< the space-time oracle follows every tick
 };
 
-/// Detector × response × contact source, each driving its own copy of the scene.
+/// Detector × response × contact source × stepper, each driving its own copy of the scene.
 struct ClosedLoopPart {
     std::vector<std::string> scenes;
     std::vector<StudyMethod> detectors;
     std::vector<StudyMethod> responses;
-    std::vector<std::string> contacts;  ///< "canonical", "native"
+    std::vector<std::string> contacts;       ///< contact sources
+    std::vector<std::string> steppers = {};  ///< as RunSpec::stepper; empty: the default one alone
     std::int64_t ticks = 0;
     std::int64_t repetitions = 1;
     std::int64_t truth_stride = 1;

@@ -33,6 +33,7 @@ void add_entry_facts(const std::string& prefix, const Entry& entry, const StudyM
     facts[prefix + "version"] = entry.version;
     facts[prefix + "configuration"] = entry.configuration;
     facts[prefix + "own"] = entry.own ? "yes" : "no";
+    if (entry.control) facts[prefix + "control"] = "yes";
     facts[prefix + "settings"] = settings_text(entry.parameters, parse_method(method.text).parameters, entry.name);
 }
 

@@ -133,6 +133,34 @@ void check_parameter(const JsonNode& node, const std::vector<StudyMethod>& metho
     }
 }
 
+/// Name of a contact source of this build.
+std::string read_source(const JsonNode& node) {
+    std::vector<std::string> names;
+    for (const SourceEntry& entry : registry().sources()) names.push_back(entry.name);
+    return node.word(names);
+}
+
+/// As RunSpec::stepper has them, each once.
+std::vector<std::string> read_steppers(const JsonNode& node) {
+    std::vector<std::string> steppers;
+    for (const JsonNode& item : items_of(node)) {
+        std::string text;
+        try {
+            const MethodSpec spec = parse_method(item.text());
+            make_stepper(spec.name, spec.parameters);
+            const bool is_default = spec.name == registry().default_stepper().name && spec.parameters.empty();
+            text = is_default ? std::string() : spec.text();
+        } catch (const InputError& error) {
+            item.fail("a stepper of trocar list", error.what());
+        }
+        if (std::find(steppers.begin(), steppers.end(), text) != steppers.end()) {
+            item.fail("each stepper once", item.text() + " again");
+        }
+        steppers.push_back(text);
+    }
+    return steppers;
+}
+
 WorkPrecisionPart read_sweeps(const JsonNode& node, const std::filesystem::path& file, std::int64_t repetitions) {
     expect_object(node, {"sweeps", "ticks", "repetitions", "truth_stride"}, {"sweeps"});
     WorkPrecisionPart part;
@@ -144,7 +172,7 @@ WorkPrecisionPart read_sweeps(const JsonNode& node, const std::filesystem::path&
         sweep.scenes = read_scenes(item.at("scenes"), file);
         sweep.detectors = read_methods(item.at("detectors"), true, sweep.scenes);
         if (item.has("responses")) sweep.responses = read_methods(item.at("responses"), false, sweep.scenes);
-        if (item.has("contacts")) sweep.contacts = item.at("contacts").word({"canonical", "native"});
+        if (item.has("contacts")) sweep.contacts = read_source(item.at("contacts"));
         const JsonNode knob = item.at("knob");
         sweep.knob = knob.text();
         const bool of_detector = sweep.knob.rfind("detector.", 0) == 0;
@@ -289,15 +317,16 @@ Study read_study(const std::filesystem::path& file) {
     }
     if (root.has("closed_loop")) {
         const JsonNode node = root.at("closed_loop");
-        expect_object(node, {"scenes", "detectors", "responses", "contacts", "ticks", "repetitions", "truth_stride"},
-                      {"scenes", "detectors", "responses"});
+        expect_object(
+            node, {"scenes", "detectors", "responses", "contacts", "steppers", "ticks", "repetitions", "truth_stride"},
+            {"scenes", "detectors", "responses"});
         ClosedLoopPart part;
         part.scenes = read_scenes(node.at("scenes"), file);
         part.detectors = read_methods(node.at("detectors"), true, part.scenes);
         part.responses = read_methods(node.at("responses"), false, part.scenes);
         if (node.has("contacts")) {
             for (const JsonNode& item : items_of(node.at("contacts"))) {
-                const std::string contacts = item.word({"canonical", "native"});
+                const std::string contacts = read_source(item);
                 if (std::find(part.contacts.begin(), part.contacts.end(), contacts) != part.contacts.end()) {
                     item.fail("each contact source once", contacts + " again");
                 }
@@ -306,6 +335,7 @@ Study read_study(const std::filesystem::path& file) {
         } else {
             part.contacts = {"canonical"};
         }
+        if (node.has("steppers")) part.steppers = read_steppers(node.at("steppers"));
         read_counts(node, repetitions, part);
         study.closed_loop = std::move(part);
     }

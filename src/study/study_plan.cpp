@@ -35,22 +35,22 @@ void settle_absent(PlannedRun& run) {
     }
 }
 
-/// Why a detector has nothing to give as contacts of this source; empty when it has.
+/// Why a detector has nothing to give for contacts of this source; empty when it has.
 std::string untold(const StudyMethod& detector, const std::string& contacts) {
-    const bool tells = contacts != "native" || detector.absent_reason ||
-                       registry().detector(parse_method(detector.text).name).native_contacts;
-    return tells ? std::string() : "the detector has no contacts of its own";
+    if (detector.absent_reason) return {};
+    return why_untold(registry().detector(parse_method(detector.text).name), registry().source(contacts));
 }
 
 /// Why a response can do nothing with contacts of this source; empty when it can.
 std::string unreadable(const StudyMethod& response, const std::string& contacts) {
     if (response.absent_reason) return {};
-    const ResponseEntry& entry = registry().response(parse_method(response.text).name);
-    if (contacts == "canonical" && entry.needs_native) return "the response reads native contacts only";
-    if (contacts == "native" && !entry.reads_native) {
-        return "the response needs the overlap case of a contact, which native contacts do not tell";
-    }
-    return {};
+    return why_unreadable(registry().source(contacts), registry().response(parse_method(response.text).name));
+}
+
+/// The contact source that a response works from where nobody names one.
+std::string own_source(const StudyMethod& response) {
+    if (response.absent_reason) return "canonical";
+    return registry().response(parse_method(response.text).name).sources.front();
 }
 
 /// Why the two cannot work on contacts of this source; empty when they can, and for a detector alone.
@@ -275,7 +275,12 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
                         if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
                         PlannedRun run = planned(study, "closed_loop", scene, part.ticks, part.truth_stride, repetition,
                                                  detector, response, contacts);
-                        if (wanted(run)) runs.push_back(std::move(run));
+                        if (!wanted(run)) continue;
+                        for (const std::string& stepper : part.steppers) {
+                            runs.push_back(run);
+                            runs.back().spec.stepper = stepper;
+                        }
+                        if (part.steppers.empty()) runs.push_back(std::move(run));
                     }
                 }
             }
@@ -299,7 +304,7 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
                 for (const StudyMethod& response : study.paced->responses) {
                     if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
                     PlannedRun run = planned(study, "paced", scene, study.paced->ticks, 0, repetition, detector,
-                                             response, "canonical");
+                                             response, own_source(response));
                     if (wanted(run)) runs.push_back(std::move(run));
                 }
             }

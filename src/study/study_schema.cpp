@@ -32,7 +32,8 @@ std::string study_schema() {
       "properties": {
         "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
         "responses": {"$ref": "#/$defs/methods"},
-        "contacts": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["canonical"], "items": {"enum": ["canonical", "native"]}},
+        "contacts": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["canonical"], "items": {"enum": ["native", "canonical", "near", "tracked"]}},
+        "steppers": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["semi_implicit"], "items": {"type": "string", "description": "NAME[:key=value,...] as in trocar list"}},
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
         "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
     "triangle_pair": {
@@ -51,7 +52,7 @@ std::string study_schema() {
           "properties": {
             "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
             "responses": {"$ref": "#/$defs/methods", "description": "Absent: the detectors on replayed frames"},
-            "contacts": {"enum": ["canonical", "native"], "default": "canonical"},
+            "contacts": {"enum": ["native", "canonical", "near", "tracked"], "default": "canonical"},
             "knob": {"type": "string", "description": "dt (s, the run keeps its length), k (N/m, contact stiffness), substeps, detector.KEY or response.KEY with a parameter of trocar list"},
             "values": {"type": "array", "minItems": 1, "items": {"type": ["number", "string"]}}}}},
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},

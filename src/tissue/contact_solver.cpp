@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/triangle_distance.hpp"
+
 namespace trocar {
 namespace {
 
@@ -36,7 +38,9 @@ void ContactSolver::collect(const Effect& effect, const Frame& frame, const Tiss
     active_.clear();
     crowded_ = false;
     passes_ = 0;
-    mean_force_.assign(effect.contacts.size(), 0.0);
+    elapsed_ = 0.0;
+    mean_normal_.assign(effect.contacts.size(), Vector3::Zero());
+    loads_.assign(effect.contacts.size(), {});
     mean_friction_.assign(effect.contacts.size(), Vector3::Zero());
     // A contact that was not in the last tick's effect starts with an unstretched tangential spring.
     std::erase_if(rubbing_, [this](Index v) { return --rubbed_[at(v)] == 0; });
@@ -65,7 +69,8 @@ bool ContactSolver::enter(const LinearContact& contact, const Frame& frame, cons
     entry.damping = std::max(contact.mu, 0.0);
     entry.explicit_damping = std::min(contact.mu, 0.0);
     entry.adhesive = contact.adhesive;
-    entry.bilateral = contact.bilateral;
+    entry.bilateral = contact.bilateral();
+    entry.limit = contact.limit;
     double speed = 0.0;  // of P at the frame
     const auto add = [&](Index vertex, double weight) {
         if (vertex < 0 || weight == 0.0) return;
@@ -90,10 +95,32 @@ bool ContactSolver::enter(const LinearContact& contact, const Frame& frame, cons
         entry.surface += contact.surface_velocity;
     }
     if (entry.count == 0) return false;
+    // Only what a source's contact is held by tells where the other side is at the start of the tick (reaction_point).
+    entry.turns = contact.role == ContactRole::constraint && contact.source_id != 0 && contact.reaction_vertices[0] < 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Index vertex = contact.vertices[i];
+        const bool is_corner = vertex >= 0 && state.place[at(vertex)] >= 0;
+        entry.turns = entry.turns && (is_corner || (i == 2 && vertex < 0 && !contact.other_edge.isZero()));
+    }
     entry.held = entry.stiffness * entry.depth - contact.mu * (entry.fixed_rate + speed);
     if (!entry.adhesive && !entry.bilateral) entry.held = std::max(entry.held, 0.0);
     if (!entry.bilateral && entry.depth < 0.0) entry.held = 0.0;
+    entry.held = within_limit(entry, entry.held);
     return true;
+}
+
+double ContactSolver::within_limit(const Active& contact, double force) {
+    return std::clamp(force, -contact.limit, contact.limit);
+}
+
+/// A contact whose law says `force` and that presses or pulls more than it may.
+bool ContactSolver::reaches_limit(const Active& contact, double force) {
+    const bool pulls = contact.bilateral || contact.adhesive;
+    return contact.on && !contact.capped && (force > contact.limit || (pulls && force < -contact.limit));
+}
+
+bool ContactSolver::leaves_limit(const Active& contact, double force) {
+    return contact.force >= 0.0 ? force < contact.limit : force > -contact.limit;
 }
 
 void ContactSolver::remember_slip(const LinearContact& contact, Active& entry) {
@@ -134,7 +161,7 @@ void ContactSolver::hold_current_force(const TissueState& state) {
         const double speed = rate(contact, state);
         double force = contact.stiffness * contact.depth - (contact.damping + contact.explicit_damping) * speed;
         if (!contact.bilateral && (contact.depth < 0.0 || (!contact.adhesive && force < 0.0))) force = 0.0;
-        contact.held = force;
+        contact.held = within_limit(contact, force);
     }
 }
 
@@ -155,6 +182,13 @@ void ContactSolver::assemble(double h, const TissueState& state) {
     }
     for (const Active& contact : active_) {
         if (!contact.on) continue;
+        if (contact.capped) {
+            for (int i = 0; i < contact.count; ++i) {
+                right_side_.col(spot_[at(contact.vertex[at(i)])]) +=
+                    h * contact.force * contact.weight[at(i)] * contact.normal;
+            }
+            continue;
+        }
         const double c = contact.damping + h * contact.stiffness;
         const double pressure = contact.stiffness * contact.depth - c * contact.fixed_rate + contact.held;
         for (int i = 0; i < contact.count; ++i) {
@@ -175,7 +209,7 @@ void ContactSolver::apply(double h, const Matrix3X& velocity, Matrix3X& result) 
         result.col(column) = mass_[l] * velocity.col(column);
     }
     for (const Active& contact : active_) {
-        if (!contact.on) continue;
+        if (!contact.on || contact.capped) continue;
         double sum = 0.0;
         for (int i = 0; i < contact.count; ++i) {
             sum += contact.weight[at(i)] * velocity.col(spot_[at(contact.vertex[at(i)])]).dot(contact.normal);
@@ -195,9 +229,9 @@ void ContactSolver::precondition() {
 }
 
 /// Backward Euler of all contacts that are on: (M + h Σ c Jᵀ J) v' = M v + h Σ (k d − c r) Jᵀ with c = mu + h k and r
-/// the fixed part of the rate. Conjugate gradients with the exact 3×3 blocks of the vertices as preconditioner, so that
-/// contacts that move one vertex each are solved exactly before the first iteration. False when they end before the
-/// solution is one.
+/// the fixed part of the rate; one at its limit is a constant force on the right-hand side. Conjugate gradients with
+/// the exact 3×3 blocks of the vertices as preconditioner, so that contacts that move one vertex each are solved
+/// exactly before the first iteration. False when they end before the solution is one.
 bool ContactSolver::solve_linear(double h, const TissueState& state) {
     assemble(h, state);
     const auto count = static_cast<Eigen::Index>(touched_.size());
@@ -239,9 +273,69 @@ bool ContactSolver::solve_linear(double h, const TissueState& state) {
     return dot(residual_, residual_) <= exact * exact * dot(right_side_, right_side_);
 }
 
+void ContactSolver::turn(const TissueState& state) {
+    for (Active& contact : active_) {
+        if (!contact.turns) continue;
+        const LinearContact& given = effect_->contacts[contact.source];
+        const auto corner = [&](std::size_t i) -> Vector3 {
+            return state.position.col(state.place[at(given.vertices[i])]).head<3>();
+        };
+        const Vector3 point = given.reaction_point + elapsed_ * given.surface_velocity;
+        const Vector3& edge = given.other_edge;
+        const Vector3 first = corner(0);
+        const Vector3 second = corner(1);
+        const bool of_edges = given.vertices[2] < 0;
+        const Vector3 third = of_edges ? Vector3(first + edge) : corner(2);
+        Vector3 normal = (second - first).cross(third - first);
+        const double size = normal.norm();
+        if (size == 0.0) continue;
+        normal /= normal.dot(contact.normal) < 0.0 ? -size : size;
+        Vector3 weights;
+        if (of_edges) {
+            // Seen along the other edge, both lie in one plane.
+            const auto flat = [&edge](const Vector3& v) { return Vector3(v - v.dot(edge) * edge); };
+            const Vector3 along = flat(second - first);
+            const double way = std::clamp(flat(point - first).dot(along) / along.squaredNorm(), 0.0, 1.0);
+            weights = {1.0 - way, way, 0.0};
+        } else {
+            weights = closest_point_on_triangle({first, second, third}, point);
+        }
+        take_weights(state, weights, normal, contact);
+    }
+}
+
+/// Nothing changes where none of the weights is on a vertex that moves.
+void ContactSolver::take_weights(const TissueState& state, const Vector3& weights, const Vector3& normal,
+                                 Active& contact) const {
+    const LinearContact& given = effect_->contacts[contact.source];
+    const auto local = [&](int i) {
+        const Index vertex = given.vertices[at(i)];
+        return vertex < 0 ? -1 : state.place[at(vertex)];
+    };
+    const auto yields = [&](int i) { return weights[i] > 0.0 && local(i) >= 0 && state.moves(local(i)); };
+    if (!yields(0) && !yields(1) && !yields(2)) return;
+    contact.normal = normal;
+    contact.surface = given.surface_velocity;
+    contact.mobility = 0.0;
+    contact.count = 0;
+    for (int i = 0; i < 3; ++i) {
+        if (local(i) < 0) continue;
+        if (!state.moves(local(i))) {
+            contact.surface -= weights[i] * velocity_of(state, local(i));
+            continue;
+        }
+        contact.vertex[at(contact.count)] = local(i);
+        contact.weight[at(contact.count)] = weights[i];
+        contact.mobility += weights[i] * weights[i] * state.inverse_mass[at(local(i))];
+        ++contact.count;
+    }
+    contact.fixed_rate = -contact.surface.dot(normal);
+}
+
 void ContactSolver::solve(double h, TissueState& state) {
     for (Active& contact : active_) {
         contact.on = contact.bilateral || contact.depth >= 0.0;
+        contact.capped = false;
         // Negative damping from the velocity at the start of the sub-step.
         contact.held = contact.on ? -contact.explicit_damping * rate(contact, state) : 0.0;
     }
@@ -255,8 +349,9 @@ void ContactSolver::solve(double h, TissueState& state) {
     sweep(h, state);
 }
 
-/// Searches for the contacts that are on, every guess solved exactly. False where a guess cannot be (conjugate
-/// gradients end too soon for so many vertices), which makes further guesses worthless, or where none of them settles.
+/// Searches for the contacts that are on, and of these for the ones at their limit, every guess solved exactly. False
+/// where a guess cannot be (conjugate gradients end too soon for so many vertices), which makes further guesses
+/// worthless, or where none of them settles.
 bool ContactSolver::find_active(double h, const TissueState& state) {
     // All that have to change at once settle most sub-steps in a few rounds. Where many contacts share few vertices
     // that may go round in circles; one at a time, always the first, cannot (Murty 1974, least index).
@@ -275,6 +370,15 @@ bool ContactSolver::find_active(double h, const TissueState& state) {
             }
             const double new_depth = contact.depth - h * new_rate;
             const double force = contact.stiffness * new_depth - contact.damping * new_rate + contact.held;
+            if (contact.capped && !leaves_limit(contact, force)) continue;
+            if (contact.capped || reaches_limit(contact, force)) {
+                if (change < rounds_at_once || settled) {
+                    contact.capped = !contact.capped;
+                    contact.force = within_limit(contact, force);
+                }
+                settled = false;
+                continue;
+            }
             contact.force = contact.on ? force : 0.0;
             if (contact.bilateral || contact.adhesive) continue;
             const bool leaves = contact.on && force < 0.0;
@@ -316,12 +420,12 @@ double ContactSolver::force_alone(double h, const Active& contact, double speed)
     const double response = h * contact.mobility;  // m/s per N
     const double force = (contact.stiffness * contact.depth + contact.held - c * (speed - response * contact.force)) /
                          (1.0 + c * response);
-    if (contact.bilateral) return force;
-    if (contact.depth >= 0.0) return contact.adhesive ? force : std::max(force, 0.0);
+    if (contact.bilateral) return within_limit(contact, force);
+    if (contact.depth >= 0.0) return within_limit(contact, contact.adhesive ? force : std::max(force, 0.0));
     // It meets the other side within this sub-step: at most what stops it there, else a damper would throw it back
     // before it has arrived, and whether it acts would change from sweep to sweep.
     const double stop = contact.force + (contact.depth / h - speed) / response;
-    return std::max(0.0, std::min(force, stop));
+    return within_limit(contact, std::max(0.0, std::min(force, stop)));
 }
 
 void ContactSolver::rub(double h, int substeps, TissueState& state) {
@@ -375,17 +479,24 @@ void ContactSolver::gather_grip() {
 }
 
 void ContactSolver::finish_substep(double h, int substeps, const TissueState& state) {
+    elapsed_ += h;
     for (Active& contact : active_) {
         contact.depth -= h * rate(contact, state);
-        mean_force_[contact.source] += contact.force / substeps;
+        ContactLoad& load = loads_[contact.source];
+        load.normal += contact.force / substeps;
+        mean_normal_[contact.source] += contact.force / substeps * contact.normal;
+        load.at_limit = std::abs(contact.force) >= contact.limit;
+        if (contact.rubs) load.slip += slip_.col(effect_->contacts[contact.source].slip_key).norm() / substeps;
     }
 }
 
-void ContactSolver::react(std::vector<Wrench>& reaction) const {
+void ContactSolver::react(std::vector<Wrench>& reaction) {
     for (const Active& contact : active_) {
         const LinearContact& source = effect_->contacts[contact.source];
+        ContactLoad& load = loads_[contact.source];
+        load.friction = mean_friction_[contact.source].norm();
         if (source.reaction_body < 0) continue;
-        const Vector3 force = -mean_force_[contact.source] * source.normal - mean_friction_[contact.source];
+        const Vector3 force = -mean_normal_[contact.source] - mean_friction_[contact.source];
         Wrench& wrench = reaction[at(source.reaction_body)];
         wrench.force += force;
         wrench.moment += source.reaction_point.cross(force);

@@ -29,17 +29,21 @@ public:
     /// call it is that of the frame (setting `hold`).
     void hold_current_force(const TissueState& state);
     void push_held(double h, TissueState& state);
+    /// At the start of a sub-step: constraints of a face or edge of tissue follow how it has turned and where
+    /// on it the contact is by now. What is linearised once a tick lags behind light vertices, and feeds their
+    /// swinging.
+    void turn(const TissueState& state);
     /// Finds which contacts are on in this sub-step of h (s) and gives the touched vertices their new velocities.
     void solve(double h, TissueState& state);
     /// Coulomb friction of the contacts that press, after the normal forces of the sub-step are known.
     void rub(double h, int substeps, TissueState& state);
     /// Moves the gaps by the new velocities and adds up what each contact gave.
     void finish_substep(double h, int substeps, const TissueState& state);
-    /// Adds to the bodies that take reactions what the contacts gave, mean over the tick.
-    void react(std::vector<Wrench>& reaction) const;
+    /// After the last sub-step: adds to the bodies that take reactions what the contacts gave, mean over the tick.
+    void react(std::vector<Wrench>& reaction);
 
-    /// Per contact of the effect: mean force along the normal, N; 0 for contacts without tissue.
-    [[nodiscard]] std::span<const double> mean_force() const { return mean_force_; }
+    /// Per contact of the effect, complete after the last sub-step; zero for contacts without tissue.
+    [[nodiscard]] std::span<const ContactLoad> loads() const { return loads_; }
     /// How often all contacts were gone through since `collect`: products with their matrix, and sweeps.
     [[nodiscard]] std::int64_t passes() const { return passes_; }
 
@@ -58,13 +62,16 @@ private:
         double fixed_rate = 0.0;      ///< m/s, normal velocity of P minus that of the face from what does not move here
         double mobility = 0.0;        ///< 1/kg, velocity of P per impulse
         double held = 0.0;            ///< N, for contacts_held
+        double limit = 0.0;           ///< N, largest force
         double force = 0.0;           ///< N, of the last sub-step
         Vector3 surface = Vector3::Zero();  ///< m/s, velocity of the other side from what does not move here
         Vector3 rubbed = Vector3::Zero();   ///< N, friction of the last sub-step on P
         bool adhesive = false;
         bool bilateral = false;
         bool on = false;
+        bool capped = false;  ///< on, and with the force `force` that its limit leaves it instead of its spring's
         bool rubs = false;
+        bool turns = false;
     };
 
     /// The contacts that share one tangential spring: a vertex that several faces hold has one stretch, at the face
@@ -74,7 +81,11 @@ private:
         std::size_t firmest = 0;  ///< position in active_
     };
 
+    static double within_limit(const Active& contact, double force);
+    static bool reaches_limit(const Active& contact, double force);
+    static bool leaves_limit(const Active& contact, double force);
     bool enter(const LinearContact& contact, const Frame& frame, const TissueState& state, Active& entry);
+    void take_weights(const TissueState& state, const Vector3& weights, const Vector3& normal, Active& contact) const;
     void remember_slip(const LinearContact& contact, Active& entry);
     void gather_grip();
     [[nodiscard]] double rate(const Active& contact, const TissueState& state) const;
@@ -88,11 +99,13 @@ private:
     void sweep(double h, TissueState& state);
 
     const Effect* effect_ = nullptr;
+    double elapsed_ = 0.0;              ///< s, since the start of the tick
+    std::vector<Vector3> mean_normal_;  ///< N, per contact of the effect: mean force as a vector
     // Buffers grow to the largest number of contacts seen and are kept.
     std::vector<Active> active_;
     bool crowded_ = false;  ///< in this tick the contacts that are on were not found: sweeps take their place
     std::int64_t passes_ = 0;
-    std::vector<double> mean_force_;
+    std::vector<ContactLoad> loads_;      ///< per contact of the effect
     std::vector<Vector3> mean_friction_;  ///< N, per contact of the effect
     Matrix3X slip_;                       ///< per slip key (N at first), m: tangential spring of the contact
     std::vector<std::uint8_t> rubbed_;    ///< per slip key; 2: in contact in this tick, 1: in the last one, 0: not

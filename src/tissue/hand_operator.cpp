@@ -1,6 +1,7 @@
 #include "tissue/hand_operator.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace trocar {
 namespace {
@@ -18,34 +19,43 @@ Index hand_of(std::span<const LedHand> hands, Index body) {
 }  // namespace
 
 /// Contacts that press on a hand without moving tissue.
-void HandOperators::collect(const Topology& topology, const Frame& frame, const Effect& effect,
+void HandOperators::collect(const Topology& topology, const Frame& frame, const Effect& effect, double dt,
                             std::span<const LedHand> hands) {
+    const auto hand_velocity = [&](Index body) -> Vector3 {
+        return at(body) < frame.hand_motion.size() ? Vector3(frame.hand_motion[at(body)] / dt) : Vector3::Zero();
+    };
     rows_.clear();
-    for (const LinearContact& contact : effect.contacts) {
+    for (std::size_t c = 0; c < effect.contacts.size(); ++c) {
+        const LinearContact& contact = effect.contacts[c];
         Row row;
+        row.source = c;
         bool pushes_tissue = false;
-        double whole_rate = -contact.face_velocity;
+        row.offset = -contact.face_velocity;
         for (std::size_t i = 0; i < 3; ++i) {
             const Index vertex = contact.vertices[i];
             if (vertex < 0 || contact.weights[i] == 0.0) continue;
             const Index body = topology.body_of_vertex(vertex);
             pushes_tissue = pushes_tissue || topology.bodies[at(body)].kind == BodyKind::tissue;
             if (row.plus < 0) row.plus = hand_of(hands, body);
-            whole_rate += contact.weights[i] * frame.velocity.col(vertex).dot(contact.normal);
+            const Vector3 scripted = frame.velocity.col(vertex) - hand_velocity(body);
+            row.offset += contact.weights[i] * scripted.dot(contact.normal);
             row.plus_point += contact.weights[i] * frame.position.col(vertex);
         }
         if (pushes_tissue) continue;
-        if (contact.reaction_body >= 0) row.minus = hand_of(hands, contact.reaction_body);
+        if (contact.reaction_body >= 0) {
+            row.minus = hand_of(hands, contact.reaction_body);
+            row.offset += hand_velocity(contact.reaction_body).dot(contact.normal);
+        }
         if (row.plus < 0 && row.minus < 0) continue;
         row.minus_point = contact.reaction_point;
         row.normal = contact.normal;
-        row.offset = whole_rate - rate(row, start_);
         row.first_depth = -contact.gap;
         row.stiffness = contact.k;
         row.damping = std::max(contact.mu, 0.0);
         row.explicit_damping = std::min(contact.mu, 0.0);
         row.adhesive = contact.adhesive;
-        row.bilateral = contact.bilateral;
+        row.bilateral = contact.bilateral();
+        row.limit = contact.limit;
         rows_.push_back(row);
     }
 }
@@ -72,9 +82,11 @@ void HandOperators::solve(double h, std::span<const LedHand> hands) {
         for (Row& row : rows_) {
             const double force = row.pressure - row.implicit * (rate(row, velocity_) - row.offset);
             row.on = row.bilateral || (!row.open && (row.adhesive || change == 0 || force > 0.0));
+            row.capped = change > 0 && std::abs(force) > row.limit;
+            row.force = std::clamp(force, -row.limit, row.limit);
             if (!row.on) continue;
-            const Matrix3 block = h * row.implicit * row.normal * row.normal.transpose();
-            const Vector3 push = h * row.pressure * row.normal;
+            const Matrix3 block = (row.capped ? 0.0 : h * row.implicit) * row.normal * row.normal.transpose();
+            const Vector3 push = h * (row.capped ? row.force : row.pressure) * row.normal;
             if (row.plus >= 0) {
                 matrix_.block<3, 3>(3 * row.plus, 3 * row.plus) += block;
                 right_side_.segment<3>(3 * row.plus) += push;
@@ -97,7 +109,7 @@ void HandOperators::solve(double h, std::span<const LedHand> hands) {
 }
 
 void HandOperators::advance(const Topology& topology, const Frame& frame, const Effect& effect, double dt, int substeps,
-                            std::span<LedHand> hands) {
+                            std::span<LedHand> hands, std::span<ContactLoad> loads) {
     if (hands.empty()) return;
     const int steps = std::max(1, substeps);
     const double h = dt / steps;
@@ -110,7 +122,8 @@ void HandOperators::advance(const Topology& topology, const Frame& frame, const 
         first_position_[i] = hands[i].state.position;
         hands[i].load = hands[i].external;
     }
-    collect(topology, frame, effect, hands);
+    collect(topology, frame, effect, dt, hands);
+    for (const Row& row : rows_) loads[row.source] = {};
     for (int step = 0; step < steps; ++step) {
         for (std::size_t i = 0; i < hands.size(); ++i) {
             const OperatorModel& model = *hands[i].model;
@@ -136,8 +149,13 @@ void HandOperators::advance(const Topology& topology, const Frame& frame, const 
         }
         solve(h, hands);
         for (const Row& row : rows_) {
+            ContactLoad& load = loads[row.source];
+            load.at_limit = row.on && row.capped;
             if (!row.on) continue;
-            const Vector3 force = (row.pressure - row.implicit * (rate(row, velocity_) - row.offset)) * row.normal;
+            const double pressed =
+                row.capped ? row.force : row.pressure - row.implicit * (rate(row, velocity_) - row.offset);
+            load.normal += pressed / steps;
+            const Vector3 force = pressed * row.normal;
             if (row.plus >= 0) hands[at(row.plus)].load.moment += row.plus_point.cross(force) / steps;
             if (row.minus >= 0) hands[at(row.minus)].load.moment -= row.minus_point.cross(force) / steps;
         }

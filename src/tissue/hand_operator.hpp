@@ -34,32 +34,39 @@ struct LedHand {
 /// moving tissue; contacts with tissue come as LedHand::external.
 class HandOperators {
 public:
-    /// `frame` gives the vertex velocities for which gaps and face velocities were written. Memory is kept.
+    /// `frame` gives the vertex velocities for which gaps and face velocities were written, and what of them hands gave
+    /// (hand_motion); what scripts move goes on within the tick. Writes to `loads`, one per
+    /// contact of the effect, what the contacts gave that act here. Memory is kept.
     void advance(const Topology& topology, const Frame& frame, const Effect& effect, double dt, int substeps,
-                 std::span<LedHand> hands);
+                 std::span<LedHand> hands, std::span<ContactLoad> loads);
 
 private:
     /// A contact as the hands see it: v_plus·n − v_minus·n + offset is its rate.
     struct Row {
-        Index plus = -1;   ///< hand that is pushed along the normal, -1: none
-        Index minus = -1;  ///< hand that takes the reaction
+        std::size_t source = 0;  ///< contact of the effect
+        Index plus = -1;         ///< hand that is pushed along the normal, -1: none
+        Index minus = -1;        ///< hand that takes the reaction
         Vector3 normal = Vector3::Zero();
         Vector3 plus_point = Vector3::Zero();
         Vector3 minus_point = Vector3::Zero();
-        double first_depth = 0.0;  ///< m
+        double first_depth = 0.0;  ///< m, at the start of the tick
         double offset = 0.0;       ///< m/s, part of the rate that no hand gives
         double stiffness = 0.0;
         double damping = 0.0;           ///< >= 0, implicit
         double explicit_damping = 0.0;  ///< <= 0
         double pressure = 0.0;          ///< N, force without the implicit part
         double implicit = 0.0;          ///< N s/m, of the sub-step
+        double limit = 0.0;             ///< N, largest force
         bool adhesive = false;
         bool bilateral = false;
         bool open = false;  ///< its gap is open
         bool on = false;
+        bool capped = false;  ///< on, and at its limit
+        double force = 0.0;   ///< N, of the sub-step
     };
 
-    void collect(const Topology& topology, const Frame& frame, const Effect& effect, std::span<const LedHand> hands);
+    void collect(const Topology& topology, const Frame& frame, const Effect& effect, double dt,
+                 std::span<const LedHand> hands);
     [[nodiscard]] double rate(const Row& row, const Eigen::VectorXd& velocity) const;
     void solve(double h, std::span<const LedHand> hands);
 

@@ -198,6 +198,7 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, const Frame& fram
         for (std::size_t t = 0; t < touched.size(); ++t) {
             position_before_[t] = state_.position.col(touched[t]).head<3>();
         }
+        if (implicit) contacts_.turn(state_);
         SubStepCheck check = kernels_->sub_step(h, springs_, state_);
         if (!touched.empty()) {
             // The sub-step has gone by springs alone: contacts change the new velocities, and those the positions.
@@ -225,6 +226,9 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, const Frame& fram
         }
     }
     limit_strain();
+    // The sub-steps' bound is that of springs alone: where contacts or the limiter have acted, all vertices are asked.
+    largest_move_ = limited_edges_ > 0 || !touched.empty() ? longest_way(frame.position)
+                                                           : std::sqrt(3.0) * bound + placed_move(effect, frame);
     if (limited_edges_ > 0 && blows_up(dt, effect, frame)) {
         return {OutcomeKind::unstable,
                 fmt::format("sub-steps of {:.3g} ms are beyond the stability limit; only the strain limit holds the "
@@ -232,6 +236,25 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, const Frame& fram
                             h * 1e3, stable_substeps(*materials_, start_of(effect, frame), dt))};
     }
     return {};
+}
+
+/// Furthest way to where a vertex was put before the tick, m.
+double MassSpring::placed_move(const Effect& effect, const Frame& frame) const {
+    double square = 0.0;
+    each_placed(effect, [&](const Placement& placement) {
+        square = std::max(square, (placement.position - frame.position.col(placement.vertex)).squaredNorm());
+    });
+    return std::sqrt(square);
+}
+
+/// Largest way of a vertex since then, m.
+double MassSpring::longest_way(const Matrix3X& start) const {
+    double square = 0.0;
+    for (std::size_t i = 0; i < state_.size(); ++i) {
+        const Vector3 way = state_.position.col(static_cast<Eigen::Index>(i)).head<3>() - start.col(state_.vertex[i]);
+        square = std::max(square, way.squaredNorm());
+    }
+    return std::sqrt(square);
 }
 
 /// Largest way of a vertex along one axis since the start of the tick, m.

@@ -37,13 +37,13 @@ public:
     /// Damping of springs and drag are explicit, as in eq. 3.1; contacts are implicit (backward Euler on velocity and
     /// gap): all contacts of a sub-step are solved together, so that many contacts on one vertex share the load and
     /// their order does not matter. A contact that is not adhesive drops out where it would pull; an adhesive one acts
-    /// while it penetrates; a bilateral one always. A negative mu (eq. 3.6 as printed) is taken explicitly, because
-    /// backward Euler with a large step would turn negative damping into positive. With Effect::contacts_held the force
-    /// at the start of the tick acts throughout; with Effect::contacts_explicit it is re-evaluated in every sub-step
-    /// but from the state at its start.
-    /// Friction (LinearContact::friction) follows the normal force of the same sub-step: a tangential spring with a
-    /// critical damper, implicit in its own vertices, that slides at friction × normal force. Its stretch is kept under
-    /// slip_key for as long as a contact of that key is in every tick's effect.
+    /// while it penetrates; a damper or a grasp always. None gives more than its limit. A negative mu (eq. 3.6 as
+    /// printed) is taken explicitly, because backward Euler with a large step would turn negative damping into
+    /// positive. With Effect::contacts_held the force at the start of the tick acts throughout; with
+    /// Effect::contacts_explicit it is re-evaluated in every sub-step but from the state at its start. Friction
+    /// (LinearContact::friction) follows the normal force of the same sub-step: a tangential spring with a critical
+    /// damper, implicit in its own vertices, that slides at friction × normal force. Its stretch is kept under slip_key
+    /// for as long as a contact of that key is in every tick's effect.
     Outcome advance(const Effect& effect, double dt, Frame& frame, std::vector<Wrench>& reaction);
     /// The same from one frame to another. What the tissue cannot move is not written.
     Outcome advance(const Effect& effect, double dt, const Frame& from, Frame& to, std::vector<Wrench>& reaction);
@@ -51,8 +51,10 @@ public:
     /// Largest edge strain after the last advance (1 = doubled length), and edges the limiter acted on.
     [[nodiscard]] double max_strain() const { return max_strain_; }
     [[nodiscard]] std::int64_t limited_edges() const { return limited_edges_; }
-    /// Mean force along the normal that contact i of the last advance's effect gave, N; 0 for contacts without tissue.
-    [[nodiscard]] std::span<const double> contact_force() const { return contacts_.mean_force(); }
+    /// What contact i of the last advance's effect gave; zero for contacts without tissue.
+    [[nodiscard]] std::span<const ContactLoad> loads() const { return contacts_.loads(); }
+    /// m, no vertex has gone further in the last advance, placements included.
+    [[nodiscard]] double largest_move() const { return largest_move_; }
     /// How often the last advance went through all its contacts: the contacts' share of its work, whose bound per
     /// sub-step does not depend on how many there are.
     [[nodiscard]] std::int64_t contact_passes() const { return contacts_.passes(); }
@@ -66,8 +68,10 @@ private:
     Outcome integrate(const Effect& effect, double dt, const Frame& frame);
     void limit_strain();
     void limit_every_spring(double longest);
+    [[nodiscard]] double longest_way(const Matrix3X& start) const;
     [[nodiscard]] double furthest(const Matrix3X& start) const;
     [[nodiscard]] Matrix3X start_of(const Effect& effect, const Frame& frame) const;
+    [[nodiscard]] double placed_move(const Effect& effect, const Frame& frame) const;
     bool blows_up(double dt, const Effect& effect, const Frame& frame);
 
     const Materials* materials_;
@@ -80,6 +84,7 @@ private:
     std::vector<Vector3> position_before_;  ///< m, of the vertices in contact before a sub-step
     std::vector<std::uint8_t> limited_;     ///< per spring
     bool pushed_ = false;                   ///< the last tick's effect held a force
+    double largest_move_ = 0.0;
     double max_strain_ = 0.0;
     std::int64_t limited_edges_ = 0;
     std::int64_t limited_ticks_ = 0;

@@ -92,7 +92,11 @@ TEST_F(DetectCommand, AllHoldsEveryDetectorAgainstTheOracle) {
     EXPECT_EQ(result.status, 0) << result.err;
     const Json document = Json::parse(result.out);
     EXPECT_EQ(document.at("truth"), 3);
-    const Json list = Json::parse(run_program("list --json").out).at("detectors");
+    Json list = Json::array();
+    const Json all = Json::parse(run_program("list --json").out);
+    for (const Json& known : all.at("detectors")) {
+        if (!known.at("available").get<bool>() || !known.at("control").get<bool>()) list.push_back(known);
+    }
     ASSERT_EQ(document.at("detectors").size(), list.size());
     for (const Json& known : list) {
         const Json detector = row(result, known.at("name"));

@@ -36,6 +36,29 @@ TEST_F(MeshCommand, JsonHoldsExactlyTheAgreedKeys) {
     EXPECT_EQ(Json::parse(result.out), expected);
 }
 
+TEST_F(MeshCommand, WhatASceneWouldRefuseIsToldWithTheTrianglesToMend) {
+    std::string turned = tetrahedron;
+    turned.replace(turned.find("3 0 1 3"), 7, "3 0 3 1");
+    const Json one = Json::parse(run("t.off", turned, "--json").out);
+    EXPECT_EQ(one.at("turned_triangles"), Json::parse("[1]"));
+    EXPECT_FALSE(one.contains("inside_out"));
+    EXPECT_NE(run("t.off", turned).out.find("triangles 1 "), std::string::npos);
+    const Json all = Json::parse(
+        run("t.off", "OFF\n4 4 0\n0 0 0\n2 0 0\n0 2 0\n0 0 2\n3 0 1 2\n3 0 3 1\n3 1 3 2\n3 0 2 3\n", "--json").out);
+    EXPECT_EQ(all.at("inside_out"), Json::parse(R"([{"triangle":0,"triangles":4,"volume":-1.3333333333333333}])"));
+}
+
+TEST_F(MeshCommand, MendWritesAMeshThatHasNothingLeftToTurn) {
+    const std::string mended = (folder_.path() / "mended.obj").string();
+    std::string turned = tetrahedron;
+    turned.replace(turned.find("3 0 1 3"), 7, "3 0 3 1");
+    EXPECT_EQ(run("t.off", turned, "--mend " + mended).status, 0);
+    const Json after = Json::parse(run_program("mesh --json " + mended).out);
+    EXPECT_EQ(after.at("flipped_edges"), 0);
+    EXPECT_FALSE(after.contains("turned_triangles"));
+    EXPECT_DOUBLE_EQ(after.at("signed_volume").get<double>(), 4.0 / 3.0);
+}
+
 TEST_F(MeshCommand, MeshWithoutTrianglesIsDoneWithNullForWhatHasNoNumber) {
     const ProgramResult result = run("t.off", "OFF\n1 0 0\n1 2 3\n", "--json");
     EXPECT_EQ(result.status, 0);

@@ -30,6 +30,25 @@ protected:
     std::string scene_;
 };
 
+TEST_F(RunCommand, SteppersAreNamedWhereTheyAreNotTheDefault) {
+    const test::ProgramResult named = run_program("run " + scene_ + " --ticks 5 --json --stepper semi_implicit");
+    ASSERT_EQ(named.status, 0) << named.err;
+    EXPECT_FALSE(Json::parse(named.out).contains("stepper"));
+    const test::ProgramResult unnamed = run_program("run " + scene_ + " --ticks 5 --json");
+    EXPECT_EQ(Json::parse(named.out).at("summary").at("state_hash"),
+              Json::parse(unnamed.out).at("summary").at("state_hash"));
+    const test::ProgramResult unknown = run_program("run " + scene_ + " --stepper sleepy");
+    EXPECT_EQ(unknown.status, 2);
+    EXPECT_NE(unknown.err.find("sleepy"), std::string::npos) << unknown.err;
+    const Json list = Json::parse(run_program("list --json").out);
+    ASSERT_EQ(list.at("steppers").size(), registry().steppers().size());
+    EXPECT_EQ(list.at("sources").size(), registry().sources().size());
+    const Json& first = list.at("steppers").at(0);
+    for (const char* taken : {"takes_linear_contacts", "takes_placements", "takes_held_forces"})
+        EXPECT_TRUE(first.at(taken).is_boolean()) << taken;
+    EXPECT_TRUE(first.at("default").get<bool>());
+}
+
 TEST_F(RunCommand, JsonIsOneDocumentOfTheStatedShape) {
     const test::ProgramResult result = run_program("run " + scene_ + " --ticks 50 --json");
     ASSERT_EQ(result.status, 0) << result.err;
@@ -51,15 +70,15 @@ TEST_F(RunCommand, JsonIsOneDocumentOfTheStatedShape) {
         EXPECT_TRUE(row.at("contacts").is_number_integer());
         EXPECT_EQ(row.at("tool_force").size(), 3U);
         EXPECT_TRUE(row.at("truncated").is_boolean());
-        for (const char* stage : {"move", "update", "detect", "derive", "respond", "advance"}) {
+        for (const char* stage : {"move", "update", "detect", "contacts", "respond", "advance"}) {
             EXPECT_GE(row.at("stage_ns").at(stage).get<std::int64_t>(), 0) << stage;
         }
-        // What the format fixes, and beside it what a device shows and a grasp holds.
+        // What the format fixes, and beside it what a device shows, a grasp holds and truth leaves open.
         for (const char* more : {"tool_moment", "tip_force", "device_force"})
             EXPECT_EQ(row.at(more).size(), 3U) << more;
-        for (const char* more : {"roll_torque", "saturated", "grasped", "detached"})
+        for (const char* more : {"roll_torque", "saturated", "grasped", "detached", "side_undecided", "passed_through"})
             EXPECT_TRUE(row.contains(more)) << more;
-        EXPECT_EQ(row.size(), 8U + 7U);
+        EXPECT_EQ(row.size(), 8U + 9U);
         deepest = std::max(deepest, row.at("max_depth").get<double>());
     }
     EXPECT_GT(json.at("rows").at(49).at("pairs"), 0);
@@ -149,7 +168,8 @@ TEST_F(RunCommand, ResponseThatCannotReadNativeContactsEndsWithThree) {
     EXPECT_EQ(thesis.status, 3) << thesis.err;
     const Json json = Json::parse(thesis.out);
     EXPECT_EQ(json.at("outcome"), "unsupported");
-    EXPECT_NE(json.at("message").get<std::string>().find("overlap case"), std::string::npos);
+    EXPECT_NE(json.at("message").get<std::string>().find("from contacts canonical, not from 'native'"),
+              std::string::npos);
     EXPECT_TRUE(json.at("rows").empty());
     const test::ProgramResult penalty = run_program(arguments + " --response penalty");
     EXPECT_EQ(penalty.status, 0) << penalty.err;

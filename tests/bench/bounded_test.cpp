@@ -86,7 +86,7 @@ TEST(Bounded, TwoMeshesOf100kTrianglesCostAFewLooksPerTriangle) {
         const auto detector = contestant.make();
         ContactSet contacts;
         detector->prepare(world.topology, world.frame);
-        detector->update(world.frame);
+        detector->update(world.frame, 0.0);
         detector->detect(world.frame, contacts);
         EXPECT_TRUE(contacts.outcome.ok());
         EXPECT_GT(contacts.pairs.size(), 1000U) << contestant.label;

@@ -20,16 +20,18 @@ class Spoiled final : public Detector {
 public:
     explicit Spoiled(std::function<void(std::int64_t, ContactSet&)> spoil) : spoil_(std::move(spoil)) {}
     void prepare(const Topology& topology, const Frame& /*frame*/) override { topology_ = &topology; }
-    void update(const Frame& /*frame*/) override {}
+    void update(const Frame& /*frame*/, double reach) override { reach_ = reach; }
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         true_pairs(*topology_, frame, contacts.pairs);
+        if (reach_ > 0.0) true_near_pairs(*topology_, frame, reach_, contacts.near);
         spoil_(frame.tick, contacts);
     }
 
 private:
     std::function<void(std::int64_t, ContactSet&)> spoil_;
     const Topology* topology_ = nullptr;
+    double reach_ = 0.0;
 };
 
 Contestant contestant(const std::string& label, std::function<void(std::int64_t, ContactSet&)> spoil) {
@@ -43,7 +45,7 @@ Contestant contestant(const std::string& label, std::function<void(std::int64_t,
 CellMeasurement measured(const std::vector<Contestant>& list, std::int64_t most_steps = 32) {
     const ContactScene scene({.tissue_triangles = 2000, .instrument_triangles = 500});
     const FrameMaker frames{&scene.topology(), [&scene](std::int64_t step, Frame& frame) { scene.write(step, frame); }};
-    return measure(frames, list, {.budget_s = 10.0, .most_steps = most_steps});
+    return measure(frames, list, {.budget_s = 10.0, .most_steps = most_steps, .reach = 0.001});
 }
 
 TEST(BenchMeasurement, TruthfulContestantsAreExactAndHaveEveryStep) {
@@ -67,6 +69,30 @@ TEST(BenchMeasurement, AForgottenPairIsCounted) {
     EXPECT_FALSE(cell.methods.at(0).exact());
     EXPECT_EQ(cell.methods.at(0).missing, cell.methods.at(0).truth_steps);
     EXPECT_EQ(cell.methods.at(0).extra, 0);
+}
+
+TEST(BenchMeasurement, NearPairsAreAskedForAndJudgedInRowsWithinReachOnly) {
+    const auto within = [](Contestant asked) {
+        asked.within_reach = true;
+        return asked;
+    };
+    const auto nothing = [](std::int64_t, ContactSet&) {};
+    const auto forget = [](std::int64_t, ContactSet& contacts) {
+        if (!contacts.near.empty()) contacts.near.pop_back();
+    };
+    const auto forget_at_times = [](std::int64_t tick, ContactSet& contacts) {
+        if (tick % 5 == 1 && !contacts.near.empty()) contacts.near.pop_back();
+    };
+    const CellMeasurement cell =
+        measured({within(contestant("truth", nothing)), contestant("forgets, not asked", forget),
+                  within(contestant("forgets", forget)), within(contestant("forgets at times", forget_at_times))});
+    EXPECT_GT(cell.true_near_pairs, 20);
+    EXPECT_TRUE(cell.methods.at(0).exact());
+    EXPECT_NEAR(static_cast<double>(cell.methods.at(0).near_pairs), static_cast<double>(cell.true_near_pairs), 20.0);
+    EXPECT_TRUE(cell.methods.at(1).exact());
+    EXPECT_EQ(cell.methods.at(1).near_pairs, 0);
+    EXPECT_EQ(cell.methods.at(2).missing, cell.methods.at(2).truth_steps);
+    EXPECT_GT(cell.methods.at(3).differing_steps, 0);
 }
 
 TEST(BenchMeasurement, AnInventedPairIsCounted) {
@@ -114,9 +140,10 @@ TEST(BenchMeasurement, RegisteredDetectorsTakePartWithoutBeingNamed) {
     std::vector<Missing> missing;
     const std::vector<Contestant> list = contestants(registry(), missing);
     for (const DetectorEntry& entry : registry().detectors()) {
-        EXPECT_TRUE(std::any_of(list.begin(), list.end(), [&entry](const Contestant& contestant) {
+        const bool takes_part = std::any_of(list.begin(), list.end(), [&entry](const Contestant& contestant) {
             return contestant.method == entry.name;
-        })) << entry.name;
+        });
+        EXPECT_EQ(takes_part, !entry.control) << entry.name;
     }
     for (const AbsentMethod& absent : registry().absent_detectors()) {
         EXPECT_TRUE(std::any_of(missing.begin(), missing.end(), [&absent](const Missing& entry) {
@@ -146,12 +173,19 @@ TEST(BenchMeasurement, DetectorsThatClaimExactnessAreExactOnEveryKindOfScene) {
     std::vector<Contestant> list = contestants(registry(), missing);
     std::erase_if(list, [](const Contestant& entry) { return !entry.claims_exact || entry.part != Part::everywhere; });
     ASSERT_FALSE(list.empty());
+    for (std::size_t k = list.size(); k-- > 0;) {
+        if (!list[k].reach) continue;
+        list.push_back(list[k]);
+        list.back().label += ", within reach";
+        list.back().within_reach = true;
+    }
     for (const Variant variant :
          {Variant::light, Variant::deep, Variant::near, Variant::rotating, Variant::strain, Variant::local}) {
         const ContactScene scene({.variant = variant, .tissue_triangles = 2000, .instrument_triangles = 500});
         const FrameMaker frames{&scene.topology(),
                                 [&scene](std::int64_t step, Frame& frame) { scene.write(step, frame); }};
-        for (const MethodResult& row : measure(frames, list, {.budget_s = 0.05, .most_steps = 16}).methods) {
+        for (const MethodResult& row :
+             measure(frames, list, {.budget_s = 0.05, .most_steps = 16, .reach = 0.0005}).methods) {
             EXPECT_TRUE(row.exact()) << row.label << ", " << scene.spec().name() << ": missing " << row.missing
                                      << ", extra " << row.extra << ", differing " << row.differing_steps << " "
                                      << row.outcome.message;

@@ -138,6 +138,31 @@ TEST(BenchReport, RatiosAreTheOnesOfTheRecords) {
     EXPECT_TRUE(report.broken_claims.empty());
 }
 
+TEST(BenchReport, RowsWithinReachStandBesideTheirsForMeetingPairs) {
+    CellRecord record = made_up("reach: light 20k x 2k");
+    record.spec.group = Group::reach;
+    record.reach = 0.0003;
+    record.measurement.true_near_pairs = 395;
+    for (std::size_t k = 0; k < 3; ++k) {
+        MethodResult row = record.measurement.methods[k];
+        row.label += within_reach;
+        row.within_reach = true;
+        row.near_pairs = 395;
+        for (std::size_t i = 0; i < row.step.size(); ++i) row.detect_ns[i] += row.update_ns[i] + row.detect_ns[i];
+        if (k == 2) row.outcome = {OutcomeKind::unsupported, "cannot"};
+        record.measurement.methods.push_back(row);
+    }
+    const CellRecord again = cell_from_json_line(to_json_line(record), "made up", 1);
+    EXPECT_EQ(to_json_line(again), to_json_line(record));
+    const std::string text = make_report({again}).files.at("report.md");
+    EXPECT_NE(text.find("| `ohc` | 100 | 200 | 2.00 [2.00, 2.00] | 6.00 [6.00, 6.00] | n/a |"), std::string::npos)
+        << text;
+    EXPECT_NE(text.find("Reach 0.300 mm; 200 true pairs meet, 395 more are within reach. Not asked within reach, which "
+                        "they cannot: `fcl_bvh`."),
+              std::string::npos)
+        << text;
+}
+
 TEST(BenchReport, AWrongAnswerIsNeverAFastOne) {
     CellRecord record = made_up("size: light 20k x 2k");
     record.measurement.methods[0].missing = 3;

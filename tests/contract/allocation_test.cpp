@@ -1,11 +1,13 @@
-// After warm-up no stage of ours asks for memory in a tick: every detector, `derive` and every response of ours, in a
+// After warm-up no stage of ours asks for memory in a tick: every detector, source and response of ours, in a
 // whole closed loop on a shipped scene. Libraries may: their count is a column of the reports.
 #include <gtest/gtest.h>
 
-#include "contact/derive.hpp"
+#include <array>
+
 #include "measure/allocations.hpp"
 #include "method/registry.hpp"
 #include "simulate/frame_source.hpp"
+#include "simulate/reach.hpp"
 #include "simulate/simulation.hpp"
 
 namespace trocar {
@@ -61,9 +63,9 @@ struct Counted {
     std::int64_t contacts = 0;     ///< after warm-up
 };
 
-/// A whole tick: detector, derive, a penalty and the tissue.
+/// A whole tick: detector, canonical contacts, a penalty and the tissue.
 Counted count_detector(const std::string& detector) {
-    Simulation simulation(drag(), make_detector(detector), make_response("penalty"), ContactSource::canonical);
+    Simulation simulation(drag(), make_detector(detector), make_response("penalty"), registry().source("canonical"));
     Counted counted;
     for (std::int64_t tick = 0; tick < last_tick; ++tick) {
         const StepRow row = simulation.step();
@@ -75,16 +77,39 @@ Counted count_detector(const std::string& detector) {
     return counted;
 }
 
-/// derive and the response on frames from outside, so that a response that cannot hold the tool back is counted too.
+/// The frames of the first drag twice over: the second time nothing is larger than it was in the first, so that a list
+/// that grows then grows for nothing. Calls act(frame, warms_up).
+template <typename Act>
+void drag_twice(const Act& act) {
+    for (const bool warms_up : {true, false}) {
+        const auto frames = scene_frames(drag(), warm_up);
+        Frame frame;
+        for (std::int64_t tick = 0; frames->next(frame); ++tick) {
+            frame.tick = tick + (warms_up ? 0 : warm_up);
+            if (tick == 0) frame.moved.reset();  // the tool is back where it was
+            act(frame, warms_up);
+        }
+    }
+}
+
+/// The response's own source of contacts and the response on frames from outside, so that a response that cannot hold
+/// the tool back is counted too.
 Counted count_response(const std::string& method) {
     const Scene& scene = drag();
     const MethodSpec spec = parse_method(method);
     const auto response = make_response(spec.name, spec.parameters);
-    const auto detector = neutral_pairs();
-    const auto frames = scene_frames(scene, last_tick);
+    const SourceEntry& entry = registry().source(registry().response(spec.name).sources.front());
+    const auto source = make_source(entry.name);
+    const auto detector = make_detector("brute_force");
+    Reach reach(scene, default_reach_margin);
+    std::vector<Range> led;
+    std::vector<Range> tissue;
+    for (const BodyRange& body : scene.topology.bodies) {
+        (body.kind == BodyKind::tissue ? tissue : led).push_back(body.vertices);
+    }
     response->prepare(scene.topology, scene.materials);
     detector->prepare(scene.topology, scene.first);
-    Frame frame;
+    source->prepare(scene.topology, scene.first);
     ContactSet contacts;
     Effect effect;
     effect.resize(scene.topology.vertex_count, scene.topology.body_count());
@@ -92,17 +117,41 @@ Counted count_response(const std::string& method) {
     effect.placements.reserve(4096);
     contacts.contacts.reserve(4096);
     Counted counted;
-    for (std::int64_t tick = 0; frames->next(frame); ++tick) {
-        detector->update(frame);
+    drag_twice([&](const Frame& frame, bool warms_up) {
+        detector->update(
+            frame, entry.wants_reach ? reach.of(furthest_move(frame, led), furthest_move(frame, tissue), 0.0) : 0.0);
         detector->detect(frame, contacts);
         const std::int64_t before = allocation_count();
-        derive(scene.topology, frame, contacts);
-        response->respond(frame, scene.dt, contacts, effect);
+        source->gather(frame, contacts);
+        response->respond(frame, scene.dt, contacts, {}, effect);
         const std::int64_t allocations = allocation_count() - before;
-        (tick < warm_up ? counted.warm_up : counted.after) += allocations;
-        if (tick >= warm_up && allocations > 0) counted.worst_tick = tick;
-        if (tick >= warm_up) counted.contacts += static_cast<std::int64_t>(contacts.contacts.size());
-    }
+        (warms_up ? counted.warm_up : counted.after) += allocations;
+        if (!warms_up && allocations > 0) counted.worst_tick = frame.tick;
+        if (!warms_up) counted.contacts += static_cast<std::int64_t>(contacts.contacts.size());
+    });
+    return counted;
+}
+
+/// A detector on frames from outside, within a reach that grows and shrinks by factors of two.
+Counted count_within_reach(const std::string& method) {
+    const Scene& scene = drag();
+    const auto detector = make_detector(method);
+    detector->prepare(scene.topology, scene.first);
+    ContactSet contacts;
+    Counted counted;
+    drag_twice([&](const Frame& frame, bool warms_up) {
+        // The same in both drags.
+        constexpr std::array<double, 4> reaches{0.0002, 0.0004, 0.0008, 0.0004};  // m
+        const double reach = reaches[static_cast<std::size_t>(frame.tick / 50 % 4)];
+        const std::int64_t before = allocation_count();
+        detector->update(frame, reach);
+        detector->detect(frame, contacts);
+        const std::int64_t allocations = allocation_count() - before;
+        EXPECT_TRUE(contacts.outcome.ok()) << contacts.outcome.message;
+        (warms_up ? counted.warm_up : counted.after) += allocations;
+        if (!warms_up && allocations > 0) counted.worst_tick = frame.tick;
+        if (!warms_up) counted.contacts += static_cast<std::int64_t>(contacts.near.size());
+    });
     return counted;
 }
 
@@ -127,6 +176,21 @@ TEST_F(NoAllocation, InATickOfOurDetectorsAndDerive) {
         EXPECT_GT(counted.warm_up, 0) << detector;
         EXPECT_GT(counted.contacts, 200) << detector;
         EXPECT_EQ(counted.after, 0) << detector << ", last in tick " << counted.worst_tick;
+    }
+}
+
+TEST_F(NoAllocation, InATickOfOurDetectorsWithinAReach) {
+    for (const DetectorEntry& entry : registry().detectors()) {
+        if (!entry.own || !entry.reach) continue;
+        std::vector<std::string> methods{entry.name};
+        for (const Parameter& parameter : entry.parameters) {
+            if (parameter.name == "incremental") methods.push_back(entry.name + ":incremental=on");
+        }
+        for (const std::string& method : methods) {
+            const Counted counted = count_within_reach(method);
+            EXPECT_GT(counted.contacts, 2000) << method;
+            EXPECT_EQ(counted.after, 0) << method << ", last in tick " << counted.worst_tick;
+        }
     }
 }
 

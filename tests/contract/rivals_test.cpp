@@ -26,7 +26,7 @@ ContactSet answer(const World& world, const std::string& name, const Settings& s
     detector->prepare(world.topology, world.frame);
     ContactSet contacts;
     contacts.native_wanted = false;
-    detector->update(world.frame);
+    detector->update(world.frame, 0.0);
     detector->detect(world.frame, contacts);
     return contacts;
 }

@@ -16,7 +16,7 @@ using Settings = std::map<std::string, std::string>;
 
 ContactSet answer(Detector& detector, const Frame& frame) {
     ContactSet contacts;
-    detector.update(frame);
+    detector.update(frame, 0.0);
     detector.detect(frame, contacts);
     return contacts;
 }
@@ -202,7 +202,7 @@ TEST(OhcIncremental, TwoUpdatesBeforeADetectAddUp) {
     std::mt19937 random(10);
     for (int k = 1; k < 4; ++k) {
         move_some(world, random, k);
-        detector->update(world.frame);
+        detector->update(world.frame, 0.0);
     }
     ContactSet contacts;
     detector->detect(world.frame, contacts);
@@ -267,7 +267,7 @@ TEST(OhcIncremental, AllocatesNothingAfterTheFirstTicks) {
     std::int64_t before = 0;
     for (std::size_t tick = 0; tick < 16; ++tick) {
         if (tick == 8) before = allocation_count();
-        detector->update(frames[tick % 4]);
+        detector->update(frames[tick % 4], 0.0);
         detector->detect(frames[tick % 4], contacts);
     }
     EXPECT_EQ(allocation_count() - before, 0);

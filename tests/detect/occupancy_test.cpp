@@ -169,9 +169,12 @@ TEST(OccupancyKernels, SidesTellWhetherATrianglesBoxOverlapsOneOfTheBoxes) {
     }
 }
 
-/// Two bodies of small triangles strewn around, some far outside, some large, and which cells both hold, found cell by
-/// cell: no triangle that holds one may be lost.
-TEST(Occupancy, LosesNoTriangleWithASharedCell) {
+/// Two bodies of small triangles strewn around, some far outside, some large, the first body's with something around
+/// them, and which cells both hold, found cell by cell: no triangle that holds one may be lost.
+class OccupancyAround : public testing::TestWithParam<double> {};
+
+TEST_P(OccupancyAround, LosesNoTriangleWithASharedCell) {
+    const double around = GetParam();
     std::mt19937 random(4);
     std::uniform_real_distribution<double> unit(-1.0, 1.0);
     for (const double reach : {4.0, 40.0, 700.0, 1e4}) {
@@ -192,10 +195,12 @@ TEST(Occupancy, LosesNoTriangleWithASharedCell) {
         Lattice lattice;
         lattice.set(1.0, Vector3::Zero());
         const auto range_of = [&](Index t) {
-            CellRange range{lattice.cell(frame.position.col(3 * t)), lattice.cell(frame.position.col(3 * t))};
+            const Vector3 wider = Vector3::Constant(t < triangles ? around : 0.0);
+            CellRange range{lattice.cell(frame.position.col(3 * t) - wider),
+                            lattice.cell(frame.position.col(3 * t) + wider)};
             for (int k = 1; k < 3; ++k) {
-                range.low = cell_min(range.low, lattice.cell(frame.position.col(3 * t + k)));
-                range.high = cell_max(range.high, lattice.cell(frame.position.col(3 * t + k)));
+                range.low = cell_min(range.low, lattice.cell(frame.position.col(3 * t + k) - wider));
+                range.high = cell_max(range.high, lattice.cell(frame.position.col(3 * t + k) + wider));
             }
             return range;
         };
@@ -207,14 +212,17 @@ TEST(Occupancy, LosesNoTriangleWithASharedCell) {
         }
         Occupancy occupancy;
         occupancy.prepare(2 * 3 * triangles);
-        occupancy.start(lattice, {cell_max(group[0].low, group[1].low), cell_min(group[0].high, group[1].high)});
+        occupancy.start(lattice, {cell_max(group[0].low, group[1].low), cell_min(group[0].high, group[1].high)},
+                        around);
+        const int spread = occupancy.spread_for(around);
+        ASSERT_LE(spread, Occupancy::most_spread);
         std::vector<Index> wide;
         occupancy.encode(frame, {0, 3 * triangles});
         occupancy.add_vertices({0, 3 * triangles});
         occupancy.collect_wide(corners.data(), {0, triangles}, wide);
         for (const Index t : wide) occupancy.add(range_of(t));
-        occupancy.merge(group[0], true);
-        occupancy.look_for_any();
+        occupancy.merge(group[0], spread);
+        occupancy.look_for_any(1);
         std::vector<Index> found;
         occupancy.encode(frame, {3 * triangles, 3 * triangles});
         occupancy.mark({3 * triangles, 3 * triangles});
@@ -223,7 +231,7 @@ TEST(Occupancy, LosesNoTriangleWithASharedCell) {
         for (const Index t : found) {
             if (occupancy.share(range_of(t))) shared.push_back(t);
         }
-        occupancy.look_for_shared();
+        occupancy.look_for_shared(spread);
         occupancy.mark({0, 3 * triangles});
         found.clear();
         occupancy.collect(corners.data(), {0, triangles}, found);
@@ -251,6 +259,8 @@ TEST(Occupancy, LosesNoTriangleWithASharedCell) {
         EXPECT_LT(shared.size(), 2U * triangles) << "everything is kept, nothing was ruled out";
     }
 }
+
+INSTANTIATE_TEST_SUITE_P(Metres, OccupancyAround, testing::Values(0.0, 0.2, 0.9, 1.7));
 
 }  // namespace
 }  // namespace trocar::test

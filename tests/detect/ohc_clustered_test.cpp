@@ -29,7 +29,7 @@ ContactSet answer(const World& world, const Settings& settings = {}, const std::
     const auto detector = make_detector(name, settings);
     detector->prepare(world.topology, world.frame);
     ContactSet contacts;
-    detector->update(world.frame);
+    detector->update(world.frame, 0.0);
     detector->detect(world.frame, contacts);
     return contacts;
 }
@@ -202,7 +202,7 @@ TEST(OhcClustered, VectorsMakeNoDifference) {
 /// A tick of a detector that stays.
 ContactSet tick(Detector& detector, const Frame& frame) {
     ContactSet contacts;
-    detector.update(frame);
+    detector.update(frame, 0.0);
     detector.detect(frame, contacts);
     return contacts;
 }
@@ -327,7 +327,7 @@ TEST(OhcClustered, AnyMotionOfAnyPartIsAnswered) {
                 EXPECT_EQ(tick(*detector, broken).outcome.kind, OutcomeKind::not_finite);
             }
             if (tell) world.frame.moved = moved;
-            if (step % 7 == 3) detector->update(world.frame);  // a second look at the same frame changes nothing
+            if (step % 7 == 3) detector->update(world.frame, 0.0);  // a second look at the same frame changes nothing
             const ContactSet contacts = tick(*detector, world.frame);
             const ContactSet expected = tick(*truth, world.frame);
             ASSERT_EQ(contacts.pairs, expected.pairs) << "seed " << seed << ", step " << step;

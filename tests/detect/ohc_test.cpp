@@ -47,7 +47,7 @@ ContactSet answer(const World& world, const Settings& settings = {}, const std::
     const auto detector = make_detector(name, settings);
     detector->prepare(world.topology, world.frame);
     ContactSet contacts;
-    detector->update(world.frame);
+    detector->update(world.frame, 0.0);
     detector->detect(world.frame, contacts);
     return contacts;
 }
@@ -323,10 +323,10 @@ TEST(OhcLimits, PairsOfTheLastTickComeFirst) {
     const auto detector = make_detector("ohc", {{"max_pairs", std::to_string(old_pairs.size())}});
     detector->prepare(before.topology, before.frame);
     ContactSet contacts;
-    detector->update(before.frame);
+    detector->update(before.frame, 0.0);
     detector->detect(before.frame, contacts);
     EXPECT_EQ(contacts.pairs, old_pairs);
-    detector->update(after.frame);
+    detector->update(after.frame, 0.0);
     detector->detect(after.frame, contacts);
     EXPECT_LE(contacts.pairs.size(), old_pairs.size());
     EXPECT_TRUE(std::includes(contacts.pairs.begin(), contacts.pairs.end(), lasting.begin(), lasting.end()));
@@ -383,10 +383,10 @@ TEST(OhcLimits, InstrumentsComeBeforeTheCrowd) {
     const auto detector = make_detector("ohc", {{"max_pairs", std::to_string(most)}});
     detector->prepare(world.topology, world.frame);
     ContactSet contacts;
-    detector->update(world.frame);
+    detector->update(world.frame, 0.0);
     detector->detect(world.frame, contacts);
     const Pairs first = contacts.pairs;
-    detector->update(after.frame);
+    detector->update(after.frame, 0.0);
     detector->detect(after.frame, contacts);
     Pairs lasting;
     std::set_intersection(first.begin(), first.end(), all_after.begin(), all_after.end(), std::back_inserter(lasting));
@@ -423,7 +423,7 @@ TEST_P(OwnDetectors, AllocateNothingAfterTheFirstTicks) {
     std::int64_t before = 0;
     for (std::size_t tick = 0; tick < frames.size(); ++tick) {
         if (tick == 8) before = allocation_count();
-        detector->update(frames[tick]);
+        detector->update(frames[tick], 0.0);
         detector->detect(frames[tick], contacts);
     }
     EXPECT_EQ(allocation_count() - before, 0);

@@ -56,7 +56,7 @@ ContactSet answer(const World& world, const std::string& name, Settings settings
     const auto detector = make_detector(name, settings);
     detector->prepare(world.topology, world.frame);
     ContactSet contacts;
-    detector->update(world.frame);
+    detector->update(world.frame, 0.0);
     detector->detect(world.frame, contacts);
     return contacts;
 }
@@ -132,7 +132,7 @@ TEST_P(Swept, IsOffByDefaultAndSilentWhenNothingMoves) {
     const auto detector = make_detector(GetParam(), {});
     detector->prepare(world.topology, world.frame);
     ContactSet contacts;
-    detector->update(world.frame);
+    detector->update(world.frame, 0.0);
     detector->detect(world.frame, contacts);
     EXPECT_TRUE(contacts.swept.empty());
     world = make_world("rest", {{BodyKind::instrument, sphere(0.01, 8)}, {BodyKind::tissue, sheet(0.08, 8)}});
@@ -157,13 +157,13 @@ TEST_P(Swept, PreparedAgainForgetsTheFrameBefore) {
     const auto detector = make_detector(GetParam(), {{"swept", "on"}});
     detector->prepare(world.topology, world.frame);
     ContactSet contacts;
-    detector->update(world.frame);
+    detector->update(world.frame, 0.0);
     detector->detect(world.frame, contacts);
     ASSERT_FALSE(contacts.swept.empty());
     const std::vector<TrianglePair> pairs = contacts.pairs;
     world.frame.previous = Matrix3X();
     detector->prepare(world.topology, world.frame);
-    detector->update(world.frame);
+    detector->update(world.frame, 0.0);
     detector->detect(world.frame, contacts);
     EXPECT_EQ(contacts.pairs, pairs);
     EXPECT_TRUE(contacts.swept.empty());

@@ -84,6 +84,26 @@ Shape torus(double large, double small, int around, int across) {
     return shape;
 }
 
+/// Prism along z with n sides, its corners on a circle of this radius.
+Shape prism(double radius, double height, int n) {
+    Shape shape;
+    for (const double z : {-height / 2, height / 2}) {
+        for (int i = 0; i < n; ++i) {
+            const double angle = 2.0 * std::numbers::pi * i / n;
+            shape.points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+        }
+    }
+    for (Index i = 0; i < n; ++i) {
+        const Index next = (i + 1) % n;
+        shape.faces.push_back({i, next, next + n});
+        shape.faces.push_back({i, next + n, i + n});
+        if (i < 2) continue;
+        shape.faces.push_back({0, i, i - 1});
+        shape.faces.push_back({n, n + i - 1, n + i});
+    }
+    return shape;
+}
+
 Shape points_only(std::vector<Vector3> points) { return {std::move(points), {}}; }
 
 /// Two bodies; the first moves, the second stands still unless a test moves it.
@@ -291,6 +311,142 @@ TEST(DepthTruth, RimThatHasSlippedPastPointsOfABodyLeavesNothingBeyondTheSheet) 
     }
 }
 
+TEST(DepthTruth, RimThatHasSlippedPastMostOfABodyLeavesNothingBeyondEither) {
+    // As above, but the rim goes so far in and so low that it passes most points of the ball on its way up.
+    World world(ball(0.005, 3), sheet(0.01, 20), false);
+    const auto rim_at = [&](double x, double z) {
+        world.place(Vector3::Zero(), [&](const Vector3& p) { return Vector3(p + Vector3(x + 0.005, 0.0003, z)); });
+    };
+    rim_at(0.0055, -0.0035);
+    DepthTruth truth(world.topology, world.frame);
+    std::int64_t most_undecided = 0;
+    const auto look = [&](double x, double z) {
+        rim_at(x, z);
+        const DepthTruth::Result result = truth.measure(world.frame);
+        EXPECT_NEAR(result.max_depth, std::max(0.0, 0.005 - std::abs(z)), 1e-4) << x << ' ' << z;
+        most_undecided = std::max(most_undecided, result.side_undecided);
+    };
+    for (const double x : {0.0037, 0.0017, -0.0004, -0.0023, -0.0031}) {
+        rim_at(x, -0.0035);
+        truth.measure(world.frame);
+    }
+    for (const double z : {-0.0021, -0.0009, 0.0011, 0.0023, 0.0037, 0.0041}) look(-0.0031, z);
+    EXPECT_GT(most_undecided, (world.topology.bodies[0].vertices.count + DepthTruth::default_area_samples) / 2)
+        << "what the sheet has passed hangs together with the rest round its rim";
+    rim_at(-0.0031, 0.0055);
+    const DepthTruth::Result end = truth.measure(world.frame);
+    EXPECT_EQ(end.wrong_side, 0);
+    EXPECT_EQ(end.side_undecided, 0) << "nothing meets, so nothing is open";
+}
+
+TEST(DepthTruth, BodyWhoseAnchorTheSheetPassesWithItsRimInsideIsUndecidedUntilItIsBack) {
+    // A strip, narrower than the ball, is pushed into it lengthwise and out on the other side, below its leftmost
+    // point, and then lifted past that point.
+    World world(ball(0.005, 3), sheet(0.012, 20), false);
+    const auto strip_at = [&](double x, double z) {
+        world.place(Vector3::Zero(),
+                    [&](const Vector3& p) { return Vector3(p.x() + x + 0.006, 0.3 * p.y() + 0.0001, z); });
+    };
+    strip_at(0.0055, -0.0011);
+    DepthTruth truth(world.topology, world.frame);
+    const auto open = [&](double x, double z) {
+        strip_at(x, z);
+        return truth.measure(world.frame).side_undecided;
+    };
+    const auto samples = static_cast<std::int64_t>(world.topology.bodies[0].vertices.count) + 1000;
+    for (const double x : {0.0031, -0.0013, -0.0061}) EXPECT_EQ(open(x, -0.0011), 0) << x;
+    EXPECT_EQ(open(-0.0061, 0.0013), samples);
+    EXPECT_EQ(open(-0.0061, 0.0061), samples) << "it may have been the strip or its rim that passed";
+    EXPECT_EQ(open(-0.0061, 0.0013), samples);
+    EXPECT_LT(open(-0.0061, -0.0011), samples);
+    for (const double x : {-0.0013, 0.0031, 0.0055}) open(x, -0.0011);
+    const DepthTruth::Result end = truth.measure(world.frame);
+    EXPECT_EQ(end.wrong_side, 0);
+    EXPECT_EQ(end.side_undecided, 0);
+}
+
+TEST(DepthTruth, TipBeyondAHoleWhoseRimIsInsideTheShaftIsUndecidedAndTheRimHasTheDepth) {
+    // A shaft of 2 mm stands 20 mm through a hole of 3 mm that never touched it. The hole closes until its rim is
+    // 0.1 mm inside the shaft, and opens again.
+    const double radius = 0.002;
+    Shape holed = sheet(0.02, 60);
+    std::erase_if(holed.faces, [&](const std::array<Index, 3>& face) {
+        return std::any_of(face.begin(), face.end(),
+                           [&](Index v) { return holed.points[static_cast<std::size_t>(v)].head<2>().norm() < 0.003; });
+    });
+    for (Vector3& p : holed.points) {
+        if (p.norm() < 0.003) p = Vector3(0, 0, -1);  // what the hole leaves over
+    }
+    World world(prism(radius, 0.06, 48), holed, false);
+    const auto hole_of = [&](double wanted) {
+        world.place({0, 0, 0.0103}, [&](const Vector3& p) {
+            const double r = p.norm();
+            const double share = std::clamp((0.006 - r) / 0.003, 0.0, 1.0);  // the rim moves most
+            return r > 0.5 ? p : Vector3(p * (1.0 + share * (wanted / r - 1.0)));
+        });
+    };
+    hole_of(0.003);
+    DepthTruth truth(world.topology, world.frame);
+    EXPECT_EQ(truth.measure(world.frame).wrong_side, 0);
+    hole_of(0.0015);
+    const DepthTruth::Result closed = truth.measure(world.frame);
+    EXPECT_GT(closed.side_undecided, 100);
+    EXPECT_GT(closed.max_depth, 0.0);
+    EXPECT_LT(closed.max_depth, 0.0006) << "not the 20 mm that the tip is away";
+    EXPECT_TRUE(std::isnan(truth.depth_of_vertex(0, 1))) << "at the tip";
+    EXPECT_EQ(truth.depth_of_vertex(50, 1), 0.0) << "at the other end";
+    std::int64_t open = 0;
+    truth.each_sample([&](const DepthTruth::Judgement& sample) {
+        if (sample.side == Side::undecided) ++open;
+        EXPECT_EQ(std::isnan(sample.depth), sample.side == Side::undecided);
+    });
+    EXPECT_EQ(open, closed.side_undecided);
+    hole_of(0.003);
+    const DepthTruth::Result end = truth.measure(world.frame);
+    EXPECT_EQ(end.wrong_side, 0);
+    EXPECT_EQ(end.side_undecided, 0);
+}
+
+TEST(DepthTruth, HookRoundTheRimStartsOnTheRightSide) {
+    // A C of boxes grips round the rim x = 50 mm with one arm above the sheet and one below, and never meets it: the
+    // straight way from arm to arm leads through the sheet, the way over the hook does not.
+    Shape hook;
+    const auto ring = [&hook](double x, double z) {
+        for (const auto& [y, out] :
+             {std::pair{0.001, 1.0}, std::pair{-0.001, 1.0}, std::pair{-0.001, -1.0}, std::pair{0.001, -1.0}}) {
+            hook.points.emplace_back(x + 0.0003 * out, y + 0.0007, z * (1.0 + 0.1 * out));
+        }
+    };
+    const std::vector<std::array<double, 2>> spine{{0.03, 0.004},    {0.04, 0.004},  {0.055, 0.0039},
+                                                   {0.055, -0.0039}, {0.04, -0.004}, {0.03, -0.004}};
+    for (const auto& [x, z] : spine) ring(x, z);
+    for (Index i = 0; i + 1 < static_cast<Index>(spine.size()); ++i) {
+        for (Index k = 0; k < 4; ++k) {
+            const Index a = 4 * i + k;
+            const Index b = 4 * i + (k + 1) % 4;
+            hook.faces.push_back({a, b, b + 4});
+            hook.faces.push_back({a, b + 4, a + 4});
+        }
+    }
+    const auto last = static_cast<Index>(hook.points.size()) - 4;
+    hook.faces.insert(hook.faces.end(), {{0, 2, 1}, {0, 3, 2}, {last, last + 1, last + 2}, {last, last + 2, last + 3}});
+    World world(hook, sheet(0.1, 20), false);
+    DepthTruth truth(world.topology, world.frame);
+    DepthTruth::Result result = truth.measure(world.frame);
+    EXPECT_EQ(result.wrong_side, 0);
+    EXPECT_EQ(result.side_undecided, 0);
+    // Pushed down until the sheet is inside the upper arm, up to its rim, and on until it is above both arms.
+    world.place({0, 0, -0.0041});
+    result = truth.measure(world.frame);
+    EXPECT_GT(result.side_undecided, 0);
+    EXPECT_GT(result.max_depth, 1e-4);
+    EXPECT_LT(result.max_depth, 1e-3) << "the arm is that thick";
+    world.place({0, 0, -0.006});
+    result = truth.measure(world.frame);
+    EXPECT_EQ(result.wrong_side, 0) << "as if it had been led round the rim";
+    EXPECT_EQ(result.side_undecided, 0);
+}
+
 TEST(DepthTruth, PartOfABodyThatIsCutOffIsBeyondTheSheetHoweverTheRimStands) {
     // The same sheet goes up through the ball as a whole: its rim is outside, the ball's top is cut off.
     World world(ball(0.005, 3), sheet(0.03, 20), false);
@@ -321,24 +477,51 @@ TEST(DepthTruth, CrossingsOfARandomWalkAgreeWithTheSideOfThePlane) {
     }
 }
 
-/// Prism along z with n sides, its corners on a circle of this radius.
-Shape prism(double radius, double height, int n) {
-    Shape shape;
-    for (const double z : {-height / 2, height / 2}) {
-        for (int i = 0; i < n; ++i) {
-            const double angle = 2.0 * std::numbers::pi * i / n;
-            shape.points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+TEST(DepthTruth, TiesOfAnAlignedWalkRoundAFreeRimAreBrokenAsByASmallStep) {
+    // An octahedron and a small sheet of integer coordinates, both led about on a lattice: vertices, edges and faces
+    // meet each other and the rim exactly all the time. Where both are decided, every sample has the side that it has
+    // after the small step that ties are thought broken by.
+    std::mt19937_64 random(3);
+    int wrong = 0;
+    int decided = 0;
+    int undecided = 0;
+    for (int walk = 0; walk < 40; ++walk) {
+        World aligned(ball(2.0, 0), sheet(6.0, 6), false);
+        World stepped(ball(2.0, 0), sheet(6.0, 6), false);
+        const Vector3 small(1e-9, 1e-6, 1e-3);
+        const auto place = [&](const Vector3& ball_at, const Vector3& sheet_at) {
+            const auto led = [&](const Vector3& p) { return Vector3(p + sheet_at); };
+            aligned.place(ball_at, led);
+            stepped.place(ball_at + small, led);
+        };
+        place({0, 0, 3}, {0, 0, 0});
+        DepthTruth truth(aligned.topology, aligned.frame, {}, 0);
+        DepthTruth other(stepped.topology, stepped.frame, {}, 0);
+        for (int step = 0; step < 60; ++step) {
+            const auto whole = [&](int most) { return static_cast<double>(random() % (2 * most + 1)) - most; };
+            place({whole(5), whole(5), whole(3)}, step % 3 == 0 ? Vector3(whole(2), whole(2), 0) : Vector3::Zero());
+            truth.measure(aligned.frame);
+            other.measure(stepped.frame);
+            std::vector<Side> sides;
+            other.each_sample([&](const DepthTruth::Judgement& one) {
+                if (one.from == 0) sides.push_back(one.side);
+            });
+            std::size_t i = 0;
+            truth.each_sample([&](const DepthTruth::Judgement& one) {
+                if (one.from != 0) return;
+                if (one.side == Side::undecided || sides[i] == Side::undecided) {
+                    ++undecided;
+                } else {
+                    EXPECT_EQ(one.side, sides[i]) << walk << ' ' << step << " sample " << i;
+                    ++decided;
+                }
+                wrong += one.side == Side::wrong ? 1 : 0;
+                ++i;
+            });
         }
     }
-    for (Index i = 0; i < n; ++i) {
-        const Index next = (i + 1) % n;
-        shape.faces.push_back({i, next, next + n});
-        shape.faces.push_back({i, next + n, i + n});
-        if (i < 2) continue;
-        shape.faces.push_back({0, i, i - 1});
-        shape.faces.push_back({n, n + i - 1, n + i});
-    }
-    return shape;
+    EXPECT_GT(wrong, 1000);
+    EXPECT_GT(decided, undecided) << "leaps with the rim inside leave much open";
 }
 
 TEST(DepthTruth, EdgeOfASheetThroughAToolIsAsDeepAsItsChord) {

@@ -54,9 +54,18 @@ TEST(Summary, NothingJudgedIsNotZero) {
     for (const char* name :
          {"precision", "recall", "missing", "extra", "residual_max_m", "depth_error_max_m", "ticks_to_clear_max",
           "uncleared", "overshoot_max_m", "force_flips", "force_above_30hz_share", "force_jump_max_n", "max_strain",
-          "wrong_side_last", "repairs"}) {
+          "wrong_side_last", "side_undecided_max", "side_undecided_ticks", "repairs"}) {
         EXPECT_TRUE(std::isnan(figures.at(name))) << name;
     }
+}
+
+TEST(Summary, UndecidedSidesAreCountedOverJudgedTicks) {
+    std::vector<StepRow> rows(4);
+    rows[0].side_undecided = 0;
+    rows[2].side_undecided = 7;
+    rows[3].side_undecided = 2;
+    EXPECT_EQ(summarize(rows).at("side_undecided_max"), 7.0);
+    EXPECT_EQ(summarize(rows).at("side_undecided_ticks"), 2.0);
 }
 
 TEST(Summary, SidesPutRightAreSummedWhereAResponseKeepsSides) {

@@ -6,6 +6,8 @@
 #include <random>
 
 #include "geometry/exact.hpp"
+#include "geometry/triangle_distance.hpp"
+#include "support/shapes.hpp"
 
 namespace trocar {
 namespace {
@@ -96,6 +98,33 @@ TEST(ComparePairs, CountsMissingExtraAndMissingTouchesApart) {
     EXPECT_EQ(errors.extra, 2);
     EXPECT_EQ(compare_pairs({}, truth, touch).missing, 4);
     EXPECT_EQ(compare_pairs({}, truth, touch).missing_touch, 2);
+}
+
+TEST(PairTruth, NearPairsAreThoseOfADoubleLoopThatDoNotMeet) {
+    const test::World world = test::make_world(
+        "sphere through a sheet", {{BodyKind::instrument, test::sphere(0.03, 8).move({0.003, 0.001, 0.011})},
+                                   {BodyKind::tissue, test::sheet(0.1, 10).shake(0.0004, 1)}});
+    const auto corners = [&](Index t) {
+        const auto v = world.topology.triangles.col(t);
+        return Corners{world.frame.position.col(v(0)), world.frame.position.col(v(1)), world.frame.position.col(v(2))};
+    };
+    const Range first = world.topology.bodies[0].triangles;
+    const Range second = world.topology.bodies[1].triangles;
+    for (const double reach : {0.0005, 0.01}) {
+        std::vector<TrianglePair> expected;
+        for (Index a = first.first; a < first.end(); ++a) {
+            for (Index b = second.first; b < second.end(); ++b) {
+                if (oracle_intersect(corners(a), corners(b))) continue;
+                if (triangle_distance(corners(a), corners(b)).squared_distance <= reach * reach) {
+                    expected.push_back({a, b});
+                }
+            }
+        }
+        ASSERT_GT(expected.size(), 10U);
+        std::vector<TrianglePair> near;
+        true_near_pairs(world.topology, world.frame, reach, near);
+        EXPECT_EQ(near, expected);
+    }
 }
 
 }  // namespace

@@ -26,6 +26,7 @@ Record sample() {
                    .seed = 0xFFFFFFFFFFFFFFFFULL,
                    .ticks = 500,
                    .truth_stride = 7};
+    record.spec.stepper = "other:h=2";
     record.spec.overrides = "dt=0.0005";
     record.spec.knob = "dt";
     record.spec.point = "0.0005";
@@ -66,6 +67,7 @@ TEST(RecordLine, ReadsBackBitForBit) {
     EXPECT_EQ(back.spec.seed, record.spec.seed);
     EXPECT_EQ(back.spec.truth_stride, 7);
     EXPECT_EQ(back.spec.response, "other");
+    EXPECT_EQ(back.spec.stepper, "other:h=2");
     EXPECT_EQ(back.spec.overrides, "dt=0.0005");
     EXPECT_EQ(back.spec.knob, "dt");
     EXPECT_EQ(back.spec.point, "0.0005");

@@ -68,7 +68,7 @@ TEST(RunFigures, TooFewTicksHaveNoP99) {
 
 TEST(RunFigures, ReplayCountsOnlyTheDetectorsStages) {
     Record record = synthetic({.mode = "replay", .first_tick_us = 70});
-    for (StepRow& row : record.rows) row.stage_ns.at(static_cast<std::size_t>(Stage::derive)) = 5'000'000;
+    for (StepRow& row : record.rows) row.stage_ns.at(static_cast<std::size_t>(Stage::contacts)) = 5'000'000;
     record.summary = summarize(record.rows, {.mode = record.spec.mode});
     EXPECT_EQ(figures_of(record).tick_p50, 70e3);
     record.summary = summarize(record.rows);
@@ -127,6 +127,22 @@ TEST(Processes, IntervalsOfAReplayTellOfItsTicksToo) {
     const Results loops(records);
     EXPECT_EQ(make_verdict(loops, "theirs", "closed_loop", {"poke"}).rows[0].p50.low,
               make_verdict(loops, "theirs", "closed_loop", {"poke"}).rows[0].p50.high);
+}
+
+TEST(Verdict, AControlIsToldLastAndNeverRanked) {
+    std::vector<Record> records = three_contestants();
+    const Verdict without = verdict_of(Results(records));
+    // Better and faster than everybody, as nothing is that does nothing.
+    records.push_back(synthetic({.detector = "blind", .first_tick_us = 1, .left_mm = 0.0, .state_hash = "cc"}));
+    records.back().environment["detector.control"] = "yes";
+    const Results results(records);
+    const Verdict verdict = verdict_of(results);
+    ASSERT_EQ(verdict.rows.size(), 4U);
+    EXPECT_EQ(verdict.rows[3].contestant.detector, "blind");
+    EXPECT_TRUE(verdict.rows[3].control);
+    EXPECT_FALSE(verdict.rows[3].dominated);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(verdict.rows[i].dominated, without.rows[i].dominated) << i;
+    EXPECT_EQ(verdict_sentence(verdict, "", "theirs").find("blind"), std::string::npos);
 }
 
 TEST(Verdict, RowsAreSortedByErrorThenTime) {
@@ -797,6 +813,19 @@ TEST(Report, SettledDepthIsHeldAgainstATenthOfAMillimetre) {
               std::string::npos);
     record.summary["ruptures"] = 1;
     EXPECT_NE(make_report({record}).files.at("report.md").find("| rupture told |"), std::string::npos);
+}
+
+TEST(Report, SamplesWithoutASideStandBesideTheDepthWhereThereAreAny) {
+    Record record = synthetic({.left_mm = 0.05});
+    record.summary["side_undecided_max"] = 0.0;
+    EXPECT_EQ(make_report({record}).files.at("report.md").find(" undecided)"), std::string::npos);
+    record.summary["side_undecided_max"] = 12.0;
+    const std::string report = make_report({record}).files.at("report.md");
+    for (std::size_t found = 0, times = 0; times < 3; ++times) {  // verdict, run by run, clearing
+        found = report.find("(12 undecided)", found + 1);
+        EXPECT_NE(found, std::string::npos) << times;
+    }
+    EXPECT_NE(report.find("Undecided: sample points"), std::string::npos);
 }
 
 TEST(Report, CsvHasOneRowPerRunAndUnitsInTheHeader) {

@@ -211,7 +211,7 @@ struct Touch {
 Touch first_touch(const Scene& scene, const std::string& method) {
     const MethodSpec spec = parse_method(method);
     Simulation simulation(scene, make_detector("ohc_clustered"), make_response(spec.name, spec.parameters),
-                          ContactSource::canonical);
+                          registry().source("canonical"));
     DepthTruth truth(scene.topology, scene.first);
     const Index body = scene.topology.bodies[0].kind == BodyKind::instrument ? 0 : 1;
     const Range tool = scene.topology.bodies[static_cast<std::size_t>(body)].vertices;

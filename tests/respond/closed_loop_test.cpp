@@ -315,7 +315,7 @@ TEST(Grasp, HeldTissueFollowsTheToolAndIsLetGo) {
 
 TEST(EveryResponse, EveryDeclaredChoiceRunsAndStaysFinite) {
     for (const ResponseEntry& entry : registry().responses()) {
-        if (entry.needs_native) continue;
+        if (entry.sources.front() == "native") continue;  // the loop's detector has no contacts of its own
         std::vector<std::string> methods{entry.name};
         for (const Parameter& parameter : entry.parameters) {
             for (const std::string& choice : parameter.choices) {

@@ -141,7 +141,7 @@ TEST(Distribution, KeepsForceAndMoment) {
     RandomVectors random;
     for (int i = 0; i < 2000; ++i) {
         const Corners triangle = random.triangle();
-        const Vector3 weights = nearest_weights(triangle, 1.5 * random.next());
+        const Vector3 weights = closest_point_on_triangle(triangle, 1.5 * random.next());
         ASSERT_GE(weights.minCoeff(), -1e-12);
         ASSERT_NEAR(weights.sum(), 1.0, 1e-12);
         const Vector3 p = weights[0] * triangle[0] + weights[1] * triangle[1] + weights[2] * triangle[2];
@@ -161,7 +161,7 @@ TEST(Distribution, NearestPointIsNeverFurtherThanAnySample) {
     for (int i = 0; i < 300; ++i) {
         const Corners t = random.triangle();
         const Vector3 point = 2.0 * random.next();
-        const Vector3 w = nearest_weights(t, point);
+        const Vector3 w = closest_point_on_triangle(t, point);
         const double distance = (w[0] * t[0] + w[1] * t[1] + w[2] * t[2] - point).norm();
         for (int a = 0; a <= 20; ++a) {
             for (int b = 0; a + b <= 20; ++b) {

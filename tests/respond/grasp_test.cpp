@@ -96,7 +96,7 @@ struct Bench {
         }
         frame.pose[0].translation = now;
         frame.pose[0].jaw = jaw;
-        response->respond(frame, 1e-3, contacts, effect);
+        response->respond(frame, 1e-3, contacts, {}, effect);
         reaction.assign(2, {});
         ASSERT_TRUE(tissue->advance(effect, 1e-3, frame, reaction).ok());
     }
@@ -331,7 +331,7 @@ Shown run_shipped(const char* name, const std::string& method) {
     const Scene scene = read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / name, std::nullopt);
     const MethodSpec spec = parse_method(method);
     Simulation simulation(scene, make_detector("ohc"), make_response(spec.name, spec.parameters),
-                          ContactSource::canonical);
+                          registry().source("canonical"));
     Shown shown;
     StepRow last;
     for (std::int64_t tick = 0; tick < scene.ticks; ++tick) {

@@ -8,6 +8,7 @@
 #include <random>
 #include <set>
 
+#include "contact/derive.hpp"
 #include "respond/common.hpp"
 #include "support/closed_loop.hpp"
 #include "support/response_samples.hpp"
@@ -52,10 +53,12 @@ const std::array<Posed, 10> posed{{{"I2I vertex of b", vertex_of_b_in_a, BodyKin
                                    {"R2T vertex of a", vertex_of_a_in_b, BodyKind::rigid, BodyKind::tissue}}};
 
 // ------------------------------------------------------------ I12
-/// Force of a contact on the vertices that it pushes at the frame the response saw, N, by LinearContact's definition.
+/// Force of a contact on the tissue vertices that it pushes at the frame the response saw, N, by LinearContact's
+/// definition: at the end of the tick (1 ms) that begins with its gap and in which the script alone moves.
 Vector3 force_on_pushed(const LinearContact& contact, const Frame& frame) {
     const double speed = blend(contact.vertices, contact.weights, frame.velocity).dot(contact.normal);
-    const double force = -contact.k * contact.gap - contact.mu * (speed - contact.face_velocity);
+    const double gap = contact.gap - contact.face_velocity * 1e-3;
+    const double force = -contact.k * gap - contact.mu * (speed - contact.face_velocity);
     return (contact.adhesive ? force : std::max(force, 0.0)) * contact.normal;
 }
 
@@ -104,7 +107,7 @@ double damper_power(const PairSample& s, double& most) {
         const bool a_is_pushed = contact.vertices[0] < 3;
         const Vector3 point = blend(contact.vertices, contact.weights, s.frame.position);
         const equations::Corners other = corners_of(s.topology, s.frame.position, a_is_pushed ? 1 : 0);
-        const Vector3 w = equations::nearest_weights(other, point);
+        const Vector3 w = closest_point_on_triangle(other, point);
         Vector3 other_velocity = Vector3::Zero();
         for (int i = 0; i < 3; ++i) {
             other_velocity += w[i] * s.frame.velocity.col(s.topology.triangles(i, a_is_pushed ? 1 : 0));
@@ -277,10 +280,10 @@ double roughness(const std::string& method, double step, double start_x, double 
         loop.frame.previous = loop.frame.position;
         loop.frame.velocity.setZero();
         ContactSet contacts;
-        detector->update(loop.frame);
+        detector->update(loop.frame, 0.0);
         detector->detect(loop.frame, contacts);
         derive(loop.topology, loop.frame, contacts);
-        loop.response().respond(loop.frame, 1e-3, contacts, loop.effect);
+        loop.response().respond(loop.frame, 1e-3, contacts, {}, loop.effect);
         Vector3 force = Vector3::Zero();
         for (const LinearContact& contact : loop.effect.contacts) {
             force -= std::max(0.0, -contact.k * contact.gap) * contact.normal;
@@ -351,7 +354,7 @@ double total_stiffness(const std::string& method, int cells) {
         const Range sheet = loop.topology.bodies[1].triangles;
         for (Index face = sheet.first; face < sheet.end(); ++face) {
             const equations::Corners c = corners_of(loop.topology, loop.frame.position, face);
-            const Vector3 w = equations::nearest_weights(c, x);
+            const Vector3 w = closest_point_on_triangle(c, x);
             if ((w[0] * c[0] + w[1] * c[1] + w[2] * c[2] - x).head<2>().norm() > 1e-12) continue;
             Contact contact;
             contact.a = t;
@@ -367,7 +370,7 @@ double total_stiffness(const std::string& method, int cells) {
             break;
         }
     }
-    loop.response().respond(loop.frame, 1e-3, contacts, loop.effect);
+    loop.response().respond(loop.frame, 1e-3, contacts, {}, loop.effect);
     double sum = 0.0;
     for (const LinearContact& contact : loop.effect.contacts) sum += contact.k;
     return sum;

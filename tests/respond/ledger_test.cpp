@@ -5,6 +5,7 @@
 #include <numbers>
 #include <random>
 
+#include "contact/derive.hpp"
 #include "respond/common.hpp"
 #include "respond/crossing_ledger.hpp"
 #include "support/closed_loop.hpp"
@@ -52,7 +53,7 @@ struct LedgerWorld {
         ContactSet contacts;
         const auto detector = make_detector("brute_force");
         detector->prepare(loop.topology, loop.frame);
-        detector->update(loop.frame);
+        detector->update(loop.frame, 0.0);
         detector->detect(loop.frame, contacts);
         derive(loop.topology, loop.frame, contacts);
         ledger.update(loop.topology, surface, loop.frame, contacts);
@@ -379,12 +380,12 @@ TEST(LedgerRupture, AfterTwoSecondsWhateverTheReason) {
     const auto detector = make_detector("brute_force");
     detector->prepare(loop.topology, loop.frame);
     ContactSet contacts;
-    detector->update(loop.frame);
+    detector->update(loop.frame, 0.0);
     detector->detect(loop.frame, contacts);
     derive(loop.topology, loop.frame, contacts);
     std::vector<std::int64_t> ruptures;
     for (int tick = 0; tick < 2010; ++tick) {
-        loop.response().respond(loop.frame, loop.dt, contacts, loop.effect);
+        loop.response().respond(loop.frame, loop.dt, contacts, {}, loop.effect);
         ruptures.push_back(loop.effect.ruptures);
     }
     const auto first = std::find_if(ruptures.begin(), ruptures.end(), [](std::int64_t n) { return n > 0; });

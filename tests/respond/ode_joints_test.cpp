@@ -26,7 +26,7 @@ protected:
 };
 
 /// Force of an implicit spring and damper on a mass at step h: (k d - (h k + mu) v) / (1 + h (h k + mu) / m), not below
-/// 0; v is the separating speed.
+/// 0; v is the separating speed and d the depth at the start of the tick: what a script moves it by has yet to come.
 double implicit_force(double k, double mu, double depth, double speed, double mass, double h = 1e-3) {
     const double c = h * k + mu;
     return std::max(0.0, (k * depth - c * speed) / (1.0 + h * c / mass));
@@ -52,7 +52,7 @@ TEST_F(OdeJoints, TheMovingToolCountsByItsSurfaceVelocity) {
     for (int v = 0; v < 3; ++v) s.frame.velocity.col(v) = Vector3(0.0, 0.0, 0.05);
     s.frame.velocity.col(3) = Vector3(0.0, 0.0, 0.02);
     s.respond("ode_joints:k=200,mu=1,steps=1");
-    EXPECT_NEAR(s.effect.held_force(2, 3), implicit_force(200.0, 1.0, 0.0005, -0.03, 1e-3), 1e-10);
+    EXPECT_NEAR(s.effect.held_force(2, 3), implicit_force(200.0, 1.0, 0.0005 - 0.05e-3, -0.03, 1e-3), 1e-10);
 }
 
 /// Tissue vertex 3 lies `depth` under the tool's face and is pulled down by a vertical spring to the pinned vertex 4.
@@ -92,7 +92,7 @@ TEST_F(OdeJoints, APressedVertexComesToRestWhereSpringAndContactBalance) {
             s.contacts.contacts[0].point = s.frame.position.col(3);
             ContactSet given = s.contacts;
             if (depth < 0.0) given.contacts.clear();
-            response->respond(s.frame, 1e-3, given, s.effect);
+            response->respond(s.frame, 1e-3, given, {}, s.effect);
             force = s.effect.held_force(2, 3);
             ASSERT_TRUE(tissue.advance(s.effect, 1e-3, s.frame, reaction).ok());
         }
@@ -167,7 +167,7 @@ TEST_F(OdeJoints, InstrumentAgainstBoneAndInstrument) {
         s.frame.velocity.leftCols(3).colwise() = Vector3(0.1, 0.0, -0.02);
         s.respond("ode_joints:k=900,mu=3,steps=1,device_mass=0.2");
         const double mass = other == BodyKind::rigid ? 0.2 : 0.1;
-        const double expected = implicit_force(900.0, 3.0, 0.0015, -0.02, mass);
+        const double expected = implicit_force(900.0, 3.0, 0.0015 - 0.02e-3, -0.02, mass);
         EXPECT_LT((s.effect.wrench[0].force - expected * Vector3::UnitZ()).norm(), 1e-9);
         EXPECT_NEAR(s.effect.wrench[1].force.z(), other == BodyKind::rigid ? 0.0 : -expected, 1e-9);
     }
@@ -179,7 +179,7 @@ TEST_F(OdeJoints, APartThatTurnsCountsByItsOwnSurfaceSpeed) {
     s.frame.velocity.col(0) = Vector3(0.0, 0.0, -0.03);
     s.frame.velocity.col(1) = Vector3(0.0, 0.0, 0.09);
     s.respond("ode_joints:k=900,mu=3,steps=1,device_mass=0.2");
-    EXPECT_NEAR(s.effect.wrench[0].force.z(), implicit_force(900.0, 3.0, 0.0015, -0.03, 0.2), 1e-9);
+    EXPECT_NEAR(s.effect.wrench[0].force.z(), implicit_force(900.0, 3.0, 0.0015 - 0.03e-3, -0.03, 0.2), 1e-9);
 }
 
 TEST_F(OdeJoints, NoTickKnowsOfTheLast) {
@@ -195,9 +195,9 @@ TEST_F(OdeJoints, NoTickKnowsOfTheLast) {
                 moved.velocity.col(i % 6) = Vector3(0.3 * i, 0.1, -0.2);
                 ContactSet many = s.contacts;
                 many.contacts.assign(static_cast<std::size_t>(i), s.contacts.contacts[0]);
-                response->respond(moved, 1e-3, many, s.effect);
+                response->respond(moved, 1e-3, many, {}, s.effect);
             }
-            response->respond(s.frame, 1e-3, s.contacts, s.effect);
+            response->respond(s.frame, 1e-3, s.contacts, {}, s.effect);
             return s.effect.held_force;
         };
         EXPECT_EQ(run(0), run(5)) << method;
@@ -220,8 +220,8 @@ TEST_F(OdeJoints, ASolutionThatIsNoNumberIsToldAndDoesNotStay) {
     response->prepare(s.topology, s.materials);
     Frame broken = s.frame;
     broken.velocity(2, 3) = Contact::unset;
-    EXPECT_THROW(response->respond(broken, 1e-3, s.contacts, s.effect), std::runtime_error);
-    response->respond(s.frame, 1e-3, s.contacts, s.effect);
+    EXPECT_THROW(response->respond(broken, 1e-3, s.contacts, {}, s.effect), std::runtime_error);
+    response->respond(s.frame, 1e-3, s.contacts, {}, s.effect);
     EXPECT_GT(s.effect.held_force(2, 3), 0.0);
 }
 

@@ -29,7 +29,7 @@ StepRow last_row(const std::string& text, const std::string& method, int ticks, 
     const Scene scene = test::scene_from_text(text);
     const MethodSpec spec = parse_method(method);
     Simulation simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
-                          ContactSource::canonical);
+                          registry().source("canonical"));
     StepRow row;
     for (int tick = 0; tick < ticks; ++tick) row = simulation.step();
     if (depth != nullptr) {
@@ -124,7 +124,7 @@ TEST(RigidPatch, OpenBladeLedByAHandGetsNoEnergyOnItsWayInAndOut) {
         const Scene scene = test::scene_from_text(text);
         const MethodSpec spec = parse_method(corrected);
         Simulation simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
-                              ContactSource::canonical);
+                              registry().source("canonical"));
         double work = 0.0;
         double most = 0.0;
         double pressed = 0.0;

@@ -100,7 +100,7 @@ StepRow first_row(const std::string& method) {
     const Scene scene = test::scene_from_text(needle_text());
     const MethodSpec spec = parse_method(method);
     Simulation simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
-                          ContactSource::canonical);
+                          registry().source("canonical"));
     return simulation.step();
 }
 
@@ -146,9 +146,9 @@ TEST(VelocityFilter, SmoothsWhatContactsOnTissueSeeOfTheTool) {
         const std::unique_ptr<Response> response = make_response(spec.name, spec.parameters);
         test::PairSample s = test::vertex_of_a_in_b(BodyKind::instrument, BodyKind::tissue);
         response->prepare(s.topology, s.materials);
-        response->respond(s.frame, 1e-3, s.contacts, s.effect);
+        response->respond(s.frame, 1e-3, s.contacts, {}, s.effect);
         s.frame.velocity.leftCols(3).colwise() = Vector3(0.02, 0.0, -0.1);
-        for (int tick = 0; tick < 4; ++tick) response->respond(s.frame, 1e-3, s.contacts, s.effect);
+        for (int tick = 0; tick < 4; ++tick) response->respond(s.frame, 1e-3, s.contacts, {}, s.effect);
         ASSERT_EQ(s.effect.contacts.size(), 1U);
         const double gain = frequency == 0.0 ? 1.0 : 1.0 - std::exp(-2.0 * std::numbers::pi * frequency * 4e-3);
         EXPECT_NEAR(s.effect.contacts[0].face_velocity, 0.1 * gain, 1e-12);

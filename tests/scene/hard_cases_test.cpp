@@ -59,7 +59,7 @@ TEST_P(HardCase, OracleAndExactDetectorsGiveTheReasonedAnswer) {
         const std::unique_ptr<Detector> detector = make_detector(entry.name);
         ContactSet contacts;
         detector->prepare(question.topology, question.frame);
-        detector->update(question.frame);
+        detector->update(question.frame, 0.0);
         detector->detect(question.frame, contacts);
         EXPECT_EQ(contacts.outcome.kind, one.outcome) << entry.name << ": " << contacts.outcome.message;
         EXPECT_EQ(contacts.pairs, pairs) << entry.name;

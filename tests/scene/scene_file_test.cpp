@@ -8,6 +8,8 @@
 #include <set>
 
 #include "geometry/input_error.hpp"
+#include "geometry/mesh_file.hpp"
+#include "geometry/orientation.hpp"
 #include "scene/scene.hpp"
 #include "support/program.hpp"
 
@@ -397,6 +399,123 @@ TEST_F(SceneFile, ASeamOfVerticesStoredTwiceIsNoHole) {
     Json document = example();
     document[Pointer("/bodies/1/parts/0")] = {{"mesh", "shaft.obj"}};
     EXPECT_TRUE(read(document).topology.bodies[0].closed);
+}
+
+/// A plate of 100 x 100 x 6 mm as the text of an OBJ file, with the given triangles in place of its own.
+using Faces = std::vector<std::array<int, 3>>;
+const Faces plate_faces{{1, 3, 4}, {1, 4, 2}, {5, 6, 8}, {5, 8, 7}, {1, 2, 6}, {1, 6, 5},
+                        {3, 7, 8}, {3, 8, 4}, {1, 5, 7}, {1, 7, 3}, {2, 4, 8}, {2, 8, 6}};
+
+std::string plate_obj(const Faces& faces, double low = 0.0, double high = 1.0) {
+    std::string text;
+    for (int i = 0; i < 8; ++i) {
+        const auto at = [&](int bit, double size) { return std::to_string(size * ((i & bit) != 0 ? high : low)); };
+        text += "v " + at(1, 0.1) + " " + at(2, 0.1) + " " + at(4, 0.006) + "\n";
+    }
+    for (const auto& f : faces) {
+        text +=
+            "f " + std::to_string(f[0] - 9) + " " + std::to_string(f[1] - 9) + " " + std::to_string(f[2] - 9) + "\n";
+    }
+    return text;
+}
+
+Faces turned(Faces faces) {
+    for (auto& f : faces) std::swap(f[1], f[2]);
+    return faces;
+}
+
+class BoneFile : public SceneFile {
+protected:
+    /// The example with a bone of this OBJ text in place of the sheet.
+    Json with_bone(const std::string& obj) {
+        std::ofstream(folder.path() / "bone.obj") << obj;
+        Json document = example();
+        document["bodies"][0] = Json::parse(R"({"name":"bone","kind":"rigid","parts":[{"mesh":"bone.obj"}]})");
+        document["contact"][0]["bodies"][1] = "bone";
+        return document;
+    }
+    std::string complaint_about_bone(const std::string& obj) { return complaint_about(with_bone(obj).dump()); }
+};
+
+TEST_F(BoneFile, AClosedMeshTheRightWayRoundIsTakenAsItIs) {
+    const Scene scene = read(with_bone(plate_obj(plate_faces)));
+    EXPECT_TRUE(scene.topology.bodies[1].closed);
+    EXPECT_TRUE(scene.notes.empty());
+}
+
+TEST_F(BoneFile, AMeshInsideOutIsRefusedWithItsVolume) {
+    const std::string expected =
+        "/bodies/0/parts/0/mesh: expected closed surfaces with their volume inside, triangles counter-clockwise seen "
+        "from outside, got a volume of -6e-05 m³ in the 12 triangles connected with triangle 0: turn all of them round "
+        "(trocar mesh FILE --mend OUT.obj), or say \"closed\": false where others are inside it";
+    EXPECT_EQ(complaint_about_bone(plate_obj(turned(plate_faces))), expected);
+    Json document = with_bone(plate_obj(turned(plate_faces)));
+    document["bodies"][0]["closed"] = true;
+    EXPECT_EQ(complaint_about(document.dump()), expected);
+    document["bodies"][0]["closed"] = false;
+    EXPECT_EQ(complaint_about(document.dump()), "");
+    // Mended as the complaint says.
+    document["bodies"][0]["closed"] = true;
+    const Mesh mesh = read_mesh(folder.path() / "bone.obj");
+    write_obj(folder.path() / "bone.obj", mesh.vertices, mended(mesh.vertices, mesh.triangles));
+    EXPECT_EQ(complaint_about(document.dump()), "");
+}
+
+TEST_F(BoneFile, OneTurnedTriangleIsRefusedByItsNumberWhateverTheBodyIs) {
+    for (const std::size_t t : {std::size_t{0}, std::size_t{7}}) {
+        Faces faces = plate_faces;
+        std::swap(faces[t][1], faces[t][2]);
+        for (const char* kind : {"rigid", "tissue"}) {
+            for (const bool closed : {true, false}) {
+                Json document = with_bone(plate_obj(faces));
+                document["bodies"][0]["kind"] = kind;
+                document["bodies"][0]["closed"] = closed;
+                const std::string complaint = complaint_about(document.dump());
+                EXPECT_TRUE(std::regex_match(
+                    complaint, std::regex("/bodies/0/parts/0/mesh: expected neighbouring triangles that run round the "
+                                          "same way, got 3 edges where they do not, first between triangles \\d+ and "
+                                          "\\d+; turn round triangle " +
+                                          std::to_string(t) + " \\(trocar mesh FILE --mend OUT.obj\\)")))
+                    << complaint;
+            }
+        }
+    }
+}
+
+TEST_F(BoneFile, ACavityMayBeInsideOutAndAShellBesideMayNot) {
+    EXPECT_EQ(complaint_about_bone(plate_obj(plate_faces) + plate_obj(turned(plate_faces), 0.2, 0.8)), "");
+    EXPECT_NE(complaint_about_bone(plate_obj(plate_faces) + plate_obj(turned(plate_faces), 1.2, 1.8))
+                  .find("in the 12 triangles connected with triangle 12"),
+              std::string::npos);
+    // The same as parts of one body.
+    Json document = with_bone(plate_obj(plate_faces));
+    std::ofstream(folder.path() / "hole.obj") << plate_obj(turned(plate_faces), 0.2, 0.8);
+    document["bodies"][0]["parts"].push_back({{"mesh", "hole.obj"}});
+    EXPECT_EQ(complaint_about(document.dump()), "");
+    document["bodies"][0]["parts"].erase(0);
+    EXPECT_EQ(complaint_about(document.dump()).substr(0, 23), "/bodies/0/parts/0/mesh:");
+}
+
+TEST_F(BoneFile, APlateOnItsOwnBackEnclosesNothing) {
+    EXPECT_NE(complaint_about_bone(plate_obj(plate_faces) + plate_obj(turned(plate_faces))).find("it encloses nothing"),
+              std::string::npos);
+}
+
+TEST_F(BoneFile, TrianglesStoredTwiceAreTakenOnceWithANoteAndKeepTheirNumbers) {
+    Faces faces = plate_faces;
+    faces.insert(faces.begin() + 3, {6, 8, 5});  // 2 again, turned about its middle
+    const Scene scene = read(with_bone(plate_obj(faces)));
+    const Scene plain = read(with_bone(plate_obj(plate_faces)));
+    EXPECT_EQ(scene.topology.triangles, plain.topology.triangles);
+    EXPECT_TRUE(scene.topology.bodies[1].closed);
+    EXPECT_EQ(scene.bodies[1].file_triangle, (std::vector<Index>{0, 1, 2, 4, 5, 6, 7, 8, 9, 10, 11, 12}));
+    ASSERT_EQ(scene.notes.size(), 1U);
+    EXPECT_EQ(scene.notes[0],
+              "/bodies/0/parts/0/mesh: 1 of 13 triangles repeat an earlier one and are left out (first: 3 is 2 again)");
+    // A whole second copy with vertices of its own.
+    const Scene copy = read(with_bone(plate_obj(plate_faces) + plate_obj(plate_faces)));
+    EXPECT_EQ(copy.topology.bodies[1].triangles.count, 12);
+    EXPECT_EQ(copy.notes.size(), 1U);
 }
 
 TEST_F(SceneFile, BodiesOfOneInstrumentAreNotTestedAgainstEachOther) {

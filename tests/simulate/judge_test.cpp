@@ -7,6 +7,7 @@
 
 #include "geometry/exact.hpp"
 #include "measure/surface_distance.hpp"
+#include "method/registry.hpp"
 #include "simulate/simulation.hpp"
 #include "support/scene_samples.hpp"
 
@@ -16,7 +17,9 @@ namespace {
 /// The poke scene with the tool at its lowest and the sheet at rest: what is true there is known in closed form.
 class JudgeOnAPoke : public testing::Test {
 protected:
-    JudgeOnAPoke() : scene_(test::scene_from_text(test::poke_text())), simulation_(scene_, neutral(), nullptr, source) {
+    JudgeOnAPoke()
+        : scene_(test::scene_from_text(test::poke_text())),
+          simulation_(scene_, neutral(), nullptr, registry().source("canonical")) {
         for (int tick = 0; tick <= 45; ++tick) simulation_.step();
         for (const BodyRange& body : scene_.topology.bodies) {
             if (body.kind == BodyKind::instrument) tool_ = body.vertices;
@@ -25,7 +28,6 @@ protected:
             lowest_ = std::min(lowest_, simulation_.seen().position(2, v));
         }
     }
-    static constexpr ContactSource source = ContactSource::canonical;
     static std::unique_ptr<Detector> neutral();
 
     /// Contacts of tool vertices that enter the sheet: it is the plane z = 0, so their depth is the true one.
@@ -58,7 +60,7 @@ std::unique_ptr<Detector> JudgeOnAPoke::neutral() {
     class Slow final : public Detector {
     public:
         void prepare(const Topology& topology, const Frame& /*frame*/) override { topology_ = &topology; }
-        void update(const Frame& /*frame*/) override {}
+        void update(const Frame& /*frame*/, double /*reach*/) override {}
         void detect(const Frame& frame, ContactSet& contacts) override {
             contacts.clear();
             const auto corners = [&](Index t) {

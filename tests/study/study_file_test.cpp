@@ -177,6 +177,12 @@ TEST_F(StudyFile, EveryFaultIsNamedWithItsPlace) {
         {head +
              R"("closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty"],"contacts":["both"]}})",
          "/closed_loop/contacts/0"},
+        {head +
+             R"("closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty"],"steppers":["sleepy"]}})",
+         "/closed_loop/steppers/0"},
+        {head + R"("closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty"],)" +
+             R"("steppers":["semi_implicit","semi_implicit"]}})",
+         "/closed_loop/steppers/1"},
         {head + R"("triangle_pair":{"scenes":["a.json"],"response":"ohc"}})", "/triangle_pair/response"},
         {head + R"("reference":"brute_force",)" + replay + "}}", "/reference"},
         {R"({"format":"trocar-study-2","name":"s"})", "/format"},
@@ -244,7 +250,7 @@ TEST_F(StudyFile, ResponseThatCannotReadNativeContactsIsToldOnce) {
             ++thesis_rows;
             ASSERT_TRUE(run.settled);
             EXPECT_EQ(run.settled->kind, OutcomeKind::unsupported);
-            EXPECT_NE(run.settled->message.find("overlap case"), std::string::npos);
+            EXPECT_NE(run.settled->message.find("from contacts canonical, not from 'native'"), std::string::npos);
         } else {
             ++penalty_runs;
             EXPECT_FALSE(run.settled);

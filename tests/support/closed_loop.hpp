@@ -1,5 +1,5 @@
-// A small closed loop without scene files: a pinned sheet, a tool or a second tissue, brute-force pairs, the shared
-// stage derive, one response, the tissue integrator. For tests of what responses do over time.
+// A small closed loop without scene files: a pinned sheet, a tool or a second tissue, brute-force pairs, the contact
+// source that a response takes first, that response, the tissue integrator. For tests of what responses do over time.
 #pragma once
 
 #include <functional>
@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "contact/derive.hpp"
 #include "method/registry.hpp"
 #include "scene/world.hpp"
 #include "tissue/mass_spring.hpp"
@@ -135,6 +134,10 @@ public:
         response_->prepare(topology, materials);
         detector_ = make_detector("brute_force");
         detector_->prepare(topology, frame);
+        const SourceEntry& source = registry().source(registry().response(spec.name).sources.front());
+        wants_reach_ = source.wants_reach;
+        source_ = make_source(source.name);
+        source_->prepare(topology, frame);
         tissue_ = std::make_unique<MassSpring>(topology, materials);
         effect.resize(total, topology.body_count());
         reaction.assign(bodies_.size(), {});
@@ -155,10 +158,10 @@ public:
             if (bodies_[b].offset) frame.pose[b].translation = bodies_[b].offset(frame.time);
         }
         contacts.clear();
-        detector_->update(frame);
+        detector_->update(frame, wants_reach_ ? reach() : 0.0);
         detector_->detect(frame, contacts);
-        derive(topology, frame, contacts);
-        response_->respond(frame, dt, contacts, effect);
+        source_->gather(frame, contacts);
+        response_->respond(frame, dt, contacts, tissue_->loads(), effect);
         reaction.assign(bodies_.size(), {});
         outcome = tissue_->advance(effect, dt, frame, reaction);
         return outcome.ok();
@@ -173,6 +176,12 @@ public:
     void set_jaw(std::size_t body, double jaw) { frame.pose[body].jaw = jaw; }
 
 private:
+    /// m: wide enough for what has moved, without the care that a run takes to keep it for long.
+    [[nodiscard]] double reach() const {
+        constexpr double margin = 0.5e-3;  // of edges of 5 mm
+        return margin + std::sqrt((frame.position - frame.previous).colwise().squaredNorm().maxCoeff());
+    }
+
     void place(std::size_t b, double time) {
         const Range range = topology.bodies[b].vertices;
         const Vector3 offset = bodies_[b].offset ? bodies_[b].offset(time) : Vector3::Zero();
@@ -264,6 +273,8 @@ private:
     std::vector<LoopBody> bodies_;
     std::unique_ptr<Response> response_;
     std::unique_ptr<Detector> detector_;
+    std::unique_ptr<ContactSource> source_;
+    bool wants_reach_ = false;
     std::unique_ptr<MassSpring> tissue_;
 };
 

@@ -49,7 +49,7 @@ struct PairSample {
         const MethodSpec spec = parse_method(method);
         const std::unique_ptr<Response> response = make_response(spec.name, spec.parameters);
         response->prepare(topology, materials);
-        response->respond(frame, 1e-3, contacts, effect);
+        response->respond(frame, 1e-3, contacts, {}, effect);
     }
 };
 

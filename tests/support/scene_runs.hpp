@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "method/registry.hpp"
 #include "simulate/runs.hpp"
 
 namespace trocar::test {
@@ -15,7 +16,7 @@ inline Record run_scene_with(const Scene& scene, const std::string& response, st
     spec.mode = "closed_loop";
     spec.detector = "ohc_clustered";
     spec.response = response;
-    spec.contacts = "canonical";
+    spec.contacts = registry().response(parse_method(response).name).sources.front();
     spec.ticks = ticks;
     spec.truth_stride = truth_stride;
     return run_closed_loop(scene, spec);

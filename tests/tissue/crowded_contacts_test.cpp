@@ -118,7 +118,30 @@ TEST(CrowdedContacts, MomentumIsKeptAndNoEnergyGiven) {
         ASSERT_TRUE(tissue.advance(layers.effect, dt, layers.s.frame, reaction).ok());
         EXPECT_LT((mass * layers.s.frame.velocity.rowwise().sum() - momentum).norm(), 1e-15);
         EXPECT_LT(layers.energy(), before) << side;
-        for (const double force : tissue.contact_force()) EXPECT_GE(force, 0.0);
+        for (const ContactLoad& load : tissue.loads()) EXPECT_GE(load.normal, 0.0);
+    }
+}
+
+TEST(CrowdedContacts, NoneGivesMoreThanItsLimit) {
+    for (const int side : {4, 16, 32}) {
+        Layers layers(side);
+        MassSpring free(layers.s.topology, layers.s.materials);
+        std::vector<Wrench> reaction(1);
+        Frame frame = layers.s.frame;
+        ASSERT_TRUE(free.advance(layers.effect, dt, frame, reaction).ok());
+        double most = 0.0;
+        for (const ContactLoad& load : free.loads()) most = std::max(most, load.normal);
+        for (LinearContact& contact : layers.effect.contacts) contact.limit = 0.5 * most;
+        MassSpring limited(layers.s.topology, layers.s.materials);
+        const Vector3 momentum = mass * layers.s.frame.velocity.rowwise().sum();
+        ASSERT_TRUE(limited.advance(layers.effect, dt, layers.s.frame, reaction).ok());
+        EXPECT_LT((mass * layers.s.frame.velocity.rowwise().sum() - momentum).norm(), 1e-15);
+        int at_limit = 0;
+        for (const ContactLoad& load : limited.loads()) {
+            EXPECT_LE(load.normal, 0.5 * most * (1.0 + 1e-12)) << side;
+            at_limit += load.at_limit ? 1 : 0;
+        }
+        EXPECT_GT(at_limit, 0) << side;
     }
 }
 
@@ -133,7 +156,7 @@ TEST(CrowdedContacts, ToldForcesAreWhatMovesTheVerticesAndNearTheConvergedOnes) 
         Eigen::VectorXd impulse = Eigen::VectorXd::Zero(before.size());
         Eigen::VectorXd force(expected.size());
         for (Eigen::Index i = 0; i < expected.size(); ++i) {
-            force[i] = tissue.contact_force()[static_cast<std::size_t>(i)];
+            force[i] = tissue.loads()[static_cast<std::size_t>(i)].normal;
             impulse += dt * force[i] * row_of(layers.effect.contacts[static_cast<std::size_t>(i)], before.cols());
         }
         const Eigen::VectorXd gained = mass * (layers.s.frame.velocity - before).reshaped();

@@ -17,6 +17,7 @@ struct Pair {
     OperatorModel model;
     OperatorState state;
     HandOperators operators;
+    std::vector<ContactLoad> loads;
     const Index body = 0;
     Pair() {
         frame.position = Matrix3X::Zero(3, 2);
@@ -26,7 +27,8 @@ struct Pair {
     /// Load over one tick of 1 ms.
     Wrench advance(const Vector3& target, const Effect& effect, const Wrench& external, int substeps) {
         LedHand hand{.model = &model, .bodies = {&body, 1}, .target = target, .external = external, .state = state};
-        operators.advance(topology, frame, effect, 1e-3, substeps, {&hand, 1});
+        loads.assign(effect.contacts.size(), {});
+        operators.advance(topology, frame, effect, 1e-3, substeps, {&hand, 1}, loads);
         state = hand.state;
         return hand.load;
     }
@@ -45,6 +47,7 @@ TEST(HandOperator, RestsWhereHandSpringAndContactBalance) {
                 test::plane_contact(pushed ? 0 : 1, pushed ? Vector3(Vector3::UnitZ()) : Vector3(-Vector3::UnitZ()),
                                     p.state.position.z(), 1000.0, 2.0);
             if (!pushed) contact.reaction_body = 0;
+            p.frame.hand_motion = {1e-3 * p.state.velocity, Vector3::Zero()};
             if (pushed) p.frame.velocity.col(0) = p.state.velocity;
             if (!pushed) contact.face_velocity = -p.state.velocity.z();
             if (contact.gap < 0.0) effect.contacts.push_back(contact);
@@ -53,6 +56,27 @@ TEST(HandOperator, RestsWhereHandSpringAndContactBalance) {
         EXPECT_NEAR(p.state.position.z(), -0.004 * 300.0 / 1300.0, 1e-9) << pushed;
         EXPECT_NEAR(load.force.z(), 0.004 * 300.0 / 1300.0 * 1000.0, 1e-6) << pushed;
     }
+}
+
+TEST(HandOperator, AWallThatYieldsGivesItsLimitAndTellsIt) {
+    // Target 4 mm inside, hand spring 300 N/m: the wall would give 0.92 N and yields at 0.5 N.
+    Pair p;
+    Effect effect = test::empty_effect(p.topology);
+    Wrench load;
+    for (int tick = 0; tick < 3000; ++tick) {
+        effect.clear();
+        LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), p.state.position.z(), 1000.0, 2.0);
+        contact.limit = 0.5;
+        p.frame.velocity.col(0) = p.state.velocity;
+        p.frame.hand_motion = {1e-3 * p.state.velocity, Vector3::Zero()};
+        if (contact.gap < 0.0) effect.contacts.push_back(contact);
+        load = p.advance(Vector3(0, 0, -0.004), effect, Wrench{}, 4);
+    }
+    EXPECT_NEAR(load.force.z(), 0.5, 1e-9);
+    EXPECT_NEAR(p.state.position.z(), -0.004 + 0.5 / 300.0, 1e-9);
+    ASSERT_EQ(p.loads.size(), 1U);
+    EXPECT_NEAR(p.loads[0].normal, 0.5, 1e-9);
+    EXPECT_TRUE(p.loads[0].at_limit);
 }
 
 TEST(HandOperator, ExternalForceMovesItByForceOverHandStiffness) {
@@ -73,6 +97,7 @@ TEST(HandOperator, MomentIsThatOfTheContactForceAtItsPoint) {
     for (int tick = 0; tick < 3000; ++tick) {
         Effect effect = test::empty_effect(p.topology);
         p.frame.velocity.col(0) = p.state.velocity;
+        p.frame.hand_motion = {1e-3 * p.state.velocity, Vector3::Zero()};
         effect.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), p.state.position.z(), 1000.0, 2.0));
         load = p.advance(Vector3(0, 0, -0.004), effect, Wrench{}, 4);
     }
@@ -100,6 +125,7 @@ TEST(HandOperator, TwoHandsThatPressOnEachOtherAreSolvedTogether) {
             Effect effect = test::empty_effect(topology);
             const double gap = state[1].position.z() - state[0].position.z();
             for (Index i = 0; i < 2; ++i) frame.velocity.col(i) = state[static_cast<std::size_t>(i)].velocity;
+            frame.hand_motion = {1e-3 * state[0].velocity, 1e-3 * state[1].velocity};
             LinearContact contact = test::plane_contact(1, Vector3::UnitZ(), gap, k, mu);
             contact.face_velocity = state[0].velocity.z();
             contact.reaction_body = 0;
@@ -109,7 +135,8 @@ TEST(HandOperator, TwoHandsThatPressOnEachOtherAreSolvedTogether) {
                 hands[i] = {.model = &model, .bodies = {&body[i], 1}, .target = Vector3(0, 0, i == 0 ? 0.002 : -0.002)};
                 hands[i].state = state[i];
             }
-            operators.advance(topology, frame, effect, 1e-3, 4, hands);
+            std::vector<ContactLoad> loads(effect.contacts.size());
+            operators.advance(topology, frame, effect, 1e-3, 4, hands, loads);
             for (std::size_t i = 0; i < 2; ++i) state[i] = hands[i].state;
             EXPECT_NEAR(hands[0].load.force.z(), -hands[1].load.force.z(), 1e-9) << "momentum";
             last_gap = gap;

@@ -5,8 +5,8 @@
 
 #include <array>
 
-#include "respond/equations.hpp"
-#include "scene/world.hpp"
+#include "geometry/exact.hpp"
+#include "geometry/types.hpp"
 
 namespace trocar {
 
@@ -16,11 +16,12 @@ namespace trocar {
 
 /// Crossing of a point at rest by a triangle whose corners move from `p` to `q`, one after the other in the order of
 /// their numbers. Front to back of the point counts +1: the triangle passes over it along its normal.
-[[nodiscard]] int sweep_crossing(const Vector3& x, const std::array<Index, 3>& number, const equations::Corners& p,
-                                 const equations::Corners& q);
+[[nodiscard]] int sweep_crossing(const Vector3& x, const std::array<Index, 3>& number, const Corners& p,
+                                 const Corners& q);
 
-/// Of a closed surface around x: 1 inside where its normals point outwards, 0 outside, to rounding.
-[[nodiscard]] double winding_number(const Topology& topology, const Matrix3X& position, Range triangles,
+/// Of the closed surface that the triangles of this range make around x: 1 inside where its normals point outwards, 0
+/// outside, to rounding.
+[[nodiscard]] double winding_number(const Matrix3X& position, const Triangles& triangles, Range range,
                                     const Vector3& x);
 
 }  // namespace trocar

@@ -1,11 +1,8 @@
-#include "respond/surface_crossings.hpp"
+#include "geometry/signed_crossing.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-
-#include "geometry/exact.hpp"
-#include "respond/common.hpp"
 
 namespace trocar {
 namespace {
@@ -22,7 +19,7 @@ int inside_tetrahedron(const Vector3& a, const Vector3& b, const Vector3& c, con
 }
 
 /// Solid angle of a triangle seen from x over 4 pi (van Oosterom, Strackee 1983).
-double winding_part(const equations::Corners& t, const Vector3& x) {
+double winding_part(const Corners& t, const Vector3& x) {
     const Vector3 a = t[0] - x;
     const Vector3 b = t[1] - x;
     const Vector3 c = t[2] - x;
@@ -47,11 +44,10 @@ int segment_crossing(const Vector3& from, const Vector3& to, const Vector3& a, c
     return start < end ? 1 : -1;
 }
 
-int sweep_crossing(const Vector3& x, const std::array<Index, 3>& number, const equations::Corners& p,
-                   const equations::Corners& q) {
+int sweep_crossing(const Vector3& x, const std::array<Index, 3>& number, const Corners& p, const Corners& q) {
     std::array<std::size_t, 3> order{0, 1, 2};
     std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return number[i] < number[j]; });
-    equations::Corners now = p;
+    Corners now = p;
     int sum = 0;
     for (const std::size_t i : order) {
         // The corner moves along now[i] → q[i]: the triangle sweeps this tetrahedron. It is positively oriented in
@@ -64,10 +60,11 @@ int sweep_crossing(const Vector3& x, const std::array<Index, 3>& number, const e
     return sum;
 }
 
-double winding_number(const Topology& topology, const Matrix3X& position, Range triangles, const Vector3& x) {
+double winding_number(const Matrix3X& position, const Triangles& triangles, Range range, const Vector3& x) {
     double winding = 0.0;
-    for (Index t = triangles.first; t < triangles.end(); ++t) {
-        winding += winding_part(corners_of(topology, position, t), x);
+    for (Index t = range.first; t < range.end(); ++t) {
+        const auto c = triangles.col(t);
+        winding += winding_part({position.col(c[0]), position.col(c[1]), position.col(c[2])}, x);
     }
     return winding;
 }

@@ -1,0 +1,90 @@
+#include "contact/usable.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar {
+namespace {
+
+bool has_geometry(ContactCase kind) {
+    return kind == ContactCase::a_enters_b || kind == ContactCase::b_enters_a || kind == ContactCase::edges_cross ||
+           kind == ContactCase::point_face || kind == ContactCase::edge_edge;
+}
+
+/// -1 stands for none.
+bool exists(Index number, Index count) { return number >= -1 && number < count; }
+
+bool vertices_exist(const std::array<Index, 3>& vertices, const Topology& topology) {
+    return std::all_of(vertices.begin(), vertices.end(),
+                       [&topology](Index vertex) { return exists(vertex, topology.vertex_count); });
+}
+
+bool all_finite(const std::array<double, 3>& numbers) { return std::isfinite(numbers[0] + numbers[1] + numbers[2]); }
+
+/// Of a vector that must have length 1.
+constexpr double most_off_unit = 1e-6;
+bool is_unit(const Vector3& normal) { return std::abs(normal.squaredNorm() - 1.0) <= most_off_unit; }
+
+}  // namespace
+
+Outcome check_contacts(const Topology& topology, const ContactSet& contacts) {
+    const auto failed = [](OutcomeKind kind, std::size_t number, const char* what) {
+        return Outcome{kind, fmt::format("contacts: {} of contact {}", what, number)};
+    };
+    for (std::size_t i = 0; i < contacts.contacts.size(); ++i) {
+        const Contact& one = contacts.contacts[i];
+        if (!exists(one.a, topology.triangle_count()) || !exists(one.b, topology.triangle_count()))
+            return failed(OutcomeKind::threw, i, "a triangle that there is not");
+        if (!exists(one.body_a, topology.body_count()) || !exists(one.body_b, topology.body_count()))
+            return failed(OutcomeKind::threw, i, "a body that there is not");
+        if (!exists(one.vertex_a, topology.vertex_count) || !exists(one.vertex_b, topology.vertex_count) ||
+            !vertices_exist(one.on_a.vertices, topology) || !vertices_exist(one.on_b.vertices, topology))
+            return failed(OutcomeKind::threw, i, "a vertex that there is not");
+        if (!has_geometry(one.kind)) continue;
+        if (!one.point.allFinite() || !one.normal.allFinite() || !std::isfinite(one.depth))
+            return failed(OutcomeKind::not_finite, i, "a point, normal or depth that is not finite");
+        if (!std::isfinite(one.gap) || !std::isfinite(one.approach) || !all_finite(one.on_a.weights) ||
+            !all_finite(one.on_b.weights))
+            return failed(OutcomeKind::not_finite, i, "a gap, approach or weight that is not finite");
+        if (!is_unit(one.normal)) return failed(OutcomeKind::threw, i, "a normal that is not a unit");
+    }
+    return {};
+}
+
+Outcome check_effect(const Topology& topology, const Effect& effect) {
+    const auto failed = [](OutcomeKind kind, const char* what, std::size_t number) {
+        return Outcome{kind, fmt::format("respond: {} {}", what, number)};
+    };
+    for (std::size_t i = 0; i < effect.contacts.size(); ++i) {
+        const LinearContact& one = effect.contacts[i];
+        if (!vertices_exist(one.vertices, topology) || !vertices_exist(one.reaction_vertices, topology))
+            return failed(OutcomeKind::threw, "a vertex that there is not, of contact", i);
+        if (!exists(one.reaction_body, topology.body_count()))
+            return failed(OutcomeKind::threw, "a body that there is not, of contact", i);
+        // Factors that are added up: one that is no number makes the sum none.
+        const double sum = one.gap + one.k + one.mu + one.face_velocity + one.friction + one.tangent_k +
+                           one.normal.sum() + one.reaction_point.sum() + one.surface_velocity.sum() +
+                           one.other_edge.sum();
+        if (!std::isfinite(sum) || std::isnan(one.limit) || !all_finite(one.weights) ||
+            !all_finite(one.reaction_weights))
+            return failed(OutcomeKind::not_finite, "a number that is not finite, of contact", i);
+    }
+    for (std::size_t i = 0; i < effect.placements.size(); ++i) {
+        const Placement& one = effect.placements[i];
+        if (one.vertex < 0 || one.vertex >= topology.vertex_count)
+            return failed(OutcomeKind::threw, "a vertex that there is not, of placement", i);
+        if (!one.position.allFinite() || !one.velocity.allFinite())
+            return failed(OutcomeKind::not_finite, "a number that is not finite, of placement", i);
+    }
+    if (!std::isfinite((effect.held_force.array() * 0.0).sum()))
+        return {OutcomeKind::not_finite, "respond: a held force that is not finite"};
+    for (std::size_t body = 0; body < effect.wrench.size(); ++body) {
+        if (!effect.wrench[body].force.allFinite() || !effect.wrench[body].moment.allFinite())
+            return failed(OutcomeKind::not_finite, "a wrench that is not finite, of body", body);
+    }
+    return {};
+}
+
+}  // namespace trocar

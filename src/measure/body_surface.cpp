@@ -1,0 +1,127 @@
+#include "measure/body_surface.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace trocar {
+namespace {
+
+std::vector<RimEdge> rim_of(const Triangles& triangles, Range range) {
+    std::map<std::pair<Index, Index>, int> net;
+    for (Index t = range.first; t < range.end(); ++t) {
+        for (int corner = 0; corner < 3; ++corner) {
+            const Index u = triangles(corner, t);
+            const Index v = triangles((corner + 1) % 3, t);
+            if (u < v) ++net[{u, v}];
+            if (v < u) --net[{v, u}];
+        }
+    }
+    std::vector<RimEdge> rim;
+    for (const auto& [edge, count] : net) {
+        if (count != 0) rim.push_back({edge.first, edge.second, count});
+    }
+    return rim;
+}
+
+}  // namespace
+
+BodySurface::BodySurface(const Topology& topology, Index body, const Matrix3X& now, const Matrix3X& before,
+                         Index area_samples)
+    : topology_(&topology), range_(&topology.bodies[static_cast<std::size_t>(body)]), now_(&now), before_(&before) {
+    spread(area_samples);
+    find_edges();
+    if (!range_->closed) rim_ = rim_of(topology.triangles, range_->triangles);
+    distance_.prepare(topology.triangles, range_->triangles, now);
+    follow();
+}
+
+/// Evenly by area over the triangles, the same on every machine: strata along the summed area, and within the triangles
+/// the additive recurrence of Roberts (2018), folded into the triangle.
+void BodySurface::spread(Index count) {
+    const Range range = range_->triangles;
+    std::vector<double> area_up_to;
+    double total = 0.0;
+    for (Index t = range.first; t < range.end(); ++t) {
+        const Vector3 a = now_->col(topology_->triangles(0, t));
+        const Vector3 b = now_->col(topology_->triangles(1, t));
+        const Vector3 c = now_->col(topology_->triangles(2, t));
+        total += 0.5 * (b - a).cross(c - a).norm();
+        area_up_to.push_back(total);
+    }
+    if (!(total > 0.0)) return;
+    constexpr double step_u = 0.7548776662466927;
+    constexpr double step_v = 0.5698402909980532;
+    for (Index i = 0; i < count; ++i) {
+        const double wanted = total * (i + 0.5) / count;
+        const auto found = std::upper_bound(area_up_to.begin(), area_up_to.end() - 1, wanted);
+        double u = std::fmod(0.5 + step_u * (i + 1), 1.0);
+        double v = std::fmod(0.5 + step_v * (i + 1), 1.0);
+        if (u + v > 1.0) {
+            u = 1.0 - u;
+            v = 1.0 - v;
+        }
+        area_.push_back({range.first + static_cast<Index>(found - area_up_to.begin()), Vector3(1.0 - u - v, u, v)});
+    }
+    if (!area_.empty()) area_weight_ = total / static_cast<double>(area_.size());
+}
+
+void BodySurface::find_edges() {
+    for (Index t = range_->triangles.first; t < range_->triangles.end(); ++t) {
+        for (int corner = 0; corner < 3; ++corner) {
+            const Index u = topology_->triangles(corner, t);
+            const Index v = topology_->triangles((corner + 1) % 3, t);
+            edges_.push_back({u, v});
+            edges_.push_back({v, u});
+        }
+    }
+    std::sort(edges_.begin(), edges_.end());
+    edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
+}
+
+void BodySurface::follow() {
+    swept_ = box_;
+    box_ = Box{};
+    const Range vertices = range_->vertices;
+    for (Index v = vertices.first; v < vertices.end(); ++v) box_.add(now_->col(v));
+    if (vertices.count > 0) {
+        swept_.add(box_.min);
+        swept_.add(box_.max);
+    }
+    grid_is_current_ = false;
+    distance_is_current_ = false;
+    moved_rim_.clear();
+    for (const RimEdge& edge : rim_) {
+        if (now_->col(edge.from) != before_->col(edge.from) || now_->col(edge.to) != before_->col(edge.to)) {
+            moved_rim_.push_back(edge);
+        }
+    }
+}
+
+Vector3 BodySurface::point(std::size_t sample, const Matrix3X& at) const {
+    if (sample < vertex_count()) return at.col(range_->vertices.first + static_cast<Index>(sample));
+    const AreaSample& area = area_sample(sample);
+    const auto corners = topology_->triangles.col(area.triangle);
+    return area.weights[0] * at.col(corners[0]) + area.weights[1] * at.col(corners[1]) +
+           area.weights[2] * at.col(corners[2]);
+}
+
+const RayGrid& BodySurface::grid() {
+    if (!grid_is_current_) {
+        grid_.build(topology_->triangles, range_->triangles, *now_, box_);
+        grid_is_current_ = true;
+    }
+    return grid_;
+}
+
+int BodySurface::crossings(const Vector3& p) { return grid().crossings(topology_->triangles, *now_, p); }
+
+double BodySurface::distance(const Vector3& p) {
+    if (!distance_is_current_) {
+        distance_.refit(topology_->triangles, *now_);
+        distance_is_current_ = true;
+    }
+    return distance_.distance(topology_->triangles, *now_, p);
+}
+
+}  // namespace trocar

@@ -1,0 +1,338 @@
+#include "measure/passage.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "geometry/exact.hpp"
+
+namespace trocar {
+namespace {
+
+constexpr double most_samples = 2e5;
+/// Cosine between the outward normals of way in and way out, at most, that makes a passage.
+constexpr double opposite = -0.5;
+/// Depth that makes one, at least: as part of how deep the body is, or of the distance from way in to way out.
+constexpr double deep_for_the_body = 0.8;
+constexpr double deep_for_the_way = 0.4;
+/// Samples are thought moved by this part of the other body's box, in a direction that no mesh is built along, so that
+/// they do not run through edges and vertices of a mesh whose lines they share.
+constexpr double aside = 1e-9;
+const Vector3 aside_direction(0.5497, 0.6180, 0.7549);
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+Box box_of(const Matrix3X& position, Range vertices) {
+    Box box;
+    for (Index v = vertices.first; v < vertices.end(); ++v) box.add(position.col(v));
+    return box;
+}
+
+Box both(Box box, const Box& other) {
+    box.add(other.min);
+    box.add(other.max);
+    return box;
+}
+
+bool finite(const Box& box) { return box.min.allFinite() && box.max.allFinite(); }
+
+/// Exact side of the line p→q on which the line u→v passes it, never 0, and opposite for v→u.
+int passing_side(const Vector3& p, const Vector3& q, const Matrix3X& shape, Index u, Index v) {
+    const bool ordered = u < v;
+    const int sign = orientation_sign(p, q, shape.col(ordered ? u : v), shape.col(ordered ? v : u));
+    return (sign < 0 ? -1 : 1) * (ordered ? 1 : -1);
+}
+
+}  // namespace
+
+PassageTruth::PassageTruth(const Scene& scene) : scene_(&scene), shape_(scene.first.position) {
+    const Topology& topology = scene.topology;
+    const Frame& frame = scene.first;
+    if (frame.pose.size() != topology.bodies.size() || scene.bodies.size() != topology.bodies.size()) return;
+    before_ = frame.position;
+    pose_before_ = frame.pose;
+    targets_.resize(topology.bodies.size());
+    box_.resize(topology.bodies.size());
+    for (const BodyRange& body : topology.bodies) box_before_.push_back(box_of(frame.position, body.vertices));
+    const auto has_shape = [&](Index body) {
+        return scene.bodies[at(body)].local.cols() == range(body).vertices.count && range(body).triangles.count > 0;
+    };
+    for (const auto& [a, b] : topology.body_pairs) {
+        const bool tissue = range(a).kind == BodyKind::tissue || range(b).kind == BodyKind::tissue;
+        if (tissue || !has_shape(a) || !has_shape(b)) continue;
+        Pair pair;
+        for (const auto& [from, into] : {std::pair{a, b}, std::pair{b, a}}) {
+            if (targets_[at(into)].normal.cols() == 0) place_target(into, frame.pose[at(into)].jaw);
+            Direction direction;
+            direction.from = from;
+            direction.into = into;
+            add_samples(direction);
+            sample_places(direction, frame.position, frame.pose[at(into)], direction.at);
+            direction.up_to_date = true;
+            direction.depth.assign(direction.samples.size(), 0);
+            direction.entered.assign(direction.samples.size(), -1);
+            direction.entry = direction.at;
+            direction.deepest.assign(direction.samples.size(), 0.0);
+            if (range(into).closed) {
+                for (std::size_t s = 0; s < direction.samples.size(); ++s) {
+                    direction.depth[s] = targets_[at(into)].grid.crossings(
+                        topology.triangles, shape_, direction.at.col(static_cast<Eigen::Index>(s)));
+                    direction.any_inside = direction.any_inside || direction.depth[s] != 0;
+                }
+            }
+            pair.directions.push_back(std::move(direction));
+        }
+        pairs_.push_back(std::move(pair));
+    }
+}
+
+void PassageTruth::place_target(Index body, double jaw) {
+    const Topology& topology = scene_->topology;
+    const BodyRange& own = range(body);
+    Target& target = targets_[at(body)];
+    Pose pose;
+    pose.jaw = jaw;
+    place_body(scene_->bodies[at(body)], own.vertices, pose, shape_);
+    target.jaw = jaw;
+    target.box = box_of(shape_, own.vertices);
+    target.grid.build(topology.triangles, own.triangles, shape_, target.box);
+    target.distance.prepare(topology.triangles, own.triangles, shape_);
+    target.distance.refit(topology.triangles, shape_);
+    target.normal.resize(3, own.triangles.count);
+    double twice_area = 0.0;
+    double six_volumes = 0.0;
+    double edges = 0.0;
+    const Vector3 origin = target.box.min;
+    for (Index t = 0; t < own.triangles.count; ++t) {
+        const auto corners = topology.triangles.col(own.triangles.first + t);
+        const Vector3 a = shape_.col(corners[0]);
+        const Vector3 b = shape_.col(corners[1]);
+        const Vector3 c = shape_.col(corners[2]);
+        const Vector3 area = (b - a).cross(c - a);
+        target.normal.col(t) = area.norm() > 0.0 ? Vector3(area / area.norm()) : Vector3(Vector3::Zero());
+        twice_area += area.norm();
+        six_volumes += (a - origin).dot(area);
+        edges += (b - a).norm() + (c - b).norm() + (a - c).norm();
+    }
+    target.thickness = own.closed && six_volumes > 0.0 ? six_volumes / (3.0 * twice_area)
+                                                       : edges / (3.0 * static_cast<double>(own.triangles.count));
+    target.half_width = own.closed ? half_width_of(body) : 0.0;
+}
+
+/// From the middle of a triangle straight inwards, half-way to the other side, is about where a body is deepest.
+double PassageTruth::half_width_of(Index body) const {
+    const Topology& topology = scene_->topology;
+    const BodyRange& own = range(body);
+    const Target& target = targets_[at(body)];
+    const double across = (target.box.max - target.box.min).norm();
+    constexpr Index most_rays = 1000;
+    const Index stride = 1 + own.triangles.count / most_rays;
+    double deepest = 0.0;
+    for (Index t = 0; t < own.triangles.count; t += stride) {
+        const auto corners = topology.triangles.col(own.triangles.first + t);
+        const Vector3 middle = (shape_.col(corners[0]) + shape_.col(corners[1]) + shape_.col(corners[2])) / 3.0;
+        const Vector3 inwards = -target.normal.col(t);
+        double nearest = across;
+        target.grid.visit_along(middle, middle + across * inwards, [&](Index other) {
+            const auto normal = target.normal.col(other - own.triangles.first);
+            const auto face = topology.triangles.col(other);
+            const double slope = normal.dot(inwards);
+            if (slope <= 0.0) return;
+            const double way = normal.dot(shape_.col(face[0]) - middle) / slope;
+            const Vector3 hit = middle + way * inwards;
+            if (way <= 0.0 || way >= nearest) return;
+            constexpr double on_the_face = 1e-9;  // of the body's size
+            const double squared =
+                squared_distance_to_triangle(shape_.col(face[0]), shape_.col(face[1]), shape_.col(face[2]), hit);
+            if (std::sqrt(squared) <= on_the_face * across) nearest = way;
+        });
+        const Vector3 point = middle + 0.5 * nearest * inwards;
+        if (nearest < across) {
+            deepest = std::max(deepest, target.distance.distance(topology.triangles, shape_, point));
+        }
+    }
+    return deepest;
+}
+
+void PassageTruth::add_samples(Direction& direction) const {
+    const BodyRange& own = range(direction.from);
+    const Triangles& triangles = scene_->topology.triangles;
+    const Matrix3X& position = scene_->first.position;
+    std::set<std::pair<Index, Index>> edges;
+    double length = 0.0;
+    for (Index t = own.triangles.first; t < own.triangles.end(); ++t) {
+        for (int corner = 0; corner < 3; ++corner) {
+            const auto [u, v] = std::minmax(triangles(corner, t), triangles((corner + 1) % 3, t));
+            if (edges.insert({u, v}).second) length += (position.col(v) - position.col(u)).norm();
+        }
+    }
+    for (Index v = own.vertices.first; v < own.vertices.end(); ++v) direction.samples.push_back({v, v, 0.0});
+    const double spacing = std::max(targets_[at(direction.into)].thickness, length / most_samples);
+    for (const auto& [u, v] : edges) {
+        const double parts = std::ceil((position.col(v) - position.col(u)).norm() / spacing);
+        for (double i = 1.0; i < parts; ++i) direction.samples.push_back({u, v, i / parts});
+    }
+}
+
+void PassageTruth::sample_places(const Direction& direction, const Matrix3X& position, const Pose& into,
+                                 Matrix3X& places) const {
+    const Box& box = targets_[at(direction.into)].box;
+    const Matrix3 back = into.rotation.toRotationMatrix().transpose();
+    const Vector3 offset = aside * (box.max - box.min).norm() * aside_direction - back * into.translation;
+    places.resize(3, static_cast<Eigen::Index>(direction.samples.size()));
+    for (std::size_t s = 0; s < direction.samples.size(); ++s) {
+        const Sample& sample = direction.samples[s];
+        const Vector3 world = (1.0 - sample.share) * position.col(sample.u) + sample.share * position.col(sample.v);
+        places.col(static_cast<Eigen::Index>(s)) = back * world + offset;
+    }
+}
+
+std::int64_t PassageTruth::follow(const Frame& frame) {
+    if (pairs_.empty()) return -1;
+    for (std::size_t b = 0; b < box_.size(); ++b) box_[b] = box_of(frame.position, scene_->topology.bodies[b].vertices);
+    std::int64_t completed = 0;
+    for (Pair& pair : pairs_) {
+        const Direction& first = pair.directions.front();
+        const Box swept_a = both(box_[at(first.from)], box_before_[at(first.from)]);
+        const Box swept_b = both(box_[at(first.into)], box_before_[at(first.into)]);
+        const bool inside = std::any_of(pair.directions.begin(), pair.directions.end(),
+                                        [](const Direction& direction) { return direction.any_inside; });
+        if (!finite(swept_a) || !finite(swept_b) || (!inside && !swept_a.overlaps(swept_b))) {
+            for (Direction& direction : pair.directions) direction.up_to_date = false;
+            pair.counted = false;
+            continue;
+        }
+        bool through = false;
+        bool going_on = false;
+        for (Direction& direction : pair.directions) {
+            through = follow(frame, direction) || through;
+            going_on = going_on || direction.any_inside || moved_through_;
+        }
+        if (through && !pair.counted) ++completed;
+        pair.counted = (pair.counted || through) && going_on;
+    }
+    before_ = frame.position;
+    pose_before_ = frame.pose;
+    box_before_.swap(box_);
+    return completed;
+}
+
+bool PassageTruth::follow(const Frame& frame, Direction& direction) {
+    const auto into = at(direction.into);
+    if (!direction.up_to_date) sample_places(direction, before_, pose_before_[into], direction.at);
+    if (!scene_->bodies[into].jaws.empty() && targets_[into].jaw != frame.pose[into].jaw) {
+        place_target(direction.into, frame.pose[into].jaw);
+    }
+    sample_places(direction, frame.position, frame.pose[into], next_);
+    direction.any_inside = false;
+    moved_through_ = false;
+    bool through = false;
+    for (std::size_t s = 0; s < direction.samples.size(); ++s) {
+        through = follow_sample(s, next_.col(static_cast<Eigen::Index>(s)), direction) || through;
+        direction.any_inside = direction.any_inside || direction.depth[s] != 0;
+    }
+    direction.at.swap(next_);
+    direction.up_to_date = true;
+    if (range(direction.into).closed) return through;
+    if (!direction.any_inside || !surfaces_apart(frame, direction)) return false;
+    // The side that the samples are on now is the one that the next passage is counted from.
+    std::fill(direction.depth.begin(), direction.depth.end(), 0);
+    direction.any_inside = false;
+    return true;
+}
+
+bool PassageTruth::follow_sample(std::size_t sample, const Vector3& to, Direction& direction) {
+    const Triangles& triangles = scene_->topology.triangles;
+    const BodyRange& body = range(direction.into);
+    const Target& target = targets_[at(direction.into)];
+    const Vector3 from = direction.at.col(static_cast<Eigen::Index>(sample));
+    hits_.clear();
+    if (from != to) {
+        target.grid.visit_along(from, to, [&](Index t) {
+            const Vector3 a = shape_.col(triangles(0, t));
+            const Vector3 b = shape_.col(triangles(1, t));
+            const Vector3 c = shape_.col(triangles(2, t));
+            const bool below = orientation_sign(a, b, c, from) > 0;
+            if (below == (orientation_sign(a, b, c, to) > 0)) return;
+            const int side = passing_side(from, to, shape_, triangles(0, t), triangles(1, t));
+            if (side != passing_side(from, to, shape_, triangles(1, t), triangles(2, t)) ||
+                side != passing_side(from, to, shape_, triangles(2, t), triangles(0, t))) {
+                return;
+            }
+            const auto normal = target.normal.col(t - body.triangles.first);
+            const double part = normal.dot(a - from) / normal.dot(to - from);
+            hits_.push_back({std::isfinite(part) ? part : 0.5, t, below ? -1 : 1});
+        });
+    }
+    if (hits_.empty()) {
+        if (direction.entered[sample] >= 0) deepen(sample, from, to, direction);
+        return false;
+    }
+    // A triangle may be visited more than once.
+    std::sort(hits_.begin(), hits_.end(), [](const Hit& x, const Hit& y) { return x.triangle < y.triangle; });
+    hits_.erase(
+        std::unique(hits_.begin(), hits_.end(), [](const Hit& x, const Hit& y) { return x.triangle == y.triangle; }),
+        hits_.end());
+    std::stable_sort(hits_.begin(), hits_.end(), [](const Hit& x, const Hit& y) { return x.part < y.part; });
+    moved_through_ = true;
+    bool through = false;
+    Vector3 last = from;
+    const auto column = static_cast<Eigen::Index>(sample);
+    for (const Hit& hit : hits_) {
+        int& depth = direction.depth[sample];
+        Index& entered = direction.entered[sample];
+        const Vector3 here = from + hit.part * (to - from);
+        if (depth == 0) {
+            entered = hit.triangle;
+            direction.entry.col(column) = here;
+            direction.deepest[sample] = 0.0;
+        } else if (entered >= 0) {
+            deepen(sample, last, here, direction);
+        }
+        last = here;
+        depth += hit.step;
+        if (depth != 0) continue;
+        if (entered >= 0) {
+            const auto normal_in = target.normal.col(entered - body.triangles.first);
+            const auto normal_out = target.normal.col(hit.triangle - body.triangles.first);
+            const double deep_enough = std::min(deep_for_the_body * target.half_width,
+                                                deep_for_the_way * (here - direction.entry.col(column)).norm());
+            through = through || (normal_in.dot(normal_out) <= opposite && direction.deepest[sample] >= deep_enough);
+        }
+        entered = -1;
+    }
+    if (direction.entered[sample] >= 0) deepen(sample, last, to, direction);
+    return through;
+}
+
+void PassageTruth::deepen(std::size_t sample, const Vector3& from, const Vector3& to, Direction& direction) const {
+    const Target& target = targets_[at(direction.into)];
+    double& deepest = direction.deepest[sample];
+    if (!range(direction.into).closed || deepest >= deep_for_the_body * target.half_width) return;
+    // Odd, so that the middle is among them; one for a step that is short against the body.
+    constexpr double most_points = 9.0;
+    const double points =
+        1.0 + 2.0 * std::floor(std::min(2.0 * (to - from).norm() / target.thickness, 0.5 * (most_points - 1.0)));
+    for (double i = 0.5; i < points; ++i) {
+        const Vector3 point = from + i / points * (to - from);
+        deepest = std::max(deepest, target.distance.distance(scene_->topology.triangles, shape_, point));
+    }
+}
+
+bool PassageTruth::surfaces_apart(const Frame& frame, const Direction& direction) {
+    const Topology& topology = scene_->topology;
+    std::vector<Box> boxes;
+    std::vector<IndexPair> candidates;
+    triangle_boxes(frame.position, topology.triangles, boxes);
+    overlapping_boxes(boxes, range(direction.from).triangles, range(direction.into).triangles, candidates);
+    const auto corners = [&](Index t) {
+        return Corners{frame.position.col(topology.triangles(0, t)), frame.position.col(topology.triangles(1, t)),
+                       frame.position.col(topology.triangles(2, t))};
+    };
+    return std::none_of(candidates.begin(), candidates.end(), [&](const IndexPair& pair) {
+        return oracle_intersect(corners(pair.first), corners(pair.second));
+    });
+}
+
+}  // namespace trocar

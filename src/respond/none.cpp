@@ -1,0 +1,29 @@
+// A control, not a contestant: a response that does nothing. What another does without contacts must be the same.
+#include <memory>
+
+#include "method/entry.hpp"
+
+namespace trocar {
+namespace {
+
+class None final : public Response {
+public:
+    void prepare(const Topology& /*topology*/, const Materials& /*materials*/) override {}
+    void respond(const Frame& /*frame*/, double /*dt*/, const ContactSet& /*contacts*/,
+                 std::span<const ContactLoad> /*loads*/, Effect& effect) override {
+        effect.clear();
+    }
+};
+
+}  // namespace
+
+ResponseEntry none_response() {
+    ResponseEntry entry;
+    entry.name = "none";
+    entry.configuration = "a control, not a contestant: does nothing";
+    entry.control = true;
+    entry.make = [](const ParameterValues&) { return std::make_unique<None>(); };
+    return entry;
+}
+
+}  // namespace trocar

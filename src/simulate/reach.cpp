@@ -1,0 +1,61 @@
+#include "simulate/reach.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace trocar {
+namespace {
+
+double mean_edge(const Topology& topology, const Frame& frame, Range triangles) {
+    double sum = 0.0;
+    for (Index t = triangles.first; t < triangles.end(); ++t) {
+        for (int i = 0; i < 3; ++i) {
+            sum +=
+                (frame.position.col(topology.triangles(i, t)) - frame.position.col(topology.triangles((i + 1) % 3, t)))
+                    .norm();
+        }
+    }
+    return triangles.count > 0 ? sum / (3.0 * triangles.count) : 0.0;
+}
+
+}  // namespace
+
+Reach::Reach(const Scene& scene, double margin) {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (std::size_t b = 0; b < scene.topology.bodies.size(); ++b) {
+        const BodyRange& body = scene.topology.bodies[b];
+        const bool led = b < scene.bodies.size() && scene.bodies[b].motion.has_value();
+        if (body.kind != BodyKind::tissue && !led) continue;
+        const double edge = mean_edge(scene.topology, scene.first, body.triangles);
+        if (edge > 0.0) smallest = std::min(smallest, edge);
+    }
+    if (!std::isfinite(smallest)) {
+        for (const BodyRange& body : scene.topology.bodies) {
+            const double edge = mean_edge(scene.topology, scene.first, body.triangles);
+            if (edge > 0.0) smallest = std::min(smallest, edge);
+        }
+    }
+    if (!std::isfinite(smallest)) return;
+    edge_ = smallest;
+    margin_ = margin * smallest;
+}
+
+double Reach::of(double led_move, double tissue_move, double deep) const {
+    const double wanted = margin_ + led_move + tissue_move + deep;
+    double reach = margin_;
+    while (reach < wanted && reach < most() && reach > 0.0) reach *= 2.0;
+    return std::max(margin_, std::min(reach, most()));
+}
+
+double furthest_move(const Frame& frame, std::span<const Range> ranges) {
+    double square = 0.0;
+    for (const Range& range : ranges) {
+        for (Index v = range.first; v < range.end(); ++v) {
+            square = std::max(square, (frame.position.col(v) - frame.previous.col(v)).squaredNorm());
+        }
+    }
+    return std::sqrt(square);
+}
+
+}  // namespace trocar

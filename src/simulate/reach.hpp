@@ -1,0 +1,35 @@
+// How near two surfaces must be for a detector to tell of them: one number per tick, so that whatever may meet within
+// the tick, or met since the last one, is among its answers. No source needs to know how anything moves.
+#pragma once
+
+#include <span>
+
+#include "scene/scene.hpp"
+
+namespace trocar {
+
+class Reach {
+public:
+    /// `margin`: of the smallest mean edge of the bodies that move, 1.
+    Reach(const Scene& scene, double margin);
+    /// For a frame whose led bodies have moved, m: the margin, the furthest that any vertex of the led bodies and of
+    /// the tissue has come since the last frame, and what is deeper inside than its pairs would tell, rounded up to
+    /// margin · 2ⁿ so that structures need not follow every tick, at most most(). All three in m: no vertex has gone
+    /// further, nothing is deeper.
+    [[nodiscard]] double of(double led_move, double tissue_move, double deep) const;
+    /// m, eight mean edges: what goes further than that in a tick has no neighbourhood left, and to ask for it would be
+    /// to ask for every pair of triangles. A tick whose reach is cut to this is told as truncated.
+    [[nodiscard]] double most() const { return most_edges * edge_; }
+    /// m, the smallest mean edge.
+    [[nodiscard]] double edge() const { return edge_; }
+
+private:
+    static constexpr double most_edges = 8.0;
+    double edge_ = 0.0;
+    double margin_ = 0.0;  ///< m
+};
+
+/// m, furthest that a vertex of these ranges has come since the last frame.
+double furthest_move(const Frame& frame, std::span<const Range> ranges);
+
+}  // namespace trocar

@@ -1,0 +1,253 @@
+#include "source/crossed_sides.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "geometry/signed_crossing.hpp"
+#include "geometry/triangle_distance.hpp"
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Vertices are followed at a point a hair beside them, always the same way, so that no path runs exactly through an
+/// edge of a regular mesh.
+const Vector3 hair{1.37e-11, -2.91e-11, 2.23e-11};
+
+Box box_of(const Corners& corners) {
+    Box box;
+    for (const Vector3& corner : corners) box.add(corner);
+    return box;
+}
+
+Corners corners_from(const Topology& topology, const Matrix3X& position, Index triangle) {
+    const auto c = topology.triangles.col(triangle);
+    return {position.col(c[0]), position.col(c[1]), position.col(c[2])};
+}
+
+/// Signed crossings of a vertex with a triangle: first the triangle moves, then the vertex.
+int crossing(const Vector3& from, const Vector3& to, const std::array<Index, 3>& number, const Corners& before,
+             const Corners& after) {
+    Box way;
+    way.add(from);
+    way.add(to);
+    way.min.array() -= 1e-9;
+    way.max.array() += 1e-9;
+    Box swept = box_of(before);
+    for (const Vector3& corner : after) swept.add(corner);
+    if (!way.overlaps(swept)) return 0;
+    const Vector3 x = from + hair;
+    int sum = 0;
+    if (before != after) sum += sweep_crossing(x, number, before, after);
+    if (from != to) sum += segment_crossing(x, to + hair, after[0], after[1], after[2]);
+    return sum;
+}
+
+}  // namespace
+
+const CrossedLayer* CrossedSides::layer(Index vertex, Index face_body) const {
+    if (crossed_[at(vertex)] == 0) return nullptr;
+    const auto found = std::find_if(layers_.begin(), layers_.end(), [&](const CrossedLayer& layer) {
+        return layer.vertex == vertex && layer.face_body == face_body;
+    });
+    return found == layers_.end() ? nullptr : &*found;
+}
+
+bool CrossedSides::is_beyond(const TickStart& start, const FeatureMesh& mesh, Index edge, double fraction,
+                             Index edge_body, Index face_body, const ContactSet& contacts) const {
+    const Topology& topology = start.topology();
+    const Index first = mesh.ends(edge)[0];
+    int count = 0;
+    for (const CrossedLayer& one : layers_) {
+        if (one.vertex == first && one.face_body == face_body) count += one.sign;
+    }
+    const Vector3 from = start.position(first, edge_body);
+    const Vector3 to = (1.0 - fraction) * from + fraction * start.position(mesh.ends(edge)[1], edge_body);
+    // One face at the edge is enough to find what the edge passes through.
+    const Index face_at_edge = mesh.faces_at_edge(edge).front();
+    for (const std::vector<TrianglePair>* pairs : {&contacts.pairs, &contacts.near}) {
+        for (const TrianglePair& pair : *pairs) {
+            Index other = -1;
+            if (pair.a == face_at_edge) other = pair.b;
+            if (pair.b == face_at_edge) other = pair.a;
+            if (other < 0 || topology.body_of_triangle[at(other)] != face_body) continue;
+            const auto c = topology.triangles.col(other);
+            count += segment_crossing(from + hair, to + hair, start.position(c[0], face_body),
+                                      start.position(c[1], face_body), start.position(c[2], face_body));
+        }
+    }
+    return count != 0;
+}
+
+void CrossedSides::add(const CrossedLayer& layer) {
+    layers_.push_back(layer);
+    ++crossed_[at(layer.vertex)];
+}
+
+void CrossedSides::cross(const PointFace& where, int crossings) {
+    for (; crossings > 0; --crossings) cross_once(where, 1);
+    for (; crossings < 0; ++crossings) cross_once(where, -1);
+}
+
+void CrossedSides::cross_once(const PointFace& where, int sign) {
+    if (crossed_[at(where.vertex)] != 0) {
+        const auto back = std::find_if(layers_.begin(), layers_.end(), [&](const CrossedLayer& layer) {
+            return layer.vertex == where.vertex && layer.face_body == where.face_body && layer.sign == -sign;
+        });
+        if (back != layers_.end()) {
+            --crossed_[at(where.vertex)];
+            layers_.erase(back);
+            return;
+        }
+    }
+    add({where.vertex, where.vertex_body, where.face_body, where.triangle, sign});
+}
+
+void CrossedSides::settle(const TickStart& start, const std::vector<PointFace>& near) {
+    const Topology& topology = start.topology();
+    const Frame& frame = start.frame();
+    for (const PointFace& one : near) {
+        const auto c = topology.triangles.col(one.triangle);
+        const std::array<Index, 3> number{c[0], c[1], c[2]};
+        const Vector3 v0 = frame.previous.col(one.vertex);
+        const Vector3 v1 = start.position(one.vertex, one.vertex_body);
+        const Corners f0 = corners_from(topology, frame.previous, one.triangle);
+        const Corners f1{start.position(c[0], one.face_body), start.position(c[1], one.face_body),
+                         start.position(c[2], one.face_body)};
+        // Tissue goes first: its vertex before the face that a hand moves.
+        const bool vertex_first = start.is_tissue(one.vertex_body) && !start.is_tissue(one.face_body);
+        cross(one, vertex_first ? crossing(v0, v1, number, f0, f0) + crossing(v1, v1, number, f0, f1)
+                                : crossing(v0, v1, number, f0, f1));
+    }
+}
+
+void CrossedSides::lead(const TickStart& start, const std::vector<PointFace>& near) {
+    const Topology& topology = start.topology();
+    const Frame& frame = start.frame();
+    for (const PointFace& one : near) {
+        if (start.is_tissue(one.vertex_body) && start.is_tissue(one.face_body)) continue;
+        const auto c = topology.triangles.col(one.triangle);
+        const std::array<Index, 3> number{c[0], c[1], c[2]};
+        const Corners f1{start.position(c[0], one.face_body), start.position(c[1], one.face_body),
+                         start.position(c[2], one.face_body)};
+        cross(one, crossing(start.position(one.vertex, one.vertex_body), frame.position.col(one.vertex), number, f1,
+                            corners_from(topology, frame.position, one.triangle)));
+    }
+}
+
+void CrossedSides::prepare(const Topology& topology, const FeatureMesh& mesh, const Frame& first) {
+    layers_.clear();
+    layers_.reserve(256);
+    crossed_.assign(at(topology.vertex_count), 0);
+    for (const auto& [a, b] : topology.body_pairs) {
+        for (const auto& [body, face_body] : {std::array{a, b}, std::array{b, a}}) {
+            if (topology.bodies[at(face_body)].closed) {
+                start_closed(topology, first, body, face_body);
+            } else {
+                start_open(topology, mesh, first, body, face_body);
+            }
+        }
+    }
+}
+
+void CrossedSides::start_layer(const Topology& topology, const Frame& first, Index vertex, Index body, Index face_body,
+                               int count) {
+    Index nearest = -1;
+    double least = std::numeric_limits<double>::infinity();
+    const Vector3 x = first.position.col(vertex);
+    const Range triangles = topology.bodies[at(face_body)].triangles;
+    for (Index t = triangles.first; t < triangles.end(); ++t) {
+        const Corners corners = corners_from(topology, first.position, t);
+        const double distance = (point_at(corners, closest_point_on_triangle(corners, x)) - x).squaredNorm();
+        if (distance < least) {
+            least = distance;
+            nearest = t;
+        }
+    }
+    for (; nearest >= 0 && count > 0; --count) add({vertex, body, face_body, nearest, 1});
+    for (; nearest >= 0 && count < 0; ++count) add({vertex, body, face_body, nearest, -1});
+}
+
+void CrossedSides::start_closed(const Topology& topology, const Frame& first, Index body, Index face_body) {
+    const Range triangles = topology.bodies[at(face_body)].triangles;
+    Box bounds;
+    for (Index t = triangles.first; t < triangles.end(); ++t) {
+        for (const Vector3& corner : corners_from(topology, first.position, t)) bounds.add(corner);
+    }
+    const Range vertices = topology.bodies[at(body)].vertices;
+    for (Index v = vertices.first; v < vertices.end(); ++v) {
+        const Vector3 x = first.position.col(v) + hair;
+        Box box;
+        box.add(x);
+        if (!box.overlaps(bounds)) continue;
+        const auto count =
+            static_cast<int>(std::lround(winding_number(first.position, topology.triangles, triangles, x)));
+        if (count != 0) start_layer(topology, first, v, body, face_body, count);
+    }
+}
+
+/// Along the edges of the body from vertex to vertex: every edge that passes through the sheet changes the count. What
+/// hangs together is thus known up to one number, which the first edge through the sheet settles: its end on the
+/// declared side has count 0.
+void CrossedSides::start_open(const Topology& topology, const FeatureMesh& mesh, const Frame& first, Index body,
+                              Index face_body) {
+    const Range triangles = topology.bodies[at(face_body)].triangles;
+    std::vector<Box> boxes;
+    Box bounds;
+    for (Index t = triangles.first; t < triangles.end(); ++t) {
+        boxes.push_back(box_of(corners_from(topology, first.position, t)));
+        bounds.add(boxes.back().min);
+        bounds.add(boxes.back().max);
+    }
+    const auto crossings = [&](Index u, Index v) {
+        const Vector3 from = first.position.col(u) + hair;
+        const Vector3 to = first.position.col(v) + hair;
+        Box way;
+        way.add(from);
+        way.add(to);
+        int sum = 0;
+        if (!way.overlaps(bounds)) return sum;
+        for (Index t = triangles.first; t < triangles.end(); ++t) {
+            if (!way.overlaps(boxes[at(t - triangles.first)])) continue;
+            const Corners c = corners_from(topology, first.position, t);
+            sum += segment_crossing(from, to, c[0], c[1], c[2]);
+        }
+        return sum;
+    };
+    const Range vertices = topology.bodies[at(body)].vertices;
+    std::vector<int> count(at(vertices.count), 0);
+    std::vector<std::uint8_t> seen(at(vertices.count), 0);
+    std::vector<Index> connected;
+    const bool belongs_in_front = topology.bodies[at(face_body)].start_side == SheetSide::front;
+    for (Index root = vertices.first; root < vertices.end(); ++root) {
+        if (seen[at(root - vertices.first)] != 0) continue;
+        seen[at(root - vertices.first)] = 1;
+        connected.assign(1, root);
+        bool settled = false;
+        int right = 0;  // count of what is on the declared side
+        for (std::size_t next = 0; next < connected.size(); ++next) {
+            const Index u = connected[next];
+            for (const Index e : mesh.edges_at_vertex(u)) {
+                const Index v = mesh.other_end(e, u);
+                if (seen[at(v - vertices.first)] != 0) continue;
+                seen[at(v - vertices.first)] = 1;
+                const int here = count[at(u - vertices.first)];
+                const int change = crossings(u, v);
+                count[at(v - vertices.first)] = here + change;
+                if (change != 0 && !settled) {
+                    settled = true;
+                    right = (change > 0) == belongs_in_front ? here : here + change;
+                }
+                connected.push_back(v);
+            }
+        }
+        for (const Index v : connected) {
+            const int crossed = count[at(v - vertices.first)] - right;
+            if (crossed != 0) start_layer(topology, first, v, body, face_body, crossed);
+        }
+    }
+}
+
+}  // namespace trocar

@@ -1,0 +1,45 @@
+// The stepper `semi_implicit`: the mass-spring tissue of thesis eq. 3.1, sub-stepped semi-implicit Euler with implicit
+// contacts (METHODS §4). MassSpring does it; this file is its door.
+#include <memory>
+#include <optional>
+
+#include "method/entry.hpp"
+#include "tissue/mass_spring.hpp"
+
+namespace trocar {
+namespace {
+
+class SemiImplicit final : public Stepper {
+public:
+    void prepare(const Topology& topology, const Materials& materials) override {
+        tissue_.emplace(topology, materials);
+    }
+    Outcome advance(const Effect& effect, double dt, const Frame& from, Frame& to,
+                    std::vector<Wrench>& reaction) override {
+        return tissue_->advance(effect, dt, from, to, reaction);
+    }
+    [[nodiscard]] std::span<const ContactLoad> loads() const override { return tissue_->loads(); }
+    [[nodiscard]] double max_strain() const override { return tissue_->max_strain(); }
+    [[nodiscard]] std::int64_t limited_edges() const override { return tissue_->limited_edges(); }
+    [[nodiscard]] double largest_move() const override { return tissue_ ? tissue_->largest_move() : 0.0; }
+
+private:
+    std::optional<MassSpring> tissue_;
+};
+
+}  // namespace
+
+StepperEntry semi_implicit_stepper() {
+    StepperEntry entry;
+    entry.name = "semi_implicit";
+    entry.version = "1";
+    entry.meaning = "springs by sub-stepped semi-implicit Euler, the contacts of a sub-step together and implicit";
+    entry.is_default = true;
+    entry.takes_linear_contacts = true;
+    entry.takes_placements = true;
+    entry.takes_held_forces = true;
+    entry.make = [](const ParameterValues&) { return std::make_unique<SemiImplicit>(); };
+    return entry;
+}
+
+}  // namespace trocar

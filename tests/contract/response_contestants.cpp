@@ -1,0 +1,82 @@
+#include "contract/response_contestants.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "support/program.hpp"
+
+namespace trocar::test {
+
+std::string ResponseContestant::name() const {
+    std::string text = method + "_" + source;
+    for (char& c : text) {
+        if (c == ':' || c == '=' || c == ',') c = '_';
+    }
+    return text;
+}
+
+std::string detector_for(const SourceEntry& source) {
+    std::string found;  // of ours the last, which is the fastest
+    for (const DetectorEntry& entry : registry().detectors()) {
+        if (source.wants_native ? entry.native_contacts : entry.own && entry.claims_exact && !entry.control) {
+            if (why_untold(entry, source).empty()) found = entry.name;
+        }
+    }
+    return found;
+}
+
+std::vector<ResponseContestant> response_contestants() {
+    std::vector<ResponseContestant> list;
+    for (const ResponseEntry& entry : registry().responses()) {
+        if (entry.control) continue;
+        std::vector<std::string> methods{entry.name};
+        for (const Parameter& parameter : entry.parameters) {
+            if (parameter.name != "profile" && parameter.name != "setting") continue;
+            for (const std::string& choice : parameter.choices) {
+                if (choice != parameter.default_value)
+                    methods.push_back(entry.name + ":" + parameter.name + "=" + choice);
+            }
+        }
+        for (const std::string& method : methods) {
+            for (const std::string& source : entry.sources) {
+                if (!detector_for(registry().source(source)).empty()) list.push_back({method, source});
+            }
+        }
+    }
+    return list;
+}
+
+Scene quick_scene(const std::string& name, double faster) {
+    Scene scene = read_scene(std::string(TROCAR_SOURCE_DIR) + "/scenes/" + name + ".json", std::nullopt);
+    for (SceneBody& body : scene.bodies) {
+        if (!body.motion) continue;
+        for (MotionKey& key : body.motion->keys) key.time /= faster;
+    }
+    return scene;
+}
+
+std::map<std::pair<std::string, std::string>, std::string> known_response_gaps() {
+    std::map<std::pair<std::string, std::string>, std::string> gaps;
+    const auto list = nlohmann::json::parse(read_file(std::string(TROCAR_SOURCE_DIR) + "/tests/known_gaps.json"));
+    for (const auto& gap : list.at("response_contract")) {
+        gaps[{gap.at("method").get<std::string>(), gap.at("check").get<std::string>()}] =
+            gap.at("reason").get<std::string>();
+    }
+    return gaps;
+}
+
+void expect_kept(const std::string& contestant, const std::string& check, const std::string& failures) {
+    static const auto gaps = known_response_gaps();
+    const auto gap = gaps.find({contestant, check});
+    if (gap == gaps.end()) {
+        EXPECT_TRUE(failures.empty()) << failures;
+    } else {
+        EXPECT_FALSE(failures.empty()) << "the known gap is closed, remove it: " << gap->second;
+        std::cout << "known gap: " << gap->second << "\n" << failures;
+    }
+}
+
+}  // namespace trocar::test

@@ -1,0 +1,598 @@
+// What every registered response owes its caller, ours or foreign, with each of its profiles on every contact source
+// that it takes. What one is known to get wrong is listed in known_gaps.json with the reason; it must go on failing, or
+// the list is out of date.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <random>
+
+#include "contact/usable.hpp"
+#include "contract/contract_support.hpp"
+#include "contract/response_contestants.hpp"
+#include "measure/allocations.hpp"
+#include "simulate/simulation.hpp"
+
+namespace trocar::test {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+// ------------------------------------------------------------------ what responses are asked about
+
+/// Frames and contacts of a run, to be asked about again.
+struct Take {
+    Scene scene;
+    std::vector<Frame> frames = {};
+    std::vector<ContactSet> contacts = {};
+    bool has_contacts = false;
+};
+
+struct Shot {
+    const char* scene;
+    double faster;
+    int ticks;
+};
+constexpr Shot shots[] = {{"i2t_drag", 8.0, 90},    {"i2t_stab", 4.0, 30},      {"i2t_grasp", 12.0, 80},
+                          {"t2t_press", 8.0, 80},   {"i2t_deep_start", 1.0, 5}, {"i2i_cross", 8.0, 80},
+                          {"i2r_scrape", 8.0, 100}, {"r2t_bone", 8.0, 80}};
+
+/// A run that `penalty` holds, which takes every source. Once per source.
+const std::vector<Take>& takes(const std::string& source) {
+    static std::map<std::string, std::vector<Take>> all;
+    std::vector<Take>& list = all[source];
+    if (!list.empty()) return list;
+    const SourceEntry& entry = registry().source(source);
+    for (const Shot& shot : shots) {
+        Take take{.scene = quick_scene(shot.scene, shot.faster)};
+        Simulation simulation(take.scene, make_detector(detector_for(entry)), make_response("penalty"), entry);
+        for (int tick = 0; tick < shot.ticks && simulation.outcome().ok(); ++tick) {
+            simulation.step();
+            take.frames.push_back(simulation.seen());
+            take.contacts.push_back(simulation.contacts());
+            take.has_contacts = take.has_contacts || !simulation.contacts().contacts.empty();
+        }
+        list.push_back(std::move(take));
+    }
+    return list;
+}
+
+struct Instance {
+    std::unique_ptr<Response> response;
+    Effect effect;
+    std::vector<ContactLoad> loads;
+
+    Instance(const std::string& method, const Topology& topology, const Materials& materials)
+        : response(make_response(method)) {
+        response->prepare(topology, materials);
+        effect.resize(topology.vertex_count, topology.body_count());
+    }
+    /// No stepper runs: loads stay none.
+    void respond(const Take& take, std::size_t tick) { respond(take, tick, take.contacts[tick]); }
+    void respond(const Take& take, std::size_t tick, const ContactSet& contacts) {
+        response->respond(take.frames[tick], take.scene.dt, contacts, loads, effect);
+        loads.assign(effect.contacts.size(), {});
+    }
+};
+
+std::string over_takes(const ResponseContestant& who, const std::function<std::string(const Take&)>& check) {
+    std::string failures;
+    for (const Take& take : takes(who.source)) {
+        if (!take.has_contacts && who.source != "native") failures += take.scene.name + ": no contacts for a test\n";
+        const std::string failure = check(take);
+        if (!failure.empty()) failures += fmt::format("{}: {}\n", take.scene.name, failure);
+    }
+    return failures;
+}
+
+// ------------------------------------------------------------------ equality to the bit
+
+using Bits = std::vector<std::uint64_t>;
+
+void append(Bits& bits, double number) { bits.push_back(std::bit_cast<std::uint64_t>(number)); }
+void append(Bits& bits, Index number) { bits.push_back(static_cast<std::uint64_t>(number)); }
+void append(Bits& bits, const Vector3& v) {
+    for (int i = 0; i < 3; ++i) append(bits, v[i]);
+}
+void append(Bits& bits, const Matrix3X& m) {
+    for (Eigen::Index c = 0; c < m.cols(); ++c) append(bits, Vector3(m.col(c)));
+}
+template <typename T, std::size_t N>
+void append(Bits& bits, const std::array<T, N>& all) {
+    for (const T& one : all) append(bits, one);
+}
+
+Bits bits_of(const Frame& frame) {
+    Bits bits;
+    append(bits, frame.position);
+    append(bits, frame.previous);
+    append(bits, frame.velocity);
+    for (const Vector3& motion : frame.hand_motion) append(bits, motion);
+    for (const Pose& pose : frame.pose) {
+        append(bits, pose.translation);
+        append(bits, pose.jaw);
+    }
+    append(bits, frame.time);
+    return bits;
+}
+
+Bits bits_of(const ContactSet& set) {
+    Bits bits;
+    for (const auto list : {&ContactSet::pairs, &ContactSet::near}) {
+        for (const TrianglePair& pair : set.*list) {
+            append(bits, pair.a);
+            append(bits, pair.b);
+        }
+    }
+    for (const auto list : {&ContactSet::contacts, &ContactSet::native}) {
+        for (const Contact& one : set.*list) {
+            for (const Index number : {one.a, one.b, one.vertex_a, one.vertex_b, one.body_a, one.body_b})
+                append(bits, number);
+            for (const Vector3& v : {one.point, one.normal, one.interval_direction}) append(bits, v);
+            for (const double number : {one.depth, one.interval_length, one.gap, one.approach}) append(bits, number);
+            for (const ContactPoint& point : {one.on_a, one.on_b}) {
+                append(bits, point.vertices);
+                append(bits, point.weights);
+            }
+            bits.push_back(one.id);
+        }
+    }
+    append(bits, set.reach);
+    return bits;
+}
+
+Bits bits_of(const Effect& effect) {
+    Bits bits;
+    for (const LinearContact& one : effect.contacts) {
+        bits.push_back(static_cast<std::uint64_t>(one.role));
+        bits.push_back(one.source_id);
+        append(bits, one.vertices);
+        append(bits, one.weights);
+        append(bits, one.reaction_vertices);
+        append(bits, one.reaction_weights);
+        for (const Vector3& v : {one.normal, one.reaction_point, one.surface_velocity}) append(bits, v);
+        for (const double number : {one.gap, one.k, one.mu, one.face_velocity, one.limit, one.friction, one.tangent_k})
+            append(bits, number);
+        append(bits, one.reaction_body);
+        append(bits, one.slip_key);
+    }
+    for (const Placement& one : effect.placements) {
+        append(bits, one.vertex);
+        append(bits, one.position);
+        append(bits, one.velocity);
+    }
+    append(bits, effect.held_force);
+    for (const Wrench& wrench : effect.wrench) {
+        append(bits, wrench.force);
+        append(bits, wrench.moment);
+    }
+    for (const Vector3& force : effect.tip_force) append(bits, force);
+    return bits;
+}
+
+// ------------------------------------------------------------------ checks: empty text = kept
+
+/// The two sides of every linear contact are on one line along its normal; where all that can be touched is tissue or
+/// instruments, somebody takes the reaction; wrenches between instruments sum to none.
+std::string action_is_reaction(const ResponseContestant& who) {
+    constexpr double most_arm = 1e-6;  // m, against mesh edges of 3 to 5 mm
+    return over_takes(who, [&who](const Take& take) {
+        const Topology& topology = take.scene.topology;
+        const auto kind = [&topology](Index body) { return topology.bodies[at(body)].kind; };
+        const bool has_bone = std::any_of(topology.bodies.begin(), topology.bodies.end(),
+                                          [](const BodyRange& body) { return body.kind == BodyKind::rigid; });
+        const bool has_tissue = std::any_of(topology.bodies.begin(), topology.bodies.end(),
+                                            [](const BodyRange& body) { return body.kind == BodyKind::tissue; });
+        Instance one(who.method, topology, take.scene.materials);
+        double arm = 0.0;
+        double off_sum = 0.0;
+        std::size_t untaken = 0;
+        std::size_t count = 0;
+        double wrench_off = 0.0;
+        double wrench_all = 1e-3;
+        for (std::size_t tick = 0; tick < take.frames.size(); ++tick) {
+            one.respond(take, tick);
+            const Matrix3X& x = take.frames[tick].position;
+            const auto blend = [&x](const std::array<Index, 3>& vertices, const std::array<double, 3>& weights) {
+                Vector3 sum = Vector3::Zero();
+                for (std::size_t i = 0; i < 3; ++i) {
+                    if (vertices[i] >= 0) sum += weights[i] * x.col(vertices[i]);
+                }
+                return sum;
+            };
+            for (const LinearContact& linear : one.effect.contacts) {
+                ++count;
+                off_sum = std::max(off_sum, std::abs(linear.weights[0] + linear.weights[1] + linear.weights[2] - 1.0));
+                const bool on_tissue = linear.reaction_vertices[0] >= 0 || linear.reaction_vertices[1] >= 0 ||
+                                       linear.reaction_vertices[2] >= 0;
+                Vector3 reaction = linear.reaction_point;
+                if (on_tissue) {
+                    reaction = blend(linear.reaction_vertices, linear.reaction_weights);
+                    off_sum = std::max(off_sum, std::abs(linear.reaction_weights[0] + linear.reaction_weights[1] +
+                                                         linear.reaction_weights[2] - 1.0));
+                } else if (linear.reaction_body < 0 || kind(linear.reaction_body) == BodyKind::rigid) {
+                    if (!has_bone) ++untaken;
+                    continue;
+                }
+                const Vector3 between = blend(linear.vertices, linear.weights) - reaction;
+                arm = std::max(arm, between.cross(linear.normal).norm());
+            }
+            if (has_bone || has_tissue) continue;
+            Vector3 force = Vector3::Zero();
+            Vector3 moment = Vector3::Zero();
+            for (const Wrench& wrench : one.effect.wrench) {
+                force += wrench.force;
+                moment += wrench.moment;
+                wrench_all = std::max({wrench_all, wrench.force.norm(), wrench.moment.norm()});
+            }
+            wrench_off = std::max({wrench_off, force.norm(), moment.norm()});
+        }
+        std::string failure;
+        if (off_sum > 1e-9) failure += fmt::format("weights sum to 1 ± {:g}; ", off_sum);
+        if (untaken > 0) failure += fmt::format("nobody takes the reaction of {} of {} contacts; ", untaken, count);
+        if (arm > most_arm) failure += fmt::format("action and reaction {:g} m beside each other; ", arm);
+        if (wrench_off > 1e-9 * wrench_all)
+            failure += fmt::format("wrenches sum to {:g} of {:g}; ", wrench_off, wrench_all);
+        return failure;
+    });
+}
+
+std::string inputs_are_untouched(const ResponseContestant& who) {
+    return over_takes(who, [&who](const Take& take) -> std::string {
+        Instance one(who.method, take.scene.topology, take.scene.materials);
+        for (std::size_t tick = 0; tick < take.frames.size(); ++tick) {
+            const Bits frame = bits_of(take.frames[tick]);
+            const Bits contacts = bits_of(take.contacts[tick]);
+            one.respond(take, tick);
+            if (bits_of(take.frames[tick]) != frame) return fmt::format("tick {}: the frame has changed", tick);
+            if (bits_of(take.contacts[tick]) != contacts)
+                return fmt::format("tick {}: the contacts have changed", tick);
+        }
+        return {};
+    });
+}
+
+std::string no_contact_no_force(const ResponseContestant& who) {
+    return over_takes(who, [&who](const Take& take) -> std::string {
+        Instance one(who.method, take.scene.topology, take.scene.materials);
+        for (std::size_t tick = 0; tick < take.frames.size(); ++tick) {
+            ContactSet nothing;
+            nothing.reach = take.contacts[tick].reach;
+            one.respond(take, tick, nothing);
+            const Effect& effect = one.effect;
+            if (!effect.contacts.empty()) return fmt::format("tick {}: {} contacts", tick, effect.contacts.size());
+            if (!effect.placements.empty())
+                return fmt::format("tick {}: {} placements", tick, effect.placements.size());
+            if (!effect.held_force.isZero(0.0)) return fmt::format("tick {}: a held force", tick);
+            for (const Wrench& wrench : effect.wrench) {
+                if (!wrench.force.isZero(0.0) || !wrench.moment.isZero(0.0))
+                    return fmt::format("tick {}: a wrench", tick);
+            }
+            for (const Vector3& force : effect.tip_force) {
+                if (!force.isZero(0.0)) return fmt::format("tick {}: a force at a tip", tick);
+            }
+        }
+        return {};
+    });
+}
+
+std::string same_bits_twice(const ResponseContestant& who) {
+    return over_takes(who, [&who](const Take& take) -> std::string {
+        Instance one(who.method, take.scene.topology, take.scene.materials);
+        Instance two(who.method, take.scene.topology, take.scene.materials);
+        for (std::size_t tick = 0; tick < take.frames.size(); ++tick) {
+            one.respond(take, tick);
+            two.respond(take, tick);
+            if (bits_of(one.effect) != bits_of(two.effect)) return fmt::format("tick {}: other effects", tick);
+        }
+        return {};
+    });
+}
+
+/// What an effect does to every vertex, in whatever order it is told: the force of its contacts with nothing moving,
+/// held forces, and where vertices are put.
+Matrix3X done_to_vertices(const Effect& effect, const Matrix3X& position) {
+    constexpr double per_metre = 1000.0;  // N/m, so that places stand beside forces
+    Matrix3X sum = effect.held_force;
+    for (const LinearContact& one : effect.contacts) {
+        const double force = one.k * -one.gap + one.mu * one.face_velocity;
+        for (std::size_t i = 0; i < 3; ++i) {
+            if (one.vertices[i] >= 0) sum.col(one.vertices[i]) += one.weights[i] * force * one.normal;
+            if (one.reaction_vertices[i] >= 0)
+                sum.col(one.reaction_vertices[i]) -= one.reaction_weights[i] * force * one.normal;
+        }
+    }
+    for (const Placement& one : effect.placements) {
+        sum.col(one.vertex) += per_metre * (one.position - position.col(one.vertex)) + one.velocity;
+    }
+    return sum;
+}
+
+std::string order_of_contacts(const ResponseContestant& who) {
+    return over_takes(who, [&who](const Take& take) -> std::string {
+        Instance one(who.method, take.scene.topology, take.scene.materials);
+        Instance two(who.method, take.scene.topology, take.scene.materials);
+        std::mt19937 random(5);
+        double worst = 0.0;
+        double largest = 1e-6;
+        for (std::size_t tick = 0; tick < take.frames.size(); ++tick) {
+            ContactSet other = take.contacts[tick];
+            std::shuffle(other.contacts.begin(), other.contacts.end(), random);
+            one.respond(take, tick);
+            two.respond(take, tick, other);
+            const Matrix3X& x = take.frames[tick].position;
+            const Matrix3X here = done_to_vertices(one.effect, x);
+            largest = std::max(largest, here.cwiseAbs().maxCoeff());
+            worst = std::max(worst, (here - done_to_vertices(two.effect, x)).cwiseAbs().maxCoeff());
+            for (std::size_t body = 0; body < one.effect.wrench.size(); ++body) {
+                const Vector3 off = one.effect.wrench[body].force - two.effect.wrench[body].force;
+                largest = std::max(largest, one.effect.wrench[body].force.norm());
+                worst = std::max(worst, off.norm());
+            }
+        }
+        return worst > 1e-9 * largest ? fmt::format("{:g} of {:g} N", worst, largest) : std::string();
+    });
+}
+
+/// The same run on the same scene with its triangles told in another order.
+std::string order_of_triangles(const ResponseContestant& who) {
+    std::string failures;
+    const SourceEntry& source = registry().source(who.source);
+    for (const auto& [name, faster, ticks] : {Shot{"i2t_drag", 12.0, 30}, Shot{"t2t_press", 12.0, 30}}) {
+        const Scene scene = quick_scene(name, faster);
+        const Scene other = retold(scene, shuffled(scene.topology, 3, Shuffle::triangles));
+        Simulation one(scene, make_detector(detector_for(source)), make_response(who.method), source);
+        Simulation two(other, make_detector(detector_for(source)), make_response(who.method), source);
+        double worst = 0.0;
+        for (int tick = 0; tick < ticks; ++tick) {
+            one.step();
+            two.step();
+            worst = std::max(worst, (one.frame().position - two.frame().position).cwiseAbs().maxCoeff());
+        }
+        // Rounding of another order of sums, grown by the run.
+        constexpr double rounding = 1e-9;  // m, of motions of some millimetres
+        if (!(worst <= rounding) || one.outcome().kind != two.outcome().kind)
+            failures += fmt::format("{}: {:g} m\n", name, worst);
+    }
+    return failures;
+}
+
+Materials plain_materials(const Topology& topology) {
+    Materials materials;
+    const std::size_t n = at(topology.vertex_count);
+    materials.rest_bias = Matrix3X::Zero(3, topology.vertex_count);
+    materials.pinned.assign(n, 0);
+    materials.mass.assign(n, 0.0);
+    materials.area.assign(n, 0.0);
+    materials.drag.assign(n, 0.0);
+    materials.mean_stiffness.assign(n, 0.0);
+    materials.triangle_stiffness.assign(at(topology.triangle_count()), 0.0);
+    for (const BodyRange& body : topology.bodies) {
+        if (body.kind != BodyKind::tissue) continue;
+        for (Index v = body.vertices.first; v < body.vertices.end(); ++v) {
+            materials.mass[at(v)] = 2.5e-5;
+            materials.area[at(v)] = 8e-6;
+            materials.mean_stiffness[at(v)] = 100.0;
+        }
+        for (Index t = body.triangles.first; t < body.triangles.end(); ++t) materials.triangle_stiffness[at(t)] = 100.0;
+    }
+    materials.contact_laws.assign(topology.body_pairs.size(), {});
+    materials.trocar_point.assign(topology.bodies.size(), std::nullopt);
+    materials.tip.assign(topology.bodies.size(), Vector3::Zero());
+    return materials;
+}
+
+/// Triangles on a lattice, coplanar, of no area, equal points, needles, huge beside tiny: as they stand.
+std::string finite_on_hard_frames(const ResponseContestant& who) {
+    std::string failures;
+    const SourceEntry& source = registry().source(who.source);
+    std::vector<World> worlds = touching_scenes();
+    for (const auto& more : {zero_area_scenes(), long_triangle_scenes()}) {
+        worlds.insert(worlds.end(), more.begin(), more.end());
+    }
+    for (World& world : worlds) {
+        world.frame.pose.assign(world.topology.bodies.size(), {});
+        const double reach = source.wants_reach ? 1e-3 : 0.0;
+        // The exact one whatever the source: libraries may give up on such frames.
+        if (source.wants_native) continue;
+        const auto detector = make(registry().detector("brute_force"));
+        detector->prepare(world.topology, world.frame);
+        ContactSet contacts = answer(*detector, world, false, reach);
+        const auto gatherer = source.make(ParameterValues(source.name, source.parameters, {}));
+        gatherer->prepare(world.topology, world.frame);
+        gatherer->gather(world.frame, contacts);
+        const Outcome told = check_contacts(world.topology, contacts);
+        if (!told.ok()) failures += fmt::format("{}: {}\n", world.name, told.message);
+        if (!told.ok()) continue;
+        Instance one(who.method, world.topology, plain_materials(world.topology));
+        const Materials materials = plain_materials(world.topology);
+        one.response->prepare(world.topology, materials);
+        for (int twice = 0; twice < 2; ++twice) {
+            one.response->respond(world.frame, 1e-3, contacts, one.loads, one.effect);
+            one.loads.assign(one.effect.contacts.size(), {});
+            const Outcome done = check_effect(world.topology, one.effect);
+            if (!done.ok()) failures += fmt::format("{}: {}\n", world.name, done.message);
+        }
+    }
+    return failures;
+}
+
+/// The frames once so that buffers grow, then again.
+std::string nothing_allocated(const ResponseContestant& who) {
+    if (allocation_count() < 0) return {};
+    return over_takes(who, [&who](const Take& take) -> std::string {
+        Instance one(who.method, take.scene.topology, take.scene.materials);
+        one.loads.reserve(1 << 14);
+        one.effect.contacts.reserve(1 << 14);
+        one.effect.placements.reserve(1 << 14);
+        for (int pass = 0; pass < 2; ++pass) {
+            for (std::size_t tick = 0; tick < take.frames.size(); ++tick) one.respond(take, tick);
+        }
+        std::int64_t count = 0;
+        for (std::size_t tick = 0; tick < take.frames.size(); ++tick) {
+            const std::int64_t before = allocation_count();
+            one.respond(take, tick);
+            count += allocation_count() - before;
+        }
+        return count > 0 ? fmt::format("{} allocations", count) : std::string();
+    });
+}
+
+// ------------------------------------------------------------------ contacts that cannot be
+
+enum class Fault { none, gap, vertex, normal };
+
+/// A source whose contacts have a fault from some tick on.
+class Faulty final : public ContactSource {
+public:
+    Faulty(std::unique_ptr<ContactSource> source, Fault fault) : source_(std::move(source)), fault_(fault) {}
+    void prepare(const Topology& topology, const Frame& first) override {
+        vertex_count_ = topology.vertex_count;
+        source_->prepare(topology, first);
+    }
+    void gather(const Frame& frame, ContactSet& contacts) override {
+        source_->gather(frame, contacts);
+        for (Contact& one : contacts.contacts) {
+            if (!std::isfinite(one.gap) || !one.normal.allFinite()) continue;
+            ++changed;
+            if (fault_ == Fault::gap) one.gap = std::nan("");
+            if (fault_ == Fault::vertex) one.on_a.vertices[0] = vertex_count_ + 7;
+            if (fault_ == Fault::normal) one.normal = -one.normal;
+        }
+    }
+    static inline std::int64_t changed = 0;
+
+private:
+    std::unique_ptr<ContactSource> source_;
+    Fault fault_;
+    Index vertex_count_ = 0;
+};
+
+Outcome outcome_with(const ResponseContestant& who, Fault fault, std::string& failures) {
+    SourceEntry source = registry().source(who.source);
+    const auto make_sound = source.make;
+    source.make = [&](const ParameterValues& values) { return std::make_unique<Faulty>(make_sound(values), fault); };
+    Faulty::changed = 0;
+    const Scene scene = quick_scene("i2t_drag", 8.0);
+    Simulation simulation(scene, make_detector(detector_for(source)), make_response(who.method), source);
+    for (int tick = 0; tick < 60 && simulation.outcome().ok(); ++tick) {
+        simulation.step();
+        if (!simulation.frame().all_finite()) failures += "a frame that is not finite\n";
+    }
+    if (Faulty::changed == 0) failures += "no contact to change\n";
+    return simulation.outcome();
+}
+
+std::string faulty_contacts_have_a_name(const ResponseContestant& who) {
+    std::string failures;
+    const auto expect = [&](Fault fault, OutcomeKind kind, const char* what) {
+        const Outcome outcome = outcome_with(who, fault, failures);
+        if (outcome.kind != kind || outcome.message.find(what) == std::string::npos)
+            failures += fmt::format("expected {} ({}), found {} ({})\n", name_of(kind), what, name_of(outcome.kind),
+                                    outcome.message);
+    };
+    // Native contacts leave unset what their library does not tell.
+    if (who.source != "native") expect(Fault::gap, OutcomeKind::not_finite, "contacts: a gap");
+    expect(Fault::vertex, OutcomeKind::threw, "contacts: a vertex");
+    // A normal that points the other way is a contact like others: it may pull, or blow the tissue up, by name.
+    const Outcome turned = outcome_with(who, Fault::normal, failures);
+    if (!turned.ok() && turned.kind != OutcomeKind::unstable && turned.kind != OutcomeKind::not_finite)
+        failures += fmt::format("a normal turned round: {} ({})\n", name_of(turned.kind), turned.message);
+    return failures;
+}
+
+struct Check {
+    const char* name;
+    std::string (*run)(const ResponseContestant&);
+};
+constexpr Check checks[] = {
+    {"ActionIsReaction", action_is_reaction},
+    {"InputsAreUntouched", inputs_are_untouched},
+    {"NoContactNoForce", no_contact_no_force},
+    {"SameBitsTwice", same_bits_twice},
+    {"OrderOfContactsMakesNoDifference", order_of_contacts},
+    {"OrderOfTrianglesMakesNoDifference", order_of_triangles},
+    {"FiniteOnHardFrames", finite_on_hard_frames},
+    {"NothingAllocatedAfterWarmUp", nothing_allocated},
+    {"FaultyContactsHaveANamedOutcome", faulty_contacts_have_a_name},
+};
+
+void PrintTo(const Check& check, std::ostream* stream) { *stream << check.name; }
+
+class ResponseContract : public testing::TestWithParam<std::tuple<ResponseContestant, Check>> {};
+
+TEST_P(ResponseContract, Holds) {
+    const auto& [who, check] = GetParam();
+    expect_kept(who.name(), check.name, check.run(who));
+}
+
+INSTANTIATE_TEST_SUITE_P(Every, ResponseContract,
+                         testing::Combine(testing::ValuesIn(response_contestants()), testing::ValuesIn(checks)),
+                         [](const auto& tested) {
+                             return std::get<0>(tested.param).name() + "_" + std::get<1>(tested.param).name;
+                         });
+
+TEST(KnownResponseGaps, NameOnlyResponsesAndChecksThatExist) {
+    const auto contestants = response_contestants();
+    for (const auto& [key, reason] : known_response_gaps()) {
+        const auto& [method, name] = key;
+        const bool absent = std::none_of(contestants.begin(), contestants.end(),
+                                         [&m = method](const auto& who) { return who.name() == m; });
+        // Foreign methods may be absent from this build.
+        EXPECT_FALSE(absent && method.rfind("ode_joints", 0) != 0 && method.find("native") == std::string::npos)
+            << method;
+        EXPECT_TRUE(
+            name.rfind("NothingToldIsNothingDone", 0) == 0 ||
+            std::any_of(std::begin(checks), std::end(checks), [&n = name](const Check& c) { return n == c.name; }))
+            << name;
+        EXPECT_FALSE(reason.empty()) << method;
+    }
+}
+
+// ------------------------------------------------------------------ the effect is looked through as well
+
+/// Does one wrong thing at tick 3.
+class Wrong final : public Response {
+public:
+    enum class What { vertex, normal, placement };
+    explicit Wrong(What what) : what_(what) {}
+    void prepare(const Topology& topology, const Materials& /*materials*/) override { topology_ = &topology; }
+    void respond(const Frame& frame, double /*dt*/, const ContactSet& /*contacts*/,
+                 std::span<const ContactLoad> /*loads*/, Effect& effect) override {
+        effect.clear();
+        if (frame.tick != 3) return;
+        LinearContact contact;
+        contact.vertices[0] = what_ == What::vertex ? topology_->vertex_count : 0;
+        contact.weights[0] = 1.0;
+        contact.normal = Vector3::UnitZ();
+        if (what_ == What::normal) contact.normal[1] = std::nan("");
+        contact.k = 100.0;
+        contact.gap = -1e-3;
+        effect.contacts.push_back(contact);
+        if (what_ == What::placement) effect.placements.push_back({.vertex = -3});
+    }
+
+private:
+    What what_;
+    const Topology* topology_ = nullptr;
+};
+
+TEST(EffectCheck, WhatCannotBeHasANamedOutcome) {
+    using What = Wrong::What;
+    const Scene scene = quick_scene("i2t_drag", 8.0);
+    for (const auto& [what, kind] : {std::pair{What::vertex, OutcomeKind::threw},
+                                     {What::normal, OutcomeKind::not_finite},
+                                     {What::placement, OutcomeKind::threw}}) {
+        Simulation simulation(scene, make_detector("brute_force"), std::make_unique<Wrong>(what),
+                              registry().source("canonical"));
+        for (int tick = 0; tick < 3; ++tick) ASSERT_EQ(simulation.step().outcome, OutcomeKind::ok);
+        EXPECT_EQ(simulation.step().outcome, kind);
+        EXPECT_EQ(simulation.outcome().message.rfind("respond: ", 0), 0U) << simulation.outcome().message;
+        EXPECT_TRUE(simulation.frame().all_finite());
+    }
+}
+
+}  // namespace
+}  // namespace trocar::test

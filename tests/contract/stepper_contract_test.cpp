@@ -1,0 +1,208 @@
+// What every stepper owes: what it says the contacts gave is what bodies and tissue got, a limit is a limit, the same
+// question has the same answer, no tick asks for memory, and nothing has gone further than it says.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "measure/allocations.hpp"
+#include "method/registry.hpp"
+#include "support/tissue_samples.hpp"
+
+namespace trocar {
+namespace {
+
+constexpr double dt = 1e-3;  // s
+
+std::vector<std::string> stepper_names() {
+    std::vector<std::string> names;
+    for (const StepperEntry& entry : registry().steppers()) names.push_back(entry.name);
+    return names;
+}
+
+class StepperContract : public ::testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Every, StepperContract, ::testing::ValuesIn(stepper_names()),
+                         [](const auto& one) { return one.param; });
+
+/// A pinned disc that three contacts press on; all react on body 0.
+struct Pressed {
+    test::TissueSample s = test::make_disc(0.05, 0.01, 100.0, 0.2, 1e-4);
+    std::unique_ptr<Stepper> stepper;
+    Effect effect = test::empty_effect(s.topology);
+    std::vector<Wrench> reaction{1};
+    Matrix3X start = s.frame.position;
+    std::vector<Index> free;  ///< vertices that are not pinned
+
+    explicit Pressed(const std::string& name) : stepper(make_stepper(name)) {
+        s.materials.substeps = 4;
+        s.materials.strain_limit = 0.1;
+        stepper->prepare(s.topology, s.materials);
+        for (Index v = 0; v < s.topology.vertex_count; ++v) {
+            if (s.materials.pinned[static_cast<std::size_t>(v)] == 0) free.push_back(v);
+        }
+    }
+    /// Planes that come down at 0.1 m/s; the first contact gives way at 20 mN, the second rubs.
+    void press(int tick) {
+        effect.clear();
+        for (std::size_t c = 0; c < 3; ++c) {
+            const Index vertex = free[c];
+            const Vector3 normal = Vector3(0.1 * static_cast<double>(c), 0.2, -1.0).normalized();
+            const double way = 1e-3 + 1e-4 * tick;
+            const double gap = normal.dot(s.frame.position.col(vertex) - start.col(vertex)) - way;
+            LinearContact contact = test::plane_contact(vertex, normal, gap, 2e4, 1.0);
+            contact.face_velocity = 0.1;
+            contact.reaction_body = 0;
+            contact.reaction_point = s.frame.position.col(vertex);
+            if (c == 0) contact.limit = 0.02;
+            if (c == 1) {
+                contact.friction = 0.3;
+                contact.tangent_k = 500.0;
+                contact.surface_velocity = Vector3(0.05, 0.0, 0.0);
+                contact.slip_key = vertex;
+            }
+            effect.contacts.push_back(contact);
+        }
+    }
+    void step(int tick) {
+        press(tick);
+        advance();
+    }
+    void advance() {
+        reaction.assign(1, {});
+        const Outcome outcome = stepper->advance(effect, dt, s.frame, s.frame, reaction);
+        ASSERT_TRUE(outcome.ok()) << outcome.message;
+    }
+};
+
+TEST_P(StepperContract, LoadsSumToTheReactionThatTheBodyGets) {
+    Pressed p(GetParam());
+    for (int tick = 0; tick < 30; ++tick) {
+        p.step(tick);
+        const auto loads = p.stepper->loads();
+        ASSERT_EQ(loads.size(), p.effect.contacts.size());
+        Vector3 pressed = Vector3::Zero();
+        for (std::size_t c = 0; c < loads.size(); ++c) pressed += loads[c].normal * p.effect.contacts[c].normal;
+        const Vector3 rubbed = -p.reaction[0].force - pressed;
+        EXPECT_NEAR(rubbed.norm(), loads[1].friction, 1e-12) << tick;
+        EXPECT_LE(loads[1].friction, 0.3 * loads[1].normal + 1e-12);
+        EXPECT_EQ(loads[0].friction + loads[2].friction, 0.0);
+        EXPECT_EQ(loads[1].slip > 0.0, loads[1].friction > 0.0) << tick;
+    }
+}
+
+TEST_P(StepperContract, AContactAtItsLimitGivesExactlyThat) {
+    Pressed p(GetParam());
+    for (int tick = 0; tick < 30; ++tick) {
+        p.step(tick);
+        const auto loads = p.stepper->loads();
+        EXPECT_LE(loads[0].normal, 0.02 * (1.0 + 1e-12)) << tick;
+        EXPECT_FALSE(loads[1].at_limit || loads[2].at_limit);
+        if (tick < 5) continue;
+        EXPECT_TRUE(loads[0].at_limit);
+        EXPECT_NEAR(loads[0].normal, 0.02, 1e-15);
+        EXPECT_GT(loads[2].normal, 0.04) << "one without a limit carries on";
+    }
+}
+
+TEST_P(StepperContract, TheTissueGetsWhatALimitLeaves) {
+    // A free vertex without springs: all that moves it is the contact.
+    test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
+    s.materials.substeps = 4;
+    const auto stepper = make_stepper(GetParam());
+    stepper->prepare(s.topology, s.materials);
+    for (const bool held : {false, true}) {
+        Effect effect = test::empty_effect(s.topology);
+        effect.contacts_held = held;
+        effect.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -0.002, 1e4, 0.0));
+        effect.contacts.back().limit = 0.5;
+        effect.contacts.back().reaction_body = 0;
+        std::vector<Wrench> reaction(1);
+        const double before = s.frame.velocity(2, 0);
+        ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        EXPECT_NEAR(s.frame.velocity(2, 0) - before, 0.5 * dt / 1e-3, 1e-12) << held;
+        EXPECT_NEAR(reaction[0].force.z(), -0.5, 1e-12) << held;
+    }
+}
+
+TEST_P(StepperContract, BetweenTwoContactsTheOneWithTheLimitGivesWay) {
+    // A vertex that a plane from below and one from above press together by 2 mm: the first yields at 0.3 N, so that
+    // the other is left 0.3 N / 1000 N/m deep.
+    test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-4}, {0}, {});
+    const auto stepper = make_stepper(GetParam());
+    stepper->prepare(s.topology, s.materials);
+    Effect effect = test::empty_effect(s.topology);
+    std::vector<Wrench> reaction(1);
+    for (int tick = 0; tick < 500; ++tick) {
+        const double z = s.frame.position(2, 0);
+        effect.clear();
+        effect.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), z - 0.001, 1e5, 10.0));
+        effect.contacts.back().limit = 0.3;
+        effect.contacts.push_back(test::plane_contact(0, -Vector3::UnitZ(), -0.001 - z, 1000.0, 1.0));
+        ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+    }
+    EXPECT_NEAR(s.frame.position(2, 0), -0.001 + 0.0003, 1e-9);
+    EXPECT_NEAR(stepper->loads()[0].normal, 0.3, 1e-12);
+    EXPECT_NEAR(stepper->loads()[1].normal, 0.3, 1e-6);
+    EXPECT_TRUE(stepper->loads()[0].at_limit);
+}
+
+TEST_P(StepperContract, TheSameEffectsEndOnTheSameBits) {
+    Pressed one(GetParam());
+    Pressed two(GetParam());
+    for (int tick = 0; tick < 30; ++tick) {
+        one.step(tick);
+        two.step(tick);
+        ASSERT_EQ(one.s.frame.hash(), two.s.frame.hash()) << tick;
+        for (std::size_t c = 0; c < 3; ++c) ASSERT_EQ(one.stepper->loads()[c].normal, two.stepper->loads()[c].normal);
+    }
+}
+
+TEST_P(StepperContract, NothingHasGoneFurtherThanItSays) {
+    Pressed p(GetParam());
+    EXPECT_EQ(p.stepper->largest_move(), 0.0) << "before the first tick";
+    std::int64_t limited = 0;
+    for (int tick = 0; tick < 60; ++tick) {
+        p.press(tick);
+        if (tick % 10 == 9) {
+            const Vector3 place = p.s.frame.position.col(p.free[5]) + Vector3(0.0, 0.0, 0.007);
+            p.effect.placements.push_back({.vertex = p.free[5], .position = place});
+        }
+        const Matrix3X before = p.s.frame.position;
+        p.advance();
+        const double furthest = (p.s.frame.position - before).colwise().norm().maxCoeff();
+        EXPECT_GE(p.stepper->largest_move(), furthest) << tick;
+        EXPECT_LE(p.stepper->largest_move(), 20.0 * furthest) << tick << ": a bound that tells nothing";
+        limited += p.stepper->limited_edges();
+    }
+    EXPECT_GT(limited, 0) << "the strain limit moves vertices too";
+}
+
+TEST_P(StepperContract, AsksForNoMemoryAfterWarmUp) {
+    if (allocation_count() < 0) GTEST_SKIP() << "a sanitizer has replaced the allocator: nothing is counted";
+    Pressed p(GetParam());
+    p.s.materials.strain_limit = 0.5;  // where it acts, one tick in 64 looks for a blow-up and may ask
+    for (int tick = 0; tick < 20; ++tick) p.step(tick);
+    const std::int64_t before = allocation_count();
+    for (int tick = 20; tick < 40; ++tick) p.step(tick);
+    EXPECT_EQ(allocation_count() - before, 0);
+}
+
+TEST(StepperEntry, WhatItDoesNotTakeIsNamed) {
+    const test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
+    StepperEntry entry;
+    entry.name = "statue";
+    Effect effect = test::empty_effect(s.topology);
+    EXPECT_EQ(why_not_taken(entry, s.topology, effect), "");
+    effect.held_force(1, 0) = 1.0;
+    EXPECT_EQ(why_not_taken(entry, s.topology, effect),
+              "statue does not take forces held over the tick, which the response asks for");
+    effect.placements.push_back({.vertex = 0});
+    EXPECT_NE(why_not_taken(entry, s.topology, effect).find("placements"), std::string::npos);
+    effect.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), 0.0, 1.0, 0.0));
+    EXPECT_NE(why_not_taken(entry, s.topology, effect).find("linear contacts"), std::string::npos);
+    entry.takes_linear_contacts = entry.takes_placements = entry.takes_held_forces = true;
+    EXPECT_EQ(why_not_taken(entry, s.topology, effect), "");
+    EXPECT_EQ(registry().default_stepper().name, "semi_implicit");
+}
+
+}  // namespace
+}  // namespace trocar

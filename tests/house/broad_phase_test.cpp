@@ -1,0 +1,83 @@
+// Who finds what is near: detectors, and nobody after them. A response or a source that searched for itself would not
+// notice what its detector misses (CONTACT §1). What a search is made of is known by its words.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+
+namespace trocar {
+namespace {
+
+/// Structures that answer "what is near?": grids, trees, hashes, blocks of boxes, sweeps.
+const std::regex& words() {
+    static const std::regex pattern(
+        R"re((TriangleGrid|SurfaceBlocks|triangle_grid\.hpp|surface_blocks\.hpp|box_pairs\.hpp|overlapping_boxes|cell_map|)re"
+        R"re(lattice\.hpp|block_boxes|clusters\.hpp|octree|kd_?tree|\bBvh\b|\bbvh\b|unordered_(?:multi)?map|hash_?grid|)re"
+        R"re(spatial_?hash|sweep_?and_?prune|class \w*(?:Tree|Grid|Cells|Hierarchy|Clusters)\b))re");
+    return pattern;
+}
+
+std::set<std::string> words_in(const std::string& text) {
+    std::set<std::string> found;
+    for (auto match = std::sregex_iterator(text.begin(), text.end(), words()); match != std::sregex_iterator();
+         ++match) {
+        found.insert((*match)[1].str());
+    }
+    return found;
+}
+
+/// Files that still have a search, of the engine that `hold` replaces. The list only gets shorter.
+const std::set<std::string> still{"respond/approaching_faces.hpp", "respond/crossing_ledger.hpp",
+                                  "respond/surface_blocks.cpp",    "respond/surface_blocks.hpp",
+                                  "respond/tip_proxy.hpp",         "respond/triangle_grid.cpp",
+                                  "respond/triangle_grid.hpp"};
+
+TEST(BroadPhase, IsInDetectorsAlone) {
+    const std::filesystem::path source = std::filesystem::path(TROCAR_SOURCE_DIR) / "src";
+    std::map<std::string, std::set<std::string>> found;
+    int files = 0;
+    for (const char* folder : {"contact", "source", "respond", "tissue"}) {
+        for (const auto& entry : std::filesystem::recursive_directory_iterator(source / folder)) {
+            const auto extension = entry.path().extension();
+            if (extension != ".cpp" && extension != ".hpp") continue;
+            ++files;
+            std::ifstream file(entry.path());
+            std::ostringstream text;
+            text << file.rdbuf();
+            const std::set<std::string> here = words_in(text.str());
+            if (!here.empty()) found[std::filesystem::relative(entry.path(), source).generic_string()] = here;
+        }
+    }
+    EXPECT_GT(files, 40);
+    for (const auto& [name, here] : found) {
+        EXPECT_TRUE(still.contains(name)) << name << " searches for itself: " << *here.begin();
+    }
+    for (const std::string& name : still) {
+        EXPECT_TRUE(found.contains(name)) << name << " has no search any more: take it off the list";
+    }
+}
+
+TEST(BroadPhase, IsKnownByItsWords) {
+    EXPECT_TRUE(words_in("class FaceGrid {").contains("class FaceGrid"));
+    EXPECT_TRUE(words_in("#include \"geometry/box_pairs.hpp\"").contains("box_pairs.hpp"));
+    EXPECT_TRUE(words_in("std::unordered_map<Index, int> cells_;").contains("unordered_map"));
+    EXPECT_TRUE(words_in("what lies within reach of a tree of thought").empty());
+    // The detectors are full of them.
+    std::size_t detectors = 0;
+    for (const auto& entry :
+         std::filesystem::directory_iterator(std::filesystem::path(TROCAR_SOURCE_DIR) / "src/detect")) {
+        std::ifstream file(entry.path());
+        std::ostringstream text;
+        text << file.rdbuf();
+        if (!words_in(text.str()).empty()) ++detectors;
+    }
+    EXPECT_GT(detectors, 5U);
+}
+
+}  // namespace
+}  // namespace trocar

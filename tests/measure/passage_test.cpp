@@ -1,0 +1,156 @@
+// Bodies led through each other by scripts alone, so that every answer follows from the script: no response, no
+// detector.
+#include "measure/passage.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "support/scene_samples.hpp"
+
+namespace trocar {
+namespace {
+
+/// Passages over the whole script of a scene whose bodies follow their keys, a frame per tick; -1: nothing to ask.
+std::int64_t passages_of(const Scene& scene) {
+    PassageTruth truth(scene);
+    Frame frame = scene.first;
+    std::int64_t sum = -1;
+    for (std::int64_t tick = 1; tick <= scene.ticks; ++tick) {
+        for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+            if (!scene.bodies[b].motion) continue;
+            frame.pose[b] = scene.bodies[b].motion->pose_at(static_cast<double>(tick) * scene.dt);
+            place_body(scene.bodies[b], scene.topology.bodies[b].vertices, frame.pose[b], frame.position);
+        }
+        const std::int64_t now = truth.follow(frame);
+        if (now >= 0) sum = std::max<std::int64_t>(sum, 0) + now;
+    }
+    return sum;
+}
+
+struct Key {
+    double time;  // s
+    double x;     // m
+    double z;     // m, lowest point of the tool above the other body's upper side
+};
+
+std::string keys_text(const std::vector<Key>& keys, double z0, const std::string& rotation) {
+    std::string text;
+    for (const Key& key : keys) {
+        text += fmt::format("{}{{\"time\":{},\"pose\":[{},0.0013,{},{}]}}", text.empty() ? "" : ",", key.time, key.x,
+                            key.z + z0, rotation);
+    }
+    return text;
+}
+
+/// A shaft of 5 mm over a plate of 60 x 60 x 6 mm whose upper side is z = 0.
+Scene shaft_and_plate(const std::vector<Key>& keys, const std::string& tip = "round", double edge = 0.02) {
+    const auto ticks = static_cast<int>(std::lround(keys.back().time * 1000.0)) + 5;
+    return test::scene_from_text(fmt::format(
+        R"({{"format":"trocar-scene-1","name":"plate","unit":"m","dt":0.001,"ticks":{},"seed":1,"bodies":[
+      {{"name":"plate","kind":"rigid","closed":true,"pose":[0,0,-0.003,0,0,0],
+        "parts":[{{"shape":"box","size":[0.06,0.06,0.006],"edge":{}}}]}},
+      {{"name":"tool","kind":"instrument","closed":true,
+        "parts":[{{"shape":"shaft","radius":0.0025,"length":0.08,"edge":0.002,"tip":"{}"}}],
+        "motion":{{"drive":"prescribed","keys":[{}]}}}}]}})",
+        ticks, edge, tip, keys_text(keys, 0.0, "0,0,0")));
+}
+
+TEST(PassageTruth, AShaftLedThroughAPlateCountsOnceAndStandsThere) {
+    EXPECT_EQ(passages_of(shaft_and_plate({{0, 0, 0.003}, {0.2, 0, -0.012}, {0.3, 0, -0.012}})), 1);
+    // Coarser and finer faces, a path through their very vertices, a slanted one.
+    EXPECT_EQ(passages_of(shaft_and_plate({{0, 0, 0.003}, {0.2, 0, -0.012}}, "flat", 0.003)), 1);
+    EXPECT_EQ(passages_of(shaft_and_plate({{0, -0.01, 0.003}, {0.2, 0.012, -0.012}})), 1);
+}
+
+TEST(PassageTruth, AShaftThatJumpsThroughAPlateInOneTickCounts) {
+    EXPECT_EQ(passages_of(shaft_and_plate({{0, 0, 0.003}, {0.001, 0, -0.2}})), 1);
+}
+
+TEST(PassageTruth, ThroughAndBackIsOneAndAnotherOnlyAfterItHasBeenOut) {
+    EXPECT_EQ(passages_of(shaft_and_plate({{0, 0, 0.003}, {0.1, 0, -0.012}, {0.2, 0, 0.003}, {0.3, 0, -0.012}})), 2);
+    // Back and forth in the plate is one.
+    EXPECT_EQ(passages_of(shaft_and_plate({{0, 0, 0.003}, {0.1, 0, -0.012}, {0.2, 0, -0.001}, {0.3, 0, -0.012}})), 1);
+}
+
+TEST(PassageTruth, PressingAndWithdrawingDoesNotCount) {
+    for (const char* tip : {"round", "flat"}) {
+        for (const double depth : {0.0, 0.0001, 0.001, 0.003, 0.0059}) {
+            EXPECT_EQ(
+                passages_of(shaft_and_plate({{0, 0, 0.003}, {0.1, 0, -depth}, {0.2, 0, -depth}, {0.3, 0, 0.003}}, tip)),
+                0)
+                << tip << " " << depth;
+        }
+    }
+}
+
+TEST(PassageTruth, SlidingAlongDoesNotCount) {
+    for (const char* tip : {"round", "flat"}) {
+        for (const double depth : {0.0, 0.0001, 0.001}) {
+            EXPECT_EQ(passages_of(shaft_and_plate(
+                          {{0, -0.01, 0.003}, {0.1, -0.01, -depth}, {0.3, 0.01, -depth}, {0.4, 0.01, 0.003}}, tip)),
+                      0)
+                << tip << " " << depth;
+        }
+    }
+}
+
+/// Two shafts of 8 mm across each other; key z: gap between them.
+Scene two_shafts(const std::vector<Key>& keys, double edge) {
+    const auto ticks = static_cast<int>(std::lround(keys.back().time * 1000.0)) + 5;
+    return test::scene_from_text(fmt::format(
+        R"({{"format":"trocar-scene-1","name":"shafts","unit":"m","dt":0.001,"ticks":{},"seed":1,"bodies":[
+      {{"name":"lower","kind":"instrument","closed":true,
+        "parts":[{{"shape":"shaft","radius":0.004,"length":0.1,"edge":{},"pose":[-0.05,0,0,0,90,0]}}]}},
+      {{"name":"upper","kind":"instrument","closed":true,
+        "parts":[{{"shape":"shaft","radius":0.004,"length":0.1,"edge":{},"pose":[0,-0.05,0,-90,0,0]}}],
+        "motion":{{"drive":"prescribed","keys":[{}]}}}}]}})",
+        ticks, edge, edge, keys_text(keys, 0.008, "0,0,0")));
+}
+
+TEST(PassageTruth, TwoShaftsThatChangeSidesCountHoweverLongTheirEdges) {
+    for (const double edge : {0.003, 0.02}) {
+        EXPECT_EQ(passages_of(two_shafts({{0, 0, 0.002}, {0.2, 0.003, -0.018}}, edge)), 1) << edge;
+        EXPECT_EQ(passages_of(two_shafts({{0, 0, 0.002}, {0.1, 0, -0.003}, {0.2, 0, 0.002}}, edge)), 0) << edge;
+        EXPECT_EQ(
+            passages_of(two_shafts({{0, 0, 0.002}, {0.1, 0, -0.0005}, {0.2, 0.03, -0.0005}, {0.3, 0.03, 0.002}}, edge)),
+            0)
+            << edge;
+    }
+}
+
+TEST(PassageTruth, AnOpenSheetIsPassedOnlyWhenTheToolIsWhollyBehindIt) {
+    const auto scene = [](double lowest) {
+        return test::scene_from_text(fmt::format(
+            R"({{"format":"trocar-scene-1","name":"open","unit":"m","dt":0.001,"ticks":210,"seed":1,"bodies":[
+          {{"name":"sheet","kind":"rigid","closed":false,"parts":[{{"shape":"sheet","size":[0.06,0.06],"edge":0.01}}]}},
+          {{"name":"ball","kind":"instrument","closed":true,"parts":[{{"shape":"sphere","radius":0.004,"edge":0.002}}],
+            "motion":{{"drive":"prescribed","keys":[{{"time":0,"pose":[0,0,0.006,0,0,0]}},
+              {{"time":0.1,"pose":[0,0,{},0,0,0]}},{{"time":0.2,"pose":[0,0,{},0,0,0]}}]}}}}]}})",
+            lowest, lowest < -0.004 ? lowest : 0.006));
+    };
+    EXPECT_EQ(passages_of(scene(-0.003)), 0);
+    EXPECT_EQ(passages_of(scene(-0.006)), 1);
+}
+
+TEST(PassageTruth, EveryPassOfTheSpeedSweepThroughTheSlabCounts) {
+    const Scene scene =
+        read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes/i2r_speed_sweep.json", std::nullopt);
+    std::int64_t led = 0;
+    for (const SceneBody& body : scene.bodies) {
+        if (!body.motion) continue;
+        for (std::size_t k = 1; k < body.motion->keys.size(); ++k) {
+            led += body.motion->keys[k].translation.z() * body.motion->keys[k - 1].translation.z() < 0.0 ? 1 : 0;
+        }
+    }
+    ASSERT_EQ(led, 92);
+    EXPECT_EQ(passages_of(scene), led);
+}
+
+TEST(PassageTruth, TissueHasNone) { EXPECT_EQ(passages_of(test::scene_from_text(test::poke_text())), -1); }
+
+}  // namespace
+}  // namespace trocar

@@ -1,0 +1,76 @@
+// One meaning of time (CONTACT §2): what a response measures where scripts have moved already closes at the end of the
+// tick, not one tick's motion beyond it, and a load is the mean on the way there.
+#include <gtest/gtest.h>
+
+#include "method/registry.hpp"
+#include "support/response_samples.hpp"
+#include "tissue/mass_spring.hpp"
+
+namespace trocar {
+namespace {
+
+using test::PairSample;
+
+constexpr double k = 1000.0;     // N/m
+constexpr double dt = 1e-3;      // s
+constexpr double speed = 0.2;    // m/s, of the tool towards the tissue
+constexpr double deep = 1.5e-3;  // m, at the frame
+
+/// A tool's vertex in the face of tissue that is too heavy to yield within a tick.
+PairSample pressed() {
+    PairSample s = test::vertex_of_a_in_b(BodyKind::instrument, BodyKind::tissue);
+    s.materials.mass.assign(6, 0.0);
+    for (std::size_t v = 3; v < 6; ++v) s.materials.mass[v] = 1e6;
+    s.materials.substeps = 4;
+    for (Index v = 0; v < 3; ++v) {
+        s.frame.velocity.col(v) = Vector3(0.0, 0.0, -speed);
+        s.frame.previous.col(v) = s.frame.position.col(v) - dt * s.frame.velocity.col(v);
+    }
+    return s;
+}
+
+/// Force on the tool, mean over the tick, N.
+double load(PairSample& s, const std::string& method) {
+    s.respond(method);
+    MassSpring tissue(s.topology, s.materials);
+    std::vector<Wrench> reaction(2);
+    EXPECT_TRUE(tissue.advance(s.effect, dt, s.frame, reaction).ok());
+    return (reaction[0].force + s.effect.wrench[0].force).z();
+}
+
+TEST(TickStart, SpringsOfEveryResponseEndTheTickWhereTheScriptDoes) {
+    for (const std::string method :
+         {"penalty:k=1000,mu=0", "god_object:k=1000,mu=0", "global_intersection:k=1000,mu=0",
+          "thesis:k=1000,mu=0,resolution=none", "thesis:profile=corrected,k=1000,mu=0,resolution=none"}) {
+        PairSample s = pressed();
+        // Four sub-steps by backward Euler: the mean of 1.35, 1.4, 1.45 and 1.5 mm.
+        EXPECT_NEAR(load(s, method), k * (deep - 1.5 * speed * dt / 4.0), 1e-9) << method;
+        ASSERT_EQ(s.effect.contacts.size(), 1U) << method;
+        EXPECT_NEAR(s.effect.contacts[0].gap, -deep + speed * dt, 1e-15) << method;
+        EXPECT_NEAR(s.effect.tip_force[0].z(), k * deep, 1e-9) << method << ": at the frame";
+    }
+}
+
+TEST(TickStart, WhatHandsMovedIsNotTheScripts) {
+    // The same motion as the end of a hand's last tick: at the start of this one the tool is where the frame has it.
+    for (const std::string method : {"penalty:k=1000,mu=0", "thesis:k=1000,mu=0,resolution=none"}) {
+        PairSample s = pressed();
+        s.frame.hand_motion = {Vector3(0.0, 0.0, -speed * dt), Vector3::Zero()};
+        s.respond(method);
+        ASSERT_EQ(s.effect.contacts.size(), 1U) << method;
+        EXPECT_NEAR(s.effect.contacts[0].gap, -deep, 1e-15) << method;
+    }
+}
+
+TEST(TickStart, JointsOfALibraryAreNotATickAhead) {
+    bool built = false;
+    for (const ResponseEntry& entry : registry().responses()) built = built || entry.name == "ode_joints";
+    if (!built) GTEST_SKIP() << "this build has no ode_joints";
+    PairSample s = pressed();
+    const double force = load(s, "ode_joints:k=1000,mu=0");
+    EXPECT_GT(force, k * (deep - speed * dt));
+    EXPECT_LE(force, k * deep * (1.0 + 1e-9));
+}
+
+}  // namespace
+}  // namespace trocar

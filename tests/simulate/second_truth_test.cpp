@@ -1,0 +1,169 @@
+// Truth against a second implementation of it on all shipped scenes, as closed loops of responses that leave little,
+// and much, behind.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include "measure/depth_truth.hpp"
+#include "scene/scene.hpp"
+#include "simulate/runs.hpp"
+#include "simulate/simulation.hpp"
+#include "support/data.hpp"
+#include "support/second_truth.hpp"
+
+namespace trocar {
+namespace {
+
+const std::filesystem::path folder = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes";
+
+std::vector<std::string> all_names() {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+struct Case {
+    std::string scene;
+    std::string response;
+};
+
+std::vector<Case> all_cases() {
+    std::vector<Case> cases;
+    for (const std::string& scene : all_names()) {
+        for (const char* response : {"thesis:profile=corrected", "thesis:profile=faithful", "penalty"}) {
+            cases.push_back({scene, response});
+        }
+    }
+    return cases;
+}
+
+Vector3 point_of(const DepthTruth::Judgement& sample, const Topology& topology, const Matrix3X& at) {
+    if (sample.vertex >= 0) return at.col(sample.vertex);
+    Vector3 point = Vector3::Zero();
+    for (int i = 0; i < 3; ++i) point += sample.place.weights[i] * at.col(topology.triangles(i, sample.place.triangle));
+    return point;
+}
+
+std::string text_of(const DepthTruth::Judgement& sample, const Topology& topology) {
+    const auto name = [&](Index body) { return topology.bodies[static_cast<std::size_t>(body)].name; };
+    return name(sample.from) + (sample.vertex >= 0 ? " vertex " + std::to_string(sample.vertex) : " area sample") +
+           " against " + name(sample.into);
+}
+
+/// What the second truth says of one frame, held against the first.
+struct Comparison {
+    std::int64_t compared = 0;
+    std::int64_t wrong = 0;
+    std::int64_t undecided = 0;
+    std::int64_t too_near = 0;  ///< to the surface to be compared
+    double deepest = 0.0;
+
+    void frame(const Scene& scene, const Frame& frame, const DepthTruth& truth, const DepthTruth::Result& told,
+               test::SecondTruth& second) {
+        second.look_at(frame);
+        double depth = 0.0;
+        std::int64_t told_wrong = 0;
+        truth.each_sample([&](const DepthTruth::Judgement& sample) {
+            if (sample.side == Side::wrong) ++told_wrong;
+            if (sample.side == Side::undecided) {
+                ++undecided;
+                return;
+            }
+            const Vector3 now = point_of(sample, scene.topology, frame.position);
+            const bool closed = scene.topology.bodies[static_cast<std::size_t>(sample.into)].closed;
+            ASSERT_TRUE(closed || second.rim_is_held(sample.into)) << "the second truth knows held rims alone";
+            const bool is_wrong =
+                closed ? second.is_inside(sample.into, now)
+                       : second.crossed(sample.from, sample.into,
+                                        point_of(sample, scene.topology, scene.first.position), now) != 0;
+            const bool told_so = sample.side == Side::wrong;
+            const double away = is_wrong || told_so ? second.distance(sample.into, now) : 0.0;
+            ++compared;
+            if (is_wrong != told_so) {
+                ++too_near;
+                EXPECT_LE(away, test::SecondTruth::undecidable)
+                    << "tick " << frame.tick << ": " << text_of(sample, scene.topology) << " is told "
+                    << (told_so ? "wrong" : "right");
+                return;
+            }
+            if (!is_wrong) return;
+            ++wrong;
+            depth = std::max(depth, away);
+            EXPECT_NEAR(sample.depth, away, 1e-14) << "tick " << frame.tick << ": " << text_of(sample, scene.topology);
+        });
+        test::SecondTruth::Edges edges;
+        for (std::size_t pair = 0; pair < scene.topology.body_pairs.size(); ++pair) {
+            const auto [a, b] = scene.topology.body_pairs[pair];
+            for (const auto& [from, into] : {std::array{a, b}, std::array{b, a}}) {
+                if (!scene.topology.bodies[static_cast<std::size_t>(into)].closed) continue;
+                const auto one = second.edges_inside(from, into);
+                edges.stretches += one.stretches;
+                edges.shallow += one.shallow;
+                edges.depth = std::max(edges.depth, one.depth);
+            }
+        }
+        // Each looks for the deepest point of an edge in steps of its own.
+        depth = std::max(depth, edges.depth);
+        EXPECT_NEAR(told.max_depth, depth, test::SecondTruth::undecidable + 0.01 * depth) << "tick " << frame.tick;
+        EXPECT_NEAR(static_cast<double>(told.wrong_side - told_wrong), edges.stretches, edges.shallow)
+            << "tick " << frame.tick;
+        deepest = std::max(deepest, depth);
+    }
+};
+
+class ShippedScenes : public testing::TestWithParam<Case> {};
+
+TEST_P(ShippedScenes, SecondTruthAgreesOnSidesAndDepthAndNeitherNeedsTheFramesBetween) {
+    const std::filesystem::path file = folder / (GetParam().scene + ".json");
+    const std::filesystem::path data = test::data_path(".");
+    const std::optional<std::filesystem::path> data_folder = data.empty() ? std::nullopt : std::optional(data);
+    if (lacks_data(file, data_folder)) GTEST_SKIP() << "no data: meshes of " << GetParam().scene;
+    const Scene scene = read_scene(file, data_folder);
+    DepthTruth truth(scene.topology, scene.first);
+    test::SecondTruth second(scene.topology, scene.first);
+    Comparison comparison;
+    // The second one is slow: large meshes are looked at less often.
+    const std::int64_t stride = scene.topology.triangle_count() > 3000 ? 350 : 25;
+    RunSpec spec;
+    spec.mode = "closed_loop";
+    spec.detector = "ohc_clustered";
+    spec.response = GetParam().response;
+    spec.contacts = "canonical";
+    spec.truth_stride = scene.ticks;
+    RunLimits limits;
+    limits.observe = [&](const Simulation& simulation, const StepRow& row) {
+        if (!simulation.outcome().ok()) return;
+        const DepthTruth::Result told = truth.measure(simulation.frame());
+        if (row.tick % stride != 0 || told.wrong_side < 0) return;
+        comparison.frame(scene, simulation.frame(), truth, told, second);
+        DepthTruth forgetful(scene.topology, scene.first);
+        const DepthTruth::Result alone = forgetful.measure(simulation.frame());
+        EXPECT_EQ(alone.wrong_side, told.wrong_side) << "tick " << row.tick;
+        EXPECT_EQ(alone.side_undecided, told.side_undecided) << "tick " << row.tick;
+        EXPECT_EQ(alone.max_depth, told.max_depth) << "tick " << row.tick;
+    };
+    const Record record = run_closed_loop(scene, spec, limits);
+    EXPECT_GT(comparison.compared, 0);
+    EXPECT_EQ(comparison.undecided, 0) << "all rims of shipped scenes are held, and no tool reaches one";
+    RecordProperty("compared", std::to_string(comparison.compared));
+    RecordProperty("wrong", std::to_string(comparison.wrong));
+    RecordProperty("too_near", std::to_string(comparison.too_near));
+    RecordProperty("deepest_mm", std::to_string(comparison.deepest * 1e3));
+}
+
+INSTANTIATE_TEST_SUITE_P(AllScenes, ShippedScenes, testing::ValuesIn(all_cases()),
+                         [](const testing::TestParamInfo<Case>& one) {
+                             std::string name = one.param.scene + "_" + one.param.response;
+                             std::replace_if(
+                                 name.begin(), name.end(), [](char c) { return std::isalnum(c) == 0; }, '_');
+                             return name;
+                         });
+
+}  // namespace
+}  // namespace trocar

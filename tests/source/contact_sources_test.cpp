@@ -1,0 +1,334 @@
+// The sources `near` and `tracked` against a second implementation that shares nothing with them (second_features.hpp),
+// as sets, on scenes that move: which features are told, gap, normal and side.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <iostream>
+#include <map>
+#include <set>
+
+#include "method/registry.hpp"
+#include "simulate/simulation.hpp"
+#include "source/second_features.hpp"
+#include "support/scene_samples.hpp"
+
+namespace trocar::test {
+namespace {
+
+struct Case {
+    const char* name;
+    const char* scene;
+    double faster;
+    int ticks;
+    int every;             ///< compare on every such tick
+    const char* response;  ///< that drives the run
+};
+
+Scene scene_of(const Case& one) {
+    if (std::string(one.scene) == "jump") {
+        // Above the sheet, and 20 mm lower within one tick.
+        std::string text = poke_text();
+        const std::string keys = "{\"time\":0.04,";
+        text.replace(text.find(keys), keys.size(),
+                     "{\"time\":0.0205,\"pose\":[0.001,0.0007,0.0105,0,0,0]},"
+                     "{\"time\":0.021,\"pose\":[0.001,0.0007,-0.0095,0,0,0]},"
+                     "{\"time\":0.04,");
+        return scene_from_text(text);
+    }
+    Scene scene = read_scene(std::string(TROCAR_SOURCE_DIR) + "/scenes/" + one.scene + ".json", std::nullopt);
+    for (SceneBody& body : scene.bodies) {
+        if (!body.motion) continue;
+        for (MotionKey& key : body.motion->keys) key.time /= one.faster;
+    }
+    return scene;
+}
+
+/// Of two vertices on an edge each, or of a vertex and a triangle.
+using Feature = std::array<Index, 4>;
+Feature edges(const EdgeEnds& a, const EdgeEnds& b) { return {a[0], a[1], b[0], b[1]}; }
+Feature point_face(Index vertex, Index triangle) { return {vertex, triangle, -1, -1}; }
+
+/// As docs/CONTACT.md tells ids apart: the kind in the highest bit, features below.
+bool is_edges(const Contact& contact) { return contact.kind == ContactCase::edge_edge; }
+Feature feature_of(const Contact& contact) {
+    if (is_edges(contact)) {
+        return {contact.on_a.vertices[0], contact.on_a.vertices[1], contact.on_b.vertices[0], contact.on_b.vertices[1]};
+    }
+    return point_face(static_cast<Index>(contact.id >> 32), static_cast<Index>(contact.id & 0xffffffffU));
+}
+
+struct Expected {
+    Real gap = 0.0L;
+    Point normal = Point::Zero();  ///< from a to b; of points, from the face to the vertex
+    bool vertex_first = true;
+    bool has_normal = true;
+};
+
+struct Tally {
+    std::size_t compared = 0;
+    std::size_t open = 0;     ///< too near a threshold
+    std::size_t crossed = 0;  ///< of those compared
+    std::size_t edges = 0;
+    std::string failures;
+    void fail(const std::string& text) {
+        if (failures.size() < 2000) failures += text + "\n";
+    }
+};
+
+/// Gap and normal of a contact that both tell.
+void compare(std::int64_t tick, const Contact& told, const Expected& expected, Real extent, Tally& tally) {
+    ++tally.compared;
+    if (told.gap < 0.0) ++tally.crossed;
+    if (is_edges(told)) ++tally.edges;
+    const auto who = [&] {
+        const Feature f = feature_of(told);
+        return fmt::format("tick {}, {} {} {} {} {}", tick, is_edges(told) ? "edges" : "vertex and face", f[0], f[1],
+                           f[2], f[3]);
+    };
+    const Real off = std::abs(static_cast<Real>(told.gap) - expected.gap);
+    // Closest points of nearly parallel edges are uncertain along the edges, their distance is not.
+    if (off > 1e-12L * extent)
+        tally.fail(
+            fmt::format("{}: gap {:.15g}, expected {:.15g}", who(), told.gap, static_cast<double>(expected.gap)));
+    if (std::abs(expected.gap) > undecided * extent && told.side != (expected.gap < 0.0L ? -1 : 1))
+        tally.fail(fmt::format("{}: the other side, gap {:g}", who(), told.gap));
+    const Real gap = std::abs(expected.gap);
+    if (!expected.has_normal || gap < 1e-8L) return;
+    Point normal = expected.normal;
+    if (!is_edges(told) && expected.vertex_first) normal = -normal;
+    const Real turned = (told.normal.cast<Real>() - normal).norm();
+    if (turned > 1e-12L * extent / gap + 1e-15L)
+        tally.fail(fmt::format("{}: normal off by {:g} at gap {:g}", who(), static_cast<double>(turned),
+                               static_cast<double>(expected.gap)));
+}
+
+Real extent_of(const Frame& frame) {
+    return static_cast<Real>((frame.position.rowwise().maxCoeff() - frame.position.rowwise().minCoeff()).norm());
+}
+
+/// Whether the detector has told two triangles that have these features.
+bool is_brought(const Topology& topology, const Simulation& run, const Feature& feature) {
+    const auto has = [&topology](Index triangle, Index vertex) {
+        return (topology.triangles.col(triangle).array() == vertex).any();
+    };
+    const auto matches = [&](Index a, Index b) {
+        if (feature[2] < 0) return has(a, feature[0]) && b == feature[1];
+        return has(a, feature[0]) && has(a, feature[1]) && has(b, feature[2]) && has(b, feature[3]);
+    };
+    for (const auto list : {&ContactSet::pairs, &ContactSet::near}) {
+        for (const TrianglePair& pair : run.contacts().*list) {
+            if (matches(pair.a, pair.b) || matches(pair.b, pair.a)) return true;
+        }
+    }
+    return false;
+}
+
+/// `either`: may be told and need not.
+void compare_sets(const Topology& topology, const Simulation& run, const std::map<Feature, Expected>& expected,
+                  const std::set<Feature>& either, const std::set<Feature>& beside, Tally& tally) {
+    const Real extent = extent_of(run.seen());
+    std::map<Feature, const Contact*> told;
+    for (const Contact& contact : run.contacts().contacts) {
+        if (told.emplace(feature_of(contact), &contact).second) continue;
+        // Layers of one surface over one vertex share an anchor.
+        if (contact.gap >= 0.0) tally.fail(fmt::format("tick {}: one feature twice", run.seen().tick));
+    }
+    for (const auto& [feature, contact] : told) {
+        const auto found = expected.find(feature);
+        if (either.contains(feature)) {
+            ++tally.open;
+        } else if (found != expected.end()) {
+            compare(run.seen().tick, *contact, found->second, extent, tally);
+        } else if (!beside.contains(feature)) {
+            tally.fail(fmt::format("tick {}: {} {} {} {} {} told, gap {:g}", run.seen().tick,
+                                   is_edges(*contact) ? "edges" : "vertex and face", feature[0], feature[1], feature[2],
+                                   feature[3], contact->gap));
+        }
+    }
+    for (const auto& [feature, one] : expected) {
+        if (told.contains(feature) || either.contains(feature)) continue;
+        // What a script takes out of reach within the tick, no detector brings; what has crossed is told all the same.
+        if (one.gap > 0.0L && !is_brought(topology, run, feature)) continue;
+        tally.fail(fmt::format("tick {}: {} {} {} {} not told, gap {:g}, normal {:g} {:g} {:g}", run.seen().tick,
+                               feature[0], feature[1], feature[2], feature[3], static_cast<double>(one.gap),
+                               static_cast<double>(one.normal[0]), static_cast<double>(one.normal[1]),
+                               static_cast<double>(one.normal[2])));
+    }
+}
+
+Expected expected_of(const SecondPointFace& one, Real gap) {
+    Expected expected{.gap = gap, .vertex_first = one.vertex_body < one.face_body};
+    if (one.distance > 0.0L) expected.normal = (gap < 0.0L ? -1.0L : 1.0L) * one.way / one.distance;
+    return expected;
+}
+
+// ------------------------------------------------------------------ near
+
+void check_near(const Simulation& run, const SecondFeatures& second, Tally& tally) {
+    const auto reach = static_cast<Real>(run.contacts().reach);
+    std::map<Feature, Expected> expected;
+    std::set<Feature> either;
+    std::map<std::pair<Index, Index>, std::vector<SecondPointFace>> of_vertex;
+    for (const SecondPointFace& one : second.point_faces(reach)) {
+        if (one.open) either.insert(point_face(one.vertex, one.triangle));
+        if (one.closest || one.open) of_vertex[{one.vertex, one.face_body}].push_back(one);
+    }
+    for (auto& [who, list] : of_vertex) {
+        std::sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.distance < b.distance; });
+        const Real home =
+            !second.body(who.second).closed && second.body(who.second).start_side == SheetSide::back ? -1 : 1;
+        const SecondPointFace& nearest = list.front();
+        // Which is nearest, and whether it is behind, must not hang on rounding.
+        const bool undecidable = nearest.open ||
+                                 (list.size() > 1 && list[1].distance - nearest.distance < 1e-9L * reach) ||
+                                 std::abs(nearest.front) < 1e-9L * reach;
+        const bool inside = home * nearest.front < 0.0L;
+        for (const SecondPointFace& one : list) {
+            const Feature feature = point_face(one.vertex, one.triangle);
+            if (undecidable || std::abs(one.front) < 1e-9L * reach) {
+                either.insert(feature);
+            } else if (inside && &one == &nearest) {
+                expected[feature] = expected_of(one, -one.distance);
+            } else if (!inside && home * one.front > 0.0L) {
+                expected[feature] = expected_of(one, one.distance);
+            }
+        }
+    }
+    for (const SecondEdgeEdge& one : second.edge_edges(reach)) {
+        if (one.open) either.insert(edges(one.a, one.b));
+        if (one.may_be_apart) expected[edges(one.a, one.b)] = {.gap = one.distance, .normal = one.normal};
+    }
+    compare_sets(second.topology(), run, expected, either, {}, tally);
+}
+
+// ------------------------------------------------------------------ tracked
+
+void check_tracked(const Simulation& run, const SecondFeatures& second, SecondSides& sides, Tally& tally) {
+    const auto reach = static_cast<Real>(run.contacts().reach);
+    std::map<Feature, Expected> expected;
+    std::set<Feature> either;
+    std::set<Feature> beside;  // faces next to the one over which a vertex is: `tracked` holds a ridge by both
+    // What has crossed is told at the nearest point, within reach or not.
+    std::set<std::pair<Index, Index>> crossed;
+    for (const auto& [vertices, b] : second.questions()) {
+        for (Index v = vertices.first; v < vertices.end(); ++v) {
+            const int count = sides.count(v, b);
+            if (count == 0) continue;
+            const SecondPointFace nearest = second.nearest(second.points()[static_cast<std::size_t>(v)], b);
+            const Real depth = -(count > 0 ? 1.0L : -1.0L) * nearest.front;
+            if (!second.body(b).closed && nearest.at_rim && depth < 0.5L * nearest.distance) {
+                sides.forget(v, b);
+                either.insert(point_face(v, nearest.triangle));
+                continue;
+            }
+            crossed.insert({v, b});
+            SecondPointFace one = nearest;
+            one.vertex = v;
+            one.vertex_body = second.body_of(v);
+            one.face_body = b;
+            const Feature feature = point_face(v, one.triangle);
+            Expected told = expected_of(one, -one.distance);
+            told.has_normal = depth > 1e-9L;
+            if (one.open) {
+                either.insert(feature);
+            } else {
+                expected[feature] = told;
+            }
+        }
+    }
+    for (const SecondPointFace& one : second.point_faces(reach)) {
+        const Feature feature = point_face(one.vertex, one.triangle);
+        if (one.open) either.insert(feature);
+        if (!one.closest) {
+            beside.insert(feature);
+            continue;
+        }
+        if (expected.contains(feature)) continue;
+        const int count = sides.count(one.vertex, one.face_body);
+        if (std::abs(one.front) < 1e-9L * reach) {
+            either.insert(feature);
+        } else if (second.body(one.face_body).closed && one.front < 0.0L) {
+            continue;  // seen through the body
+        } else if (count == 0 || count * one.front > 0.0L) {
+            expected[feature] = expected_of(one, one.distance);
+        }
+    }
+    for (const SecondEdgeEdge& one : second.edge_edges(reach)) {
+        const Feature feature = edges(one.a, one.b);
+        if (one.open) either.insert(feature);
+        bool passed = false;
+        if (one.may_have_crossed) {
+            const bool of_b = second.body(one.body_a).closed || !second.body(one.body_b).closed;
+            passed = of_b ? sides.count_on_edge(one.b[0], one.point_b, one.body_a) != 0
+                          : sides.count_on_edge(one.a[0], one.point_a, one.body_b) != 0;
+        }
+        if (passed) {
+            expected[feature] = {.gap = -one.distance, .normal = -one.normal};
+        } else if (one.may_be_apart) {
+            expected[feature] = {.gap = one.distance, .normal = one.normal};
+        }
+    }
+    compare_sets(second.topology(), run, expected, either, beside, tally);
+}
+
+// ------------------------------------------------------------------ on scenes that move
+
+void PrintTo(const Case& one, std::ostream* stream) { *stream << one.name; }
+
+class ContactSources : public testing::TestWithParam<Case> {};
+
+Tally tally_of(const Case& one, const std::string& source) {
+    const Scene scene = scene_of(one);
+    Simulation run(scene, make_detector("brute_force"), make_response(one.response), registry().source(source));
+    SecondFeatures second(scene.topology);
+    SecondSides sides(second, scene.topology);
+    Tally tally;
+    for (int tick = 0; tick < one.ticks && run.outcome().ok(); ++tick) {
+        run.step();
+        second.place(run.seen());
+        if (source == "tracked") {
+            if (tick == 0) sides.start();
+            sides.follow();
+        }
+        if (tick % one.every != 0) continue;
+        if (source == "tracked") {
+            check_tracked(run, second, sides, tally);
+        } else {
+            check_near(run, second, tally);
+        }
+        if (tally.failures.size() > 2000) break;
+    }
+    EXPECT_TRUE(run.outcome().ok()) << run.outcome().message;
+    std::cout << fmt::format("{} {}: {} compared ({} edges, {} inside), {} open\n", one.name, source, tally.compared,
+                             tally.edges, tally.crossed, tally.open);
+    return tally;
+}
+
+TEST_P(ContactSources, NearIsWhatTheSecondImplementationTells) {
+    const Tally tally = tally_of(GetParam(), "near");
+    EXPECT_EQ(tally.failures, "");
+    EXPECT_GT(tally.compared, 40U);
+    EXPECT_LT(tally.open, 3 * tally.compared);
+}
+
+TEST_P(ContactSources, TrackedIsWhatTheSecondImplementationTells) {
+    const Tally tally = tally_of(GetParam(), "tracked");
+    EXPECT_EQ(tally.failures, "");
+    EXPECT_GT(tally.compared, 100U);
+    EXPECT_LT(tally.open, tally.compared / 10 + 10);
+}
+
+constexpr Case cases[] = {
+    {"OpenSheetDragged", "i2t_drag", 8.0, 110, 3, "penalty"},
+    {"OpenSheetCrossedAndLeft", "i2t_stab", 2.0, 220, 7, "none"},
+    {"DeepStartInASheet", "i2t_deep_sheet", 2.0, 60, 3, "none"},
+    {"DeepStartInAClosedOrgan", "i2t_deep_start", 4.0, 80, 8, "none"},
+    {"TwoTissues", "t2t_press", 8.0, 80, 6, "penalty"},
+    {"ToolThatJumpsTwentyMillimetres", "jump", 1.0, 40, 1, "none"},
+};
+
+INSTANTIATE_TEST_SUITE_P(Scenes, ContactSources, testing::ValuesIn(cases),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+}  // namespace
+}  // namespace trocar::test
