@@ -42,10 +42,10 @@ Reach::Reach(const Scene& scene, double margin) {
 }
 
 double Reach::of(double led_move, double tissue_move, double deep) const {
-    const double wanted = margin_ + led_move + tissue_move + deep;
+    const double wanted = margin_ + led_move + std::min(tissue_move + deep, led_move + most());
     double reach = margin_;
-    while (reach < wanted && reach < most() && reach > 0.0) reach *= 2.0;
-    return std::max(margin_, std::min(reach, most()));
+    while (reach < wanted && std::isfinite(wanted) && reach > 0.0) reach *= 2.0;
+    return reach;
 }
 
 double furthest_move(const Frame& frame, std::span<const Range> ranges) {

@@ -14,17 +14,20 @@ public:
     Reach(const Scene& scene, double margin);
     /// For a frame whose led bodies have moved, m: the margin, the furthest that any vertex of the led bodies and of
     /// the tissue has come since the last frame, and what is deeper inside than its pairs would tell, rounded up to
-    /// margin · 2ⁿ so that structures need not follow every tick, at most most(). All three in m: no vertex has gone
-    /// further, nothing is deeper.
+    /// margin · 2ⁿ so that structures need not follow every tick. All three in m: no vertex has gone further, nothing
+    /// is deeper. Of the last two no more than two mean edges: what tissue goes beyond that in a tick, faster than what
+    /// leads it, has no neighbourhood left, and to ask for it would be to ask for every pair of triangles.
     [[nodiscard]] double of(double led_move, double tissue_move, double deep) const;
-    /// m, eight mean edges: what goes further than that in a tick has no neighbourhood left, and to ask for it would be
-    /// to ask for every pair of triangles. A tick whose reach is cut to this is told as truncated.
-    [[nodiscard]] double most() const { return most_edges * edge_; }
+    /// True where of() has cut what these ask for: the tick is told as truncated.
+    [[nodiscard]] bool is_cut(double led_move, double tissue_move, double deep) const {
+        return tissue_move + deep > led_move + most();
+    }
     /// m, the smallest mean edge.
     [[nodiscard]] double edge() const { return edge_; }
 
 private:
-    static constexpr double most_edges = 8.0;
+    static constexpr double most_edges = 2.0;
+    [[nodiscard]] double most() const { return most_edges * edge_; }
     double edge_ = 0.0;
     double margin_ = 0.0;  ///< m
 };

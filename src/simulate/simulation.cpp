@@ -55,6 +55,7 @@ struct Simulation::State {
     std::vector<Wrench> load;        ///< per body, mean over the tick
     TipDisplay display;
     double deepest_edges = 0.0;  ///< m, in the last tick, with a margin
+    bool reach_is_cut = false;   ///< in this tick
     Outcome prepared;            ///< how prepare ended
     Outcome outcome;             ///< of the last tick
     std::int64_t tick = 0;
@@ -79,9 +80,11 @@ struct Simulation::State {
     }
 
     /// m, within which the detector is asked in this tick; `tissue_move` as Reach::of has it.
-    [[nodiscard]] double reach_now(double tissue_move) const {
+    double ask_reach(double tissue_move) {
         if (!wants_reach) return 0.0;
-        return reach.of(furthest_move(seen, leading.led_vertices()), tissue_move, deepest_edges);
+        const double led_move = furthest_move(seen, leading.led_vertices());
+        reach_is_cut = reach.is_cut(led_move, tissue_move, deepest_edges);
+        return reach.of(led_move, tissue_move, deepest_edges);
     }
     /// Edges that have passed each other have no memory but the pairs: as deep as they are, the next tick looks.
     void note_deep_edges() {
@@ -138,7 +141,7 @@ struct Simulation::State {
         row.swept = static_cast<std::int64_t>(contacts.swept.size());
         row.native_contacts = static_cast<std::int64_t>(contacts.native.size());
         row.work = contacts.work;
-        contacts.truncated = contacts.truncated || (wants_reach && row.reach >= reach.most());
+        contacts.truncated = contacts.truncated || reach_is_cut;
         row.truncated = contacts.truncated;
     }
 
@@ -199,7 +202,7 @@ StepRow Simulation::step() {
     if (row.tick == 0) s.seen.moved.reset();  // nobody has seen a frame to compare with
     s.check_finite(s.seen);
     s.timed(Stage::update, row, [&] {
-        row.reach = s.reach_now(s.stepper ? s.stepper->largest_move() : 0.0);
+        row.reach = s.ask_reach(s.stepper ? s.stepper->largest_move() : 0.0);
         s.detector->update(s.seen, row.reach);
     });
     s.timed(Stage::detect, row, [&] { s.detector->detect(s.seen, s.contacts); });
@@ -240,7 +243,7 @@ StepRow Simulation::replay(const Frame& frame) {
     s.seen = frame;
     if (s.outcome.ok() && !s.seen.all_finite()) s.outcome = not_finite();
     s.timed(Stage::update, row, [&] {
-        row.reach = s.reach_now(furthest_move(s.seen, s.leading.free_tissue()));
+        row.reach = s.ask_reach(furthest_move(s.seen, s.leading.free_tissue()));
         s.detector->update(s.seen, row.reach);
     });
     s.timed(Stage::detect, row, [&] { s.detector->detect(s.seen, s.contacts); });

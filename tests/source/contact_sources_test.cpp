@@ -259,6 +259,10 @@ void check_tracked(const Simulation& run, const SecondFeatures& second, SecondSi
         bool passed = false;
         if (one.may_have_crossed) {
             const bool of_b = second.body(one.body_a).closed || !second.body(one.body_b).closed;
+            const Index through = of_b ? one.body_a : one.body_b;
+            if (second.body(through).closed && sides.is_on(of_b ? one.point_b : one.point_a, through)) {
+                either.insert(feature);
+            }
             passed = of_b ? sides.count_on_edge(one.b[0], one.point_b, one.body_a) != 0
                           : sides.count_on_edge(one.a[0], one.point_a, one.body_b) != 0;
         }

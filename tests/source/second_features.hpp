@@ -424,6 +424,11 @@ public:
         if (features_->body(face_body).closed) return winding(point, face_body);
         return count(first, face_body) + along(features_->points()[static_cast<std::size_t>(first)], point, face_body);
     }
+    /// On the surface of a closed body, to rounding: it turns about the point by half of a whole number.
+    [[nodiscard]] bool is_on(const Point& point, Index closed_body) const {
+        const Real turns = features_->solid_angle(point, closed_body, features_->points()) / (4.0L * pi);
+        return std::abs(turns - std::round(turns)) > 0.25L;
+    }
     [[nodiscard]] const std::map<std::pair<Index, Index>, int>& counts() const { return count_; }
 
 private:
