@@ -86,13 +86,14 @@ struct Simulation::State {
         reach_is_cut = reach.is_cut(led_move, tissue_move, deepest_edges);
         return reach.of(led_move, tissue_move, deepest_edges);
     }
-    /// Edges that have passed each other have no memory but the pairs: as deep as they are, the next tick looks.
+    /// Edges that have passed each other have no memory but the pairs: as deep as they are once the tick's scripts have
+    /// moved, the next tick looks.
     void note_deep_edges() {
         deepest_edges = 0.0;
         for (const Contact& contact : contacts.contacts) {
-            if (contact.kind == ContactCase::edge_edge) deepest_edges = std::max(deepest_edges, -contact.gap);
+            if (contact.kind == ContactCase::edge_edge)
+                deepest_edges = std::max(deepest_edges, -(contact.gap + contact.approach));
         }
-        deepest_edges *= 1.5;
     }
 
     void advance() {
