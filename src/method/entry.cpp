@@ -104,14 +104,6 @@ std::string why_untold(const DetectorEntry& detector, const SourceEntry& source)
     return {};
 }
 
-std::string why_unreadable(const SourceEntry& source, const ResponseEntry& response) {
-    if (!contains(response.sources, source.name)) {
-        return fmt::format("{} works from contacts {}, not from '{}'", response.name, fmt::join(response.sources, ", "),
-                           source.name);
-    }
-    return {};
-}
-
 std::string why_not_taken(const StepperEntry& stepper, const Topology& topology, const Effect& effect) {
     const auto pushes_tissue = [&topology](const LinearContact& contact) {
         const auto is_tissue = [&topology](Index vertex) {

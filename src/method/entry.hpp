@@ -77,6 +77,8 @@ struct ResponseEntry {
     bool own = false;
     /// Names of the contact sources that it can work from, its default first.
     std::vector<std::string> sources = {"canonical", "native", "near", "tracked"};
+    /// Where its parameters decide too: why it cannot work from a source of the list with these; empty when it can.
+    std::function<std::string(const ParameterValues&, std::string_view source)> why_unreadable = {};
     std::string without_tissue = {};  ///< what it does between bodies without tissue, where that is another method's
     bool control = false;             ///< holds others to account (CONTACT §5); never ranked, no contestant
     std::vector<Parameter> parameters = {};
@@ -111,8 +113,6 @@ struct StepperEntry {
 
 /// Why a source cannot work from a detector's answer; empty when it can.
 std::string why_untold(const DetectorEntry& detector, const SourceEntry& source);
-/// Why a response cannot work from contacts of a source; empty when it can.
-std::string why_unreadable(const SourceEntry& source, const ResponseEntry& response);
 /// What of an effect a stepper does not take; empty when it takes all. Contacts that push no tissue are not its own.
 std::string why_not_taken(const StepperEntry& stepper, const Topology& topology, const Effect& effect);
 

@@ -164,6 +164,16 @@ std::unique_ptr<Response> make_response(std::string_view name, const std::map<st
     return entry.make(ParameterValues(entry.name, entry.parameters, method.parameters));
 }
 
+std::string why_unreadable(const SourceEntry& source, const MethodSpec& response) {
+    const ResponseEntry& entry = registry().response(response.name);
+    if (std::find(entry.sources.begin(), entry.sources.end(), source.name) == entry.sources.end()) {
+        return fmt::format("{} works from contacts {}, not from '{}'", entry.name, fmt::join(entry.sources, ", "),
+                           source.name);
+    }
+    if (!entry.why_unreadable) return {};
+    return entry.why_unreadable(ParameterValues(entry.name, entry.parameters, response.parameters), source.name);
+}
+
 std::unique_ptr<ContactSource> make_source(std::string_view name,
                                            const std::map<std::string, std::string>& parameters) {
     const MethodSpec method = with_parameters(name, parameters);

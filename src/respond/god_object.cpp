@@ -39,7 +39,7 @@ public:
                  Effect& effect) override {
         effect.clear();
         effect.tip = settings_.tip;
-        proxies_.respond(*topology_, *materials_, laws_, frame, effect);
+        proxies_.respond(*topology_, *materials_, laws_, frame, contacts, effect);
         for (LinearContact& tip : effect.contacts) tell_at_start(*topology_, frame, dt, tip);
         others_.contacts.clear();
         for (const Contact& contact : contacts.contacts) {
@@ -70,7 +70,6 @@ ResponseEntry god_object_response() {
     entry.name = "god_object";
     entry.version = "1";
     entry.own = true;
-    entry.sources = {"canonical", "native"};  // goes by pairs of triangles
     entry.parameters = {
         stiffness_parameter("1000 between instruments and rigid bodies, on tissue the mean of the springs there"),
         damping_parameter(),

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "respond/tissue_scale.hpp"
+
 namespace trocar {
 namespace {
 
@@ -15,8 +17,11 @@ constexpr double radius_of_jaw = 2.5 / 12.0;  ///< of its length: half the diago
 
 }  // namespace
 
-void Grasp::prepare(const Topology& topology, const GraspSettings& settings) {
+void Grasp::prepare(const Topology& topology, const Materials& materials, const GraspSettings& settings) {
     settings_ = settings;
+    constexpr double touching = 0.02;  // of an edge
+    touching_.clear();
+    for (const TissueScale& scale : tissue_scales(topology, materials)) touching_.push_back(touching * scale.edge);
     groups_.clear();
     group_of_body_.assign(at(topology.body_count()), -1);
     for (Index b = 0; b < topology.body_count(); ++b) {
@@ -56,8 +61,7 @@ void Grasp::detach(std::size_t position) {
     held_.erase(held_.begin() + static_cast<std::ptrdiff_t>(position));
 }
 
-void Grasp::update(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts,
-                   std::span<const RestingTouch> resting) {
+void Grasp::update(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts) {
     if (frame.pose.size() != group_of_body_.size()) return;
     for (Index g = 0; g < static_cast<Index>(groups_.size()); ++g) {
         Group& group = groups_[at(g)];
@@ -68,13 +72,13 @@ void Grasp::update(const Topology& topology, const Materials& materials, const F
             }
         }
         if (group.seen && group.last_jaw > close_below && jaw <= close_below) {
-            attach(topology, materials, frame, contacts, resting, g);
+            attach(topology, materials, frame, contacts, g);
         }
     }
 }
 
 void Grasp::attach(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts,
-                   std::span<const RestingTouch> resting, Index group) {
+                   Index group) {
     const Index body = groups_[at(group)].body;
     const Pose& pose = frame.pose[at(body)];
     const Vector3 tip = pose.rotation * materials.tip[at(body)] + pose.translation;
@@ -101,17 +105,21 @@ void Grasp::attach(const Topology& topology, const Materials& materials, const F
             {.vertex = v, .normal = normal, .piece = piece_[at(instrument_vertex)], .distance = from_tip.norm()});
     };
     for (const Contact& contact : contacts.contacts) {
-        if (contact.a < 0 || contact.b < 0 || contact.kind == ContactCase::touch) continue;
-        const Index body_a = topology.body_of_triangle[at(contact.a)];
-        const Index body_b = topology.body_of_triangle[at(contact.b)];
-        if (group_of_body_[at(body_a)] != group || topology.bodies[at(body_b)].kind != BodyKind::tissue) continue;
-        for (int i = 0; i < 3; ++i) {
-            touch(topology.triangles(i, contact.b), topology.triangles(0, contact.a), contact.normal);
+        if (contact.body_a < 0 || contact.body_b < 0 || contact.kind == ContactCase::touch) continue;
+        if (group_of_body_[at(contact.body_a)] != group) continue;
+        if (topology.bodies[at(contact.body_b)].kind != BodyKind::tissue) continue;
+        if (contact.kind == ContactCase::point_face || contact.kind == ContactCase::edge_edge) {
+            if (!(contact.gap < touching_[at(contact.body_b)])) continue;
+            const Index on_jaw = *std::find_if(contact.on_a.vertices.begin(), contact.on_a.vertices.end(),
+                                               [](Index v) { return v >= 0; });
+            for (const Index v : contact.on_b.vertices) {
+                if (v >= 0) touch(v, on_jaw, contact.normal);
+            }
+        } else if (contact.a >= 0 && contact.b >= 0) {
+            for (int i = 0; i < 3; ++i) {
+                touch(topology.triangles(i, contact.b), topology.triangles(0, contact.a), contact.normal);
+            }
         }
-    }
-    for (const RestingTouch& one : resting) {
-        if (group_of_body_[at(topology.body_of_vertex(one.instrument_vertex))] != group) continue;
-        touch(one.tissue_vertex, one.instrument_vertex, one.normal);
     }
     const bool pinched = std::any_of(touches_.begin(), touches_.end(), [this](const Touch& one) {
         return one.piece != touches_.front().piece || one.normal.dot(touches_.front().normal) < 0.0;

@@ -2,7 +2,6 @@
 // thesis only says that grasped tissue follows the tool; the rule when and what is ours.
 #pragma once
 
-#include <span>
 #include <string>
 #include <vector>
 
@@ -19,13 +18,6 @@ struct GraspedVertex {
     Vector3 local = Vector3::Zero();  ///< m, in the frame of the instrument's first body
 };
 
-/// Tissue that rests on an instrument without crossing it in this frame: no triangle pair tells of it.
-struct RestingTouch {
-    Index tissue_vertex = -1;
-    Index instrument_vertex = -1;
-    Vector3 normal = Vector3::Zero();  ///< unit, from the instrument to the tissue
-};
-
 struct GraspSettings {
     bool both_jaws = false;    ///< tissue must touch two jaws (separate pieces of the instrument) or two opposing faces
                                ///< between the jaws, else nothing is grasped; false: one contact is enough
@@ -37,11 +29,11 @@ struct GraspSettings {
 
 class Grasp {
 public:
-    void prepare(const Topology& topology, const GraspSettings& settings);
-    /// Opens and closes: releases above q = 0.3, attaches when q falls through 0.2 (hysteresis). Does nothing in frames
-    /// without poses.
-    void update(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts,
-                std::span<const RestingTouch> resting);
+    void prepare(const Topology& topology, const Materials& materials, const GraspSettings& settings);
+    /// Opens and closes: releases above q = 0.3, attaches when q falls through 0.2 (hysteresis) what the contacts say
+    /// touches the jaws: the corners of tissue triangles that meet them, and features that are as good as on them. Does
+    /// nothing in frames without poses.
+    void update(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts);
     [[nodiscard]] const std::vector<GraspedVertex>& held() const { return held_; }
     /// True when this vertex is held by the instrument that the body belongs to: no contact response between them.
     [[nodiscard]] bool holds(Index vertex, Index body) const {
@@ -84,13 +76,14 @@ private:
               Effect& effect) const;
     void weaken(const Frame& frame, double dt);
     void attach(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts,
-                std::span<const RestingTouch> resting, Index group);
+                Index group);
 
     GraspSettings settings_;
     std::vector<Group> groups_;
     std::vector<Index> group_of_body_;  ///< -1: not an instrument
     std::vector<Index> piece_;          ///< N; smallest vertex that a vertex of an instrument is connected to
     std::vector<Index> holder_;         ///< N; group or -1
+    std::vector<double> touching_;      ///< m, per body: features of that tissue no further than that touch
     std::vector<GraspedVertex> held_;
     std::vector<PartingVertex> parting_;
     struct Touch {

@@ -66,7 +66,7 @@ public:
                 stiffness_ = std::max(stiffness_, above * materials.mean_stiffness[at(v)]);
             }
         }
-        if (grasps()) grasp_.prepare(topology, settings_.grasping);
+        if (grasps()) grasp_.prepare(topology, materials, settings_.grasping);
     }
 
     void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
@@ -77,7 +77,7 @@ public:
         for (const Contact& contact : contacts.contacts) {
             if (kind(contact.body_b) == BodyKind::tissue) hold_apart(frame, dt, contact, effect);
         }
-        rigid_.respond(frame, contacts, effect);
+        rigid_.respond(frame, contacts.contacts, effect);
         show_tip_forces(*topology_, *materials_, frame, dt, moment_, effect);
         if (grasps()) grasp_.remember(frame);
     }
@@ -153,23 +153,10 @@ private:
 
     /// What touches the jaws when they close is held by springs.
     void hold_grasped(const Frame& frame, double dt, const ContactSet& contacts, Effect& effect) {
-        touches_.clear();
-        constexpr double touching = 0.02;  // of an edge
-        for (const Contact& contact : contacts.contacts) {
-            if (kind(contact.body_a) != BodyKind::instrument || kind(contact.body_b) != BodyKind::tissue) continue;
-            if (!(contact.gap < touching * scale_[at(contact.body_b)].edge)) continue;
-            for (const Index vertex : contact.on_b.vertices) {
-                if (vertex >= 0) touches_.push_back({vertex, first_vertex(contact.on_a), contact.normal});
-            }
-        }
-        grasp_.update(*topology_, *materials_, frame, no_pairs_, touches_);
+        grasp_.update(*topology_, *materials_, frame, contacts);
         grasp_.hold_by_springs(*materials_, springs_, frame, dt, effect);
         effect.grasped = static_cast<std::int64_t>(grasp_.held().size());
     }
-    static Index first_vertex(const ContactPoint& point) {
-        return *std::find_if(point.vertices.begin(), point.vertices.end(), [](Index v) { return v >= 0; });
-    }
-
     HoldSettings settings_;
     const Topology* topology_ = nullptr;
     const Materials* materials_ = nullptr;
@@ -177,8 +164,6 @@ private:
     VertexSprings springs_;
     RigidPatches rigid_;
     Grasp grasp_;
-    std::vector<RestingTouch> touches_;
-    ContactSet no_pairs_;
     std::vector<Wrench> moment_;
     std::vector<double> pressure_;  ///< Pa, per body
     bool has_tissue_ = false;

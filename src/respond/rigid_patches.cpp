@@ -21,7 +21,7 @@ void RigidPatches::prepare(const Topology& topology, const Materials& materials,
     crossed_.reserve(256);
 }
 
-void RigidPatches::respond(const Frame& frame, const ContactSet& contacts, Effect& effect) {
+void RigidPatches::respond(const Frame& frame, std::span<const Contact> contacts, Effect& effect) {
     if (!measured_) {
         for (Index t = 0; t < topology_->triangle_count(); ++t) {
             const double third = area_normal(*topology_, frame.position, t).norm() / 6.0;
@@ -30,7 +30,7 @@ void RigidPatches::respond(const Frame& frame, const ContactSet& contacts, Effec
         measured_ = true;
     }
     crossed_.clear();
-    for (const Contact& contact : contacts.contacts) {
+    for (const Contact& contact : contacts) {
         const bool tissue = topology_->bodies[at(contact.body_b)].kind == BodyKind::tissue;
         const double depth = -(contact.gap + contact.approach);
         if (tissue || !(depth > 0.0)) continue;

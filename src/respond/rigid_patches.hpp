@@ -2,9 +2,10 @@
 // is the pair's k times the depth of the patch in which they overlap, however finely they are meshed.
 #pragma once
 
+#include <span>
 #include <vector>
 
-#include "contact/contact_set.hpp"
+#include "contact/contact.hpp"
 #include "contact/effect.hpp"
 #include "respond/common.hpp"
 
@@ -17,7 +18,7 @@ public:
     /// Appends a spring and damper for every feature of instruments and rigid bodies that has crossed. Of one pair of
     /// bodies they add up to k times the largest depth along its normals: feature i of depth d_i and area a_i has the
     /// share d_i² a_i of that, so that a feature that just enters changes nothing.
-    void respond(const Frame& frame, const ContactSet& contacts, Effect& effect);
+    void respond(const Frame& frame, std::span<const Contact> contacts, Effect& effect);
 
 private:
     struct Crossed {

@@ -1,45 +1,37 @@
 // The response of the thesis: equations 3.4-3.17 as METHODS §5-§10 makes them executable. Profile `faithful` keeps the
 // printed equations with the damper sign of 3.6 put right, one response per triangle pair in sorted order; `printed`
-// keeps that sign too; `corrected` turns on our corrections, each of which is a parameter of its own.
+// keeps that sign too; `corrected` turns on our corrections of the equations, each of which is a parameter of its own.
 //
 // Where to look, by equation or section of METHODS, with the parameters that act there:
 //   3.4        press_non_deformable   closest_point, normal, distribute, clamp, tip_proxy
-//   3.4, 3.5   rigid_contacts         rigid=patch, rigid=hold
-//   3.5, 3.9   respond_to_edges       edges, distribute, clamp; projection=hold -> held_contacts
+//   3.4, 3.5   rigid_patches          reduction=vertex
+//   3.5, 3.9   respond_to_edges       edges, distribute, clamp
 //   3.6        press_tissue_face      profile=printed, stiffness, kappa, closest_point, normal, clamp
-//   3.7-3.11   project                path, e, reaction; projection=hold -> held_contacts
+//   3.7-3.11   project                path, e, reaction
 //   3.12-3.17  tissue_contacts        tissue_tissue, e_tissue
-//   §3.4.5     back_projection        resolution=back_projection, n_back, l_max
+//   §3.4.5     back_projection        resolution, n_back, l_max
 //   §5         contact_reduction      reduction
-//   §9.2       ledger_resolution      resolution=ledger, samples, anchor, settle_time, clear_speed, slip_damping
-//              rupture, torn_tissue   tear_time, d_max
-//   §9.2       approaching_tissue     resolution=ledger: tissue about to meet tissue; approach: or a tool's point
-//   §9.2       approaching_faces      approach: tissue about to meet a face of a tool or bone
-//   §9.2       squeezed_tissue        squeeze
-//   §9.2       rim_contacts           projection=hold with reduction=vertex: rims and folds of tissue
+//   §8         tip_proxy              tip_proxy
 //   §10        grasp                  grasp, grasp_k, grasp_slip, jaw_length, release_time
-//   §8         show_tip_forces        tip and the device's parameters
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numbers>
+#include <string>
+#include <string_view>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "method/entry.hpp"
-#include "respond/approaching_faces.hpp"
 #include "respond/back_projection.hpp"
 #include "respond/contact_reduction.hpp"
 #include "respond/equations.hpp"
-#include "respond/held_contacts.hpp"
-#include "respond/ledger_resolution.hpp"
-#include "respond/rigid_contacts.hpp"
-#include "respond/rim_contacts.hpp"
-#include "respond/squeezed_tissue.hpp"
+#include "respond/rigid_patches.hpp"
+#include "respond/thesis_contacts.hpp"
 #include "respond/thesis_settings.hpp"
 #include "respond/thesis_state.hpp"
 #include "respond/tip_proxy.hpp"
 #include "respond/tissue_contacts.hpp"
-#include "respond/torn_tissue.hpp"
 
 namespace trocar {
 namespace {
@@ -56,48 +48,23 @@ public:
         materials_ = &materials;
         moment_.assign(at(topology.body_count()), {});
         reduction_.prepare(topology);
-        held_.prepare();
-        rims_.prepare(state_);
-        faces_ahead_.prepare(state_);
-        changes_.prepare(state_);
-        squeezed_.prepare(topology);
-        torn_.prepare(topology);
-        rigid_.prepare(topology);
+        patches_.prepare(topology, materials, settings().k, settings().mu);
         proxies_.prepare(topology, materials, TipProxies::default_radius);
-        if (state_.has_tissue && settings().resolution == Resolution::ledger) ledger_.prepare(state_);
-        back_projection_.prepare(topology);
     }
 
-    void respond(const Frame& seen, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
+    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
                  Effect& effect) override {
-        const Frame& frame = filtered(seen, dt);
         effect.clear();
         effect.tip = settings().tip;
         effect.contacts_held = settings().contacts_held;
         effect.contacts_explicit = settings().contacts_explicit;
         state_.begin(frame, dt);
         if (state_.grasps()) hold_grasped(frame, contacts, effect);
-        if (by_ledger()) ledger_.respond(state_, frame, contacts, squeezed_, torn_, effect);
-        if (settings().tip_proxy) respond_to_tips(frame, effect);
+        if (settings().tip_proxy) respond_to_tips(frame, contacts, effect);
         for (const Contact& contact : contacts.contacts) respond_to(frame, contact, effect);
         if (settings().reduce) respond_to_reduced(frame, effect);
-        const auto beside_tip = [&](Index body_a, Index body_b, const Vector3& place) {
-            return settings().tip_proxy && kind(body_b) == BodyKind::rigid ? proxies_.share_left(body_a, place) : 1.0;
-        };
-        rigid_.respond(state_, frame, beside_tip, effect);
-        if (state_.has_tissue && settings().constrain) {
-            rims_.respond(state_, frame, by_ledger() ? &ledger_ : nullptr, effect);
-            held_.keep_resting(state_, frame, effect);
-        }
-        if (by_ledger()) {
-            changes_.begin_tick(state_, frame);
-            faces_ahead_.respond(state_, frame, changes_, held_, effect);
-            ledger_.keep_apart(state_, frame, changes_, effect);
-        }
-        if (state_.has_tissue && settings().share_squeeze) squeezed_.share(state_, contacts, effect);
-        if (state_.has_tissue && settings().constrain) torn_.judge(state_, frame, effect);
-        if (state_.has_tissue && settings().resolution == Resolution::back_projection) {
-            back_projection_.respond(state_, frame, effect);
+        if (state_.has_tissue && settings().back_projection) {
+            back_projection_.respond(state_, frame, contacts, effect);
         }
         for (const TissueEdit& edit : state_.edits()) {
             effect.placements.push_back({edit.vertex, edit.position, edit.velocity, edit.held});
@@ -109,134 +76,77 @@ public:
 
 private:
     [[nodiscard]] const ThesisSettings& settings() const { return state_.settings; }
-    [[nodiscard]] bool by_ledger() const { return state_.has_tissue && settings().resolution == Resolution::ledger; }
     [[nodiscard]] BodyKind kind(Index body) const { return state_.kind(body); }
-    [[nodiscard]] Vector3 velocity(const Frame& frame, Index vertex) const { return state_.velocity(frame, vertex); }
 
-    /// The frame, or a copy of it whose instruments move with low-passed velocity (METHODS §1, option).
-    const Frame& filtered(const Frame& seen, double dt) {
-        if (settings().velocity_filter == 0.0) return seen;
-        const double gain = 1.0 - std::exp(-2.0 * std::numbers::pi * settings().velocity_filter * dt);
-        smooth_velocity_.swap(filtered_.velocity);  // copying the frame must not lose what the filter remembers
-        const bool first = smooth_velocity_.cols() != seen.velocity.cols();
-        filtered_ = seen;
-        if (first) return filtered_;
-        smooth_velocity_.swap(filtered_.velocity);
-        for (const BodyRange& body : topology_->bodies) {
-            auto now = filtered_.velocity.middleCols(body.vertices.first, body.vertices.count);
-            const auto measured = seen.velocity.middleCols(body.vertices.first, body.vertices.count);
-            if (body.kind == BodyKind::instrument) {
-                now += gain * (measured - now);
-            } else {
-                now = measured;
-            }
-        }
-        return filtered_;
-    }
     /// Speed of a face's loaded point, or of the vertex that the printed equations take.
     [[nodiscard]] Vector3 face_velocity(const Frame& frame, const VertexInFace& v) const {
-        if (!settings().closest_point) return velocity(frame, v.nearest);
+        if (!settings().closest_point) return state_.velocity(frame, v.nearest);
         Vector3 sum = Vector3::Zero();
-        for (int i = 0; i < 3; ++i) sum += v.weights[i] * velocity(frame, topology_->triangles(i, v.triangle));
+        for (std::size_t i = 0; i < 3; ++i) {
+            if (v.face.vertices[i] >= 0) sum += v.face.weights[i] * state_.velocity(frame, v.face.vertices[i]);
+        }
         return sum;
     }
     [[nodiscard]] LoadPoint face_load(const VertexInFace& v) const {
-        return settings().distribute ? LoadPoint::in_triangle(*topology_, v.triangle, v.weights)
-                                     : LoadPoint::at_vertex(v.nearest);
+        return settings().distribute ? v.face : LoadPoint::at_vertex(v.nearest);
     }
 
     // ------------------------------------------------------------ one contact
-    /// True where tissue, the second body, is held outside a closed tool or bone.
-    [[nodiscard]] bool is_held_outside(const Contact& contact) const {
-        const Index body_a = topology_->body_of_triangle[at(contact.a)];
-        const Index body_b = topology_->body_of_triangle[at(contact.b)];
-        return settings().reduce && settings().constrain && topology_->bodies[at(body_a)].closed &&
-               kind(body_a) != BodyKind::tissue && kind(body_b) == BodyKind::tissue;
-    }
     void respond_to(const Frame& frame, const Contact& contact, Effect& effect) {
-        const bool acts = contact.kind == ContactCase::a_enters_b || contact.kind == ContactCase::b_enters_a ||
-                          contact.kind == ContactCase::edges_cross;
-        // An edge that lies inside a tool stays there while the triangle beside it collapses.
-        if (contact.kind == ContactCase::degenerate && contact.a >= 0 && contact.b >= 0 && is_held_outside(contact) &&
-            state_.surface.rim_edges(contact.a) == 0) {
-            rims_.collect(state_, frame, contact);
-        }
-        if (!acts || contact.a < 0 || contact.b < 0 || contact.vertex_a < 0 || contact.vertex_b < 0) {
+        const bool features = is_of_features(contact);
+        const bool enters = contact.kind == ContactCase::a_enters_b || contact.kind == ContactCase::b_enters_a;
+        const bool pair = enters || contact.kind == ContactCase::edges_cross;
+        if (features && !(contact.gap + contact.approach < 0.0)) return;  // near, not met
+        if (!features && (!pair || contact.a < 0 || contact.b < 0 || contact.vertex_a < 0 || contact.vertex_b < 0)) {
             ++effect.skipped;
             return;
         }
-        const Index body_a = topology_->body_of_triangle[at(contact.a)];
-        const Index body_b = topology_->body_of_triangle[at(contact.b)];
-        const CollisionClass pair_class = state_.laws.kind(body_a, body_b);
-        const bool edges = contact.kind == ContactCase::edges_cross;
-        if (pair_class == CollisionClass::none ||
-            (pair_class == CollisionClass::rigid_tissue && !settings().all_rigid_cases &&
-             contact.kind != ContactCase::b_enters_a)) {
+        const CollisionClass pair_class = state_.laws.kind(contact.body_a, contact.body_b);
+        if (pair_class == CollisionClass::none || (pair_class == CollisionClass::rigid_tissue &&
+                                                   !settings().all_rigid_cases && !enters_with_b(contact))) {
             ++effect.skipped;
             return;
         }
-        if (pair_class == CollisionClass::tissue_tissue && !settings().impulse_tissue) {
+        if (pair_class == CollisionClass::tissue_tissue && !settings().impulse_tissue && !features) {
             exchange(state_, frame, contact);
             return;
         }
-        if (rigid_.takes(state_, body_a, body_b)) {
-            rigid_.add(state_, frame, contact);
+        if (settings().reduce && kind(contact.body_b) != BodyKind::tissue) {
+            const bool at_tip = settings().tip_proxy && proxies_.takes(*topology_, frame, contact);
+            if (!at_tip) rigid_.push_back(contact);
             return;
         }
-        const bool held_outside = is_held_outside(contact);
-        if (held_outside && state_.surface.rim_edges(contact.a) == 0) {
-            reduction_.keep_corners(*topology_, state_.surface, frame, contact);
-            rims_.collect(state_, frame, contact);
-        }
-        if (edges) {
+        if (contact.kind == ContactCase::edges_cross) {
+            const CrossedEdges edges = read_crossing(state_, frame, contact);
             if (settings().reduce) {
-                reduction_.keep_edges(*topology_, frame, contact);
+                reduction_.keep(name_edges(*topology_, frame, contact), edges);
             } else {
-                respond_to_edges(frame, contact, effect);
+                respond_to_edges(frame, edges, effect);
             }
-            return;
-        }
-        const bool b_enters = contact.kind == ContactCase::b_enters_a;
-        if (b_enters && held_outside) reduction_.keep_pierced(*topology_, frame, contact);
-        const Index entering = b_enters ? contact.b : contact.a;
-        const Index face = b_enters ? contact.a : contact.b;
-        const Index deepest = b_enters ? contact.vertex_b : contact.vertex_a;
-        VertexInFace v;
-        v.vertex_body = b_enters ? body_b : body_a;
-        v.face_body = b_enters ? body_a : body_b;
-        v.triangle = face;
-        const Vector3 face_normal = b_enters ? contact.normal : Vector3(-contact.normal);
-        const equations::Corners corners = corners_of(*topology_, frame.position, face);
-        for (int i = 0; i < 3; ++i) {
-            v.vertex = topology_->triangles(i, entering);
-            // The printed equations take the deepest vertex; the corrected ones every vertex that lies below the face.
-            if (v.vertex != deepest && !settings().reduce) continue;
-            const Vector3 x = frame.position.col(v.vertex);
-            v.depth = v.vertex == deepest ? contact.depth : -face_normal.dot(x - corners[0]);
-            v.weights = closest_point_on_triangle(corners, x);
-            const Vector3 foot = equations::point_at(corners, v.weights);
-            v.distance = (x - foot).norm();
-            if (v.vertex != deepest && (v.depth <= 0.0 || v.distance > 1.0001 * v.depth)) continue;
-            if (settings().closest_point) v.depth = std::min(v.depth, v.distance);
-            v.nearest = v.vertex == deepest ? (b_enters ? contact.vertex_a : contact.vertex_b)
-                                            : topology_->triangles(equations::nearest_corner(corners, x), face);
-            v.normal = settings().blended_normal
-                           ? state_.surface.blended_normal(*topology_, frame.position, face, v.weights)
-                           : face_normal;
-            if (settings().reduce) {
-                reduction_.keep(v);
-            } else {
-                respond_to_vertex(frame, v, effect);
+        } else if (enters) {
+            read_vertices(state_, frame, contact, entered_);
+            for (const VertexInFace& v : entered_) {
+                if (settings().reduce) {
+                    reduction_.keep(v);
+                } else {
+                    respond_to_vertex(frame, v, effect);
+                }
             }
+        } else if (contact.kind == ContactCase::edge_edge) {
+            respond_to_edges(frame, read_edge_edge(state_, contact), effect);
+        } else {
+            respond_to_vertex(frame, read_point_face(contact), effect);
         }
     }
 
     void respond_to_reduced(const Frame& frame, Effect& effect) {
         for (const VertexInFace& v : reduction_.faces()) respond_to_vertex(frame, v, effect);
-        for (const EdgePair& pair : reduction_.edges()) {
-            respond_to_edges(frame, pair.contact, effect, ContactReduction::names_edges(pair) ? &pair : nullptr);
+        for (std::size_t i = 0; i < reduction_.edge_count(); ++i) {
+            respond_to_edges(frame, reduction_.edges(i), effect);
         }
         reduction_.clear();
+        patches_.respond(frame, rigid_, effect);
+        rigid_.clear();
     }
 
     // ------------------------------------------------------------ laws
@@ -247,19 +157,13 @@ private:
         if (vertex_tissue && state_.follows(v.vertex, v.face_body)) return;
         if (face_tissue && state_.follows(v.nearest, v.vertex_body)) return;
         if (vertex_tissue && face_tissue) {
-            // As in press_tissue_face, where the other tissue is an open sheet.
-            if (settings().resolution == Resolution::ledger && !topology_->bodies[at(v.face_body)].closed) return;
-            bounce(state_, frame, v.normal, LoadPoint::at_vertex(v.vertex),
-                   LoadPoint::in_triangle(*topology_, v.triangle, v.weights), v.depth,
+            bounce(state_, frame, v.normal, LoadPoint::at_vertex(v.vertex), v.face, v.depth,
                    state_.stiffness(v.face_body, v.vertex_body, materials_->mean_stiffness[at(v.vertex)], v.vertex),
                    effect);
         } else if (vertex_tissue) {
-            if (by_ledger() && is_beside_an_open_face(frame, v)) return;
-            const bool fixed = state_.fixed(v.vertex);
-            if (fixed) ++effect.skipped;
-            if (settings().constrain) {
-                held_.hold_nearest(state_, frame, v, effect);
-            } else if (!fixed) {
+            if (state_.fixed(v.vertex)) {
+                ++effect.skipped;
+            } else {
                 project(frame, v, effect);
             }
         } else if (face_tissue) {
@@ -267,20 +171,6 @@ private:
         } else {
             press_non_deformable(frame, v, effect);
         }
-    }
-
-    /// Half of all points are below a face of an open body, which has no inside. The face presses on those only that it
-    /// pushes to where they belong, away from the face's own side of the tissue; past what stands across the tissue's
-    /// surface the vertex lies beside it.
-    [[nodiscard]] bool is_beside_an_open_face(const Frame& frame, const VertexInFace& v) const {
-        if (topology_->bodies[at(v.face_body)].closed) return false;
-        Vector3 front = Vector3::Zero();
-        const std::span<const Index> faces = state_.surface.triangles_at(v.vertex);
-        for (const Index t : faces) front += area_normal(*topology_, frame.position, t);
-        const auto side = faces.empty() ? std::nullopt : ledger_.side_of(*topology_, frame, v.triangle, faces.front());
-        constexpr double towards = 0.5;  // cosine
-        const double along = front.dot(v.normal);
-        return (side ? -*side * along : std::abs(along)) < towards * front.norm();
     }
 
     /// Eq. 3.4 (§3.4.1, §3.4.2): the vertex is pushed out along the face's normal, the face the other way; a rigid body
@@ -293,19 +183,23 @@ private:
         linear.mu = state_.laws.mu(v.face_body, v.vertex_body);
         linear.gap = -v.depth;
         linear.normal = push_vertex ? v.normal : Vector3(-v.normal);
-        const LoadPoint pushed = push_vertex ? LoadPoint::at_vertex(v.vertex) : face;
-        linear.vertices = pushed.vertices;
-        linear.weights = pushed.weights;
+        push(push_vertex ? LoadPoint::at_vertex(v.vertex) : face, linear);
         const Vector3 other = push_vertex ? face_velocity(frame, v) : Vector3(frame.velocity.col(v.vertex));
         linear.face_velocity = other.dot(linear.normal);
-        if (push_vertex && kind(v.face_body) == BodyKind::instrument) {
-            linear.reaction_body = v.face_body;
-            linear.reaction_point = face.blend(frame.position);
-        }
+        if (push_vertex) react(v.face_body, face.blend(frame.position), linear);
         const bool vertex_first = kind(v.vertex_body) <= kind(v.face_body);
         const Vector3 place = vertex_first ? Vector3(frame.position.col(v.vertex)) : face.blend(frame.position);
         const bool bone = kind(v.vertex_body) == BodyKind::rigid || kind(v.face_body) == BodyKind::rigid;
         finish_rigid(frame, bone ? std::min(v.vertex_body, v.face_body) : -1, place, linear, effect);
+    }
+    static void push(const LoadPoint& point, LinearContact& linear) {
+        linear.vertices = point.vertices;
+        linear.weights = point.weights;
+    }
+    void react(Index body, const Vector3& point, LinearContact& linear) const {
+        if (kind(body) != BodyKind::instrument) return;
+        linear.reaction_body = body;
+        linear.reaction_point = point;
     }
     /// Of an instrument's contact with bone (-1: other contacts), what is at its tip is the proxy's.
     void finish_rigid(const Frame& frame, Index instrument, const Vector3& place, LinearContact linear,
@@ -317,130 +211,70 @@ private:
         state_.finish(frame, linear, effect);
     }
     /// GHOST's part (§3.4.2): the tips against bone.
-    void respond_to_tips(const Frame& frame, Effect& effect) {
+    void respond_to_tips(const Frame& frame, const ContactSet& contacts, Effect& effect) {
         const std::size_t before = effect.contacts.size();
-        proxies_.respond(*topology_, *materials_, state_.laws, frame, effect);
+        proxies_.respond(*topology_, *materials_, state_.laws, frame, contacts, effect);
         for (std::size_t c = before; c < effect.contacts.size(); ++c) {
-            const Index body = topology_->body_of_vertex(effect.contacts[c].vertices[0]);
-            const Index bone = proxies_.rigid_of(body);
-            if (rigid_.takes(state_, body, bone)) {
-                rigid_.give_law(state_, frame, body, bone, 1.0, effect.contacts[c]);
-            } else {
-                tell_at_start(*topology_, frame, state_.dt, effect.contacts[c]);
-            }
+            tell_at_start(*topology_, frame, state_.dt, effect.contacts[c]);
         }
     }
 
     /// Eq. 3.6 (§3.4.3): the instrument's vertex A1 is below a tissue face, whose force is the opposite of 3.6's. In
     /// `corrected` also a bone's vertex, which takes no reaction.
     void press_tissue_face(const Frame& frame, const VertexInFace& v, Effect& effect) const {
-        // The ledger knows exactly on which side the vertex is, also of an open sheet that it touches from behind,
-        // where below the face is the right side.
-        if (settings().resolution == Resolution::ledger) return;
         LinearContact linear;
-        linear.k = state_.stiffness(v.vertex_body, v.face_body, materials_->mean_stiffness[at(v.nearest)], v.vertex);
+        linear.k = state_.stiffness(v.vertex_body, v.face_body, materials_->mean_stiffness[at(v.nearest)], v.nearest);
         // Literal 3.6: F on A1 = (k d - mu (V2 - V1)·n2) n2, which as a damper on the tissue is -mu.
         linear.mu = (settings().printed_damper ? -1.0 : 1.0) * state_.laws.mu(v.vertex_body, v.face_body);
         linear.gap = -v.depth;
         linear.normal = -v.normal;
-        const LoadPoint face = face_load(v);
-        linear.vertices = face.vertices;
-        linear.weights = face.weights;
+        push(face_load(v), linear);
         linear.face_velocity = frame.velocity.col(v.vertex).dot(linear.normal);
-        state_.rub(v.vertex, frame.velocity.col(v.vertex), linear);
-        if (kind(v.vertex_body) == BodyKind::instrument) {
-            linear.reaction_body = v.vertex_body;
-            linear.reaction_point = frame.position.col(v.vertex);
-        }
+        react(v.vertex_body, frame.position.col(v.vertex), linear);
         state_.finish(frame, linear, effect);
     }
 
     /// Eq. 3.5, 3.9 (§3.4.1-3.4.3): edges that cross.
-    void respond_to_edges(const Frame& frame, const Contact& contact, Effect& effect, const EdgePair* pair = nullptr) {
-        const Index body_a = topology_->body_of_triangle[at(contact.a)];
-        const Index body_b = topology_->body_of_triangle[at(contact.b)];
-        const bool tissue_a = kind(body_a) == BodyKind::tissue;
-        const bool tissue_b = kind(body_b) == BodyKind::tissue;
-        if (tissue_b && state_.follows(contact.vertex_b, body_a)) return;
-        const bool by_history = !tissue_a && tissue_b && settings().resolution == Resolution::ledger;
-        const auto side = by_history ? ledger_.side_of(*topology_, frame, contact.a, contact.b) : std::nullopt;
-        if (side && (*side == 0.0 || pair == nullptr || !settings().constrain)) return;
-        const Vector3 direction = settings().edge_normal ? contact.normal : contact.interval_direction;
-        const double depth = settings().edge_normal ? contact.depth : contact.interval_length;
-        const LoadPoint a = edge_load(frame, contact.a, contact.vertex_a, contact.point);
-        const LoadPoint b = edge_load(frame, contact.b, contact.vertex_b, contact.point);
-        const double on_tissue = tissue_b ? materials_->triangle_stiffness[at(contact.b)] : 0.0;
-        const double k = state_.stiffness(body_a, body_b, on_tissue, contact.vertex_b);
+    void respond_to_edges(const Frame& frame, const CrossedEdges& edges, Effect& effect) {
+        const bool tissue_a = kind(edges.body_a) == BodyKind::tissue;
+        const bool tissue_b = kind(edges.body_b) == BodyKind::tissue;
+        if (tissue_b && state_.follows(edges.vertex_b, edges.body_a)) return;
+        const double k = state_.stiffness(edges.body_a, edges.body_b, edges.stiffness, edges.vertex_b);
         if (tissue_a && tissue_b) {
-            if (by_ledger() && hold_tissue_edges(frame, contact, pair, effect)) return;
-            bounce(state_, frame, direction, b, a, depth, k, effect);
+            bounce(state_, frame, edges.direction, edges.b, edges.a, edges.depth, k, effect);
             return;
         }
-        const bool push_b = tissue_b || kind(body_b) == BodyKind::instrument;
-        if (tissue_b && settings().constrain) {
-            const bool apart = pair != nullptr && held_.hold_edges_apart(state_, frame, body_a, side, *pair, effect);
-            if (apart || side || (pair != nullptr && !pair->crosses)) return;
-            // A corner that is held outside takes the triangle along.
-            if (held_.holds_corner(*topology_, contact.b, body_a)) return;
-            held_.hold_crossing(state_, frame, contact, a, b, pair != nullptr ? &pair->key : nullptr, effect);
-            return;
-        }
+        const bool push_b = tissue_b || kind(edges.body_b) == BodyKind::instrument;
         LinearContact linear;
         linear.k = k;
-        linear.mu = settings().edge_normal ? state_.laws.mu(body_a, body_b) : 0.0;  // 3.5 and 3.9 have no damper
-        linear.gap = -depth;
-        linear.normal = push_b ? direction : Vector3(-direction);
-        const LoadPoint& pushed = push_b ? b : a;
-        const LoadPoint& other = push_b ? a : b;
-        linear.vertices = pushed.vertices;
-        linear.weights = pushed.weights;
+        linear.mu = settings().edge_normal ? state_.laws.mu(edges.body_a, edges.body_b) : 0.0;  // printed: no damper
+        linear.gap = -edges.depth;
+        linear.normal = push_b ? edges.direction : Vector3(-edges.direction);
+        push(push_b ? edges.b : edges.a, linear);
+        const LoadPoint& other = push_b ? edges.a : edges.b;
         const Vector3 other_velocity = settings().closest_point
                                            ? other.blend(frame.velocity)
-                                           : Vector3(frame.velocity.col(push_b ? contact.vertex_a : contact.vertex_b));
+                                           : Vector3(frame.velocity.col(push_b ? edges.vertex_a : edges.vertex_b));
         linear.face_velocity = other_velocity.dot(linear.normal);
-        if (tissue_a || tissue_b) state_.rub(push_b ? contact.vertex_b : contact.vertex_a, other_velocity, linear);
-        if (push_b && kind(body_a) == BodyKind::instrument) {
-            linear.reaction_body = body_a;
-            linear.reaction_point = a.blend(frame.position);
-        }
+        if (push_b) react(edges.body_a, edges.a.blend(frame.position), linear);
         if (tissue_b) {
             state_.finish(frame, linear, effect);
         } else {
-            finish_rigid(frame, kind(body_b) == BodyKind::rigid ? body_a : -1, contact.point, linear, effect);
+            finish_rigid(frame, kind(edges.body_b) == BodyKind::rigid ? edges.body_a : -1, edges.place, linear, effect);
         }
-    }
-    /// Of two tissues, either may have a corner of which the ledger knows on which side of the other it belongs. False
-    /// where it does not.
-    bool hold_tissue_edges(const Frame& frame, const Contact& contact, const EdgePair* pair, Effect& effect) {
-        const auto hold = [&](Index a, Index b, const EdgeKey& key) {
-            const auto side = ledger_.side_of(*topology_, frame, a, b);
-            if (side && *side != 0.0 && pair != nullptr && settings().constrain) {
-                const EdgePair edges{.key = key, .contact = contact};
-                held_.hold_edges_apart(state_, frame, topology_->body_of_triangle[at(a)], side, edges, effect);
-            }
-            return side.has_value();
-        };
-        const EdgeKey key = pair == nullptr ? EdgeKey{} : pair->key;
-        return hold(contact.a, contact.b, key) || hold(contact.b, contact.a, {key[2], key[3], key[0], key[1]});
-    }
-    [[nodiscard]] LoadPoint edge_load(const Frame& frame, Index triangle, Index vertex, const Vector3& point) const {
-        if (!settings().distribute) return LoadPoint::at_vertex(vertex);
-        const equations::Corners corners = corners_of(*topology_, frame.position, triangle);
-        return LoadPoint::in_triangle(*topology_, triangle, closest_point_on_triangle(corners, point));
     }
 
     /// Eq. 3.7-3.8 and 3.10-3.11: tissue vertex A2 in the face of an instrument or a bone. The contact position is
     /// where A2's path of the last tick meets the face; without one the position stays and only the velocity rule acts.
     void project(const Frame& frame, const VertexInFace& v, Effect& effect) {
         TissueEdit& vertex = state_.edit(frame, v.vertex);
-        const equations::Corners face = corners_of(*topology_, frame.position, v.triangle);
-        Vector3 previous = frame.previous.col(v.vertex);
-        if (settings().relative_path) previous = carried_along(frame, v.triangle, previous);
-        equations::PathHit hit = equations::path_hit(face, previous, vertex.position);
-        if (!hit.found && settings().relative_path) {
-            hit.found = true;
-            hit.point = equations::point_at(face, v.weights);
+        equations::PathHit hit;
+        if (v.triangle >= 0) {
+            Vector3 previous = frame.previous.col(v.vertex);
+            if (settings().relative_path) previous = carried_along(frame, v.triangle, previous);
+            hit = equations::path_hit(corners_of(*topology_, frame.position, v.triangle), previous, vertex.position);
         }
+        if (!hit.found && settings().relative_path) hit = {.found = true, .point = v.face.blend(frame.position)};
         if (hit.found) {
             vertex.position = hit.point;
         } else {
@@ -453,8 +287,8 @@ private:
                                      : equations::rigid_projected_velocity(before, v.normal, settings().restitution);
         if (!instrument) return;
         vertex.instrument = v.face_body;
-        vertex.point = face_load(v).blend(frame.position);
-        if (!settings().closest_point) vertex.point = frame.position.col(v.nearest);
+        vertex.point =
+            settings().closest_point ? face_load(v).blend(frame.position) : Vector3(frame.position.col(v.nearest));
         vertex.normal = v.normal;
         vertex.velocity_change += vertex.velocity - before;
     }
@@ -472,7 +306,6 @@ private:
         return now[0] + axes(now) * (axes(then).transpose() * (point - then[0]));
     }
 
-    // ------------------------------------------------------------ reactions of placed vertices
     /// "The reaction force to the instrument is calculated through the equilibrium condition of the vertex A2": once
     /// per held vertex, at its final place, from the last pair that held it; only what presses on the face. Corrected:
     /// the momentum of the velocity edits over the tick. The position edits carry none: counting both would count a
@@ -496,17 +329,7 @@ private:
 
     // ------------------------------------------------------------ grasping
     void hold_grasped(const Frame& frame, const ContactSet& contacts, Effect& effect) {
-        touches_.clear();
-        for (const RestingVertex& r : held_.resting()) {
-            touches_.push_back({r.vertex, topology_->triangles(0, r.triangle), r.normal});
-        }
-        for (const Penetration& p : ledger_.penetrations()) {
-            if (kind(p.sample.body) == BodyKind::tissue) continue;
-            for (int i = 0; i < 3; ++i) {
-                touches_.push_back({topology_->triangles(i, p.triangle), p.sample.vertex, -p.normal});
-            }
-        }
-        state_.grasp.update(*topology_, *materials_, frame, contacts, touches_);
+        state_.grasp.update(*topology_, *materials_, frame, contacts);
         if (settings().grasp == GraspRule::follow) {
             for (const GraspedVertex& held : state_.grasp.held()) {
                 TissueEdit& vertex = state_.edit(frame, held.vertex);
@@ -523,22 +346,14 @@ private:
     }
 
     ThesisState state_;
-    Frame filtered_;
-    Matrix3X smooth_velocity_;
     const Topology* topology_ = nullptr;
     const Materials* materials_ = nullptr;
     TipProxies proxies_;
     ContactReduction reduction_;
-    RigidContacts rigid_;
-    HeldContacts held_;
-    RimContacts rims_;
-    ApproachingFaces faces_ahead_;
-    VelocityChanges changes_;
-    SqueezedTissue squeezed_;
-    TornTissue torn_;
-    LedgerResolution ledger_;
+    RigidPatches patches_;
     BackProjection back_projection_;
-    std::vector<RestingTouch> touches_;
+    std::vector<VertexInFace> entered_;
+    std::vector<Contact> rigid_;  ///< between bodies without tissue
     std::vector<Wrench> moment_;
 };
 
@@ -549,7 +364,15 @@ ResponseEntry thesis_response() {
     entry.name = "thesis";
     entry.version = "2005";
     entry.own = true;
-    entry.sources = {"canonical"};  // the equations go by the overlap case and its vertex or edge
+    entry.sources = {"canonical", "near", "tracked"};
+    // The printed equations go by the overlap case of two triangles, its vertex or edge and its interval.
+    entry.why_unreadable = [](const ParameterValues& values, std::string_view source) -> std::string {
+        if (source == "canonical") return {};
+        if (values.is("profile", "corrected") && !values.is("tissue_tissue", "exchange")) return {};
+        return fmt::format("the printed equations of thesis need pairs of triangles, contacts 'canonical'; from '{}' "
+                           "work profile=corrected and tissue_tissue=impulse",
+                           source);
+    };
     entry.parameters = thesis_parameters();
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Thesis>(read_thesis_settings(values));

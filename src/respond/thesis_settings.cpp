@@ -1,6 +1,5 @@
 #include "respond/thesis_settings.hpp"
 
-#include <cmath>
 #include <string>
 #include <utility>
 
@@ -23,12 +22,6 @@ Parameter number(const std::string& name, const std::string& unit, const std::st
     return {.name = name, .unit = unit, .default_value = value, .minimum = low, .maximum = high, .meaning = meaning};
 }
 
-/// NaN is what the word stands for.
-Parameter automatic(Parameter parameter) {
-    parameter.words = {"auto"};
-    return parameter;
-}
-
 }  // namespace
 
 std::vector<Parameter> thesis_parameters() {
@@ -41,15 +34,13 @@ std::vector<Parameter> thesis_parameters() {
          .choices = {"faithful", "corrected", "printed"},
          .meaning = "what auto means below: the equations with the damper sign of 3.6 put right, all corrections, or "
                     "3.6 as printed as well"},
-        stiffness_parameter(
-            "1000 between instruments and rigid bodies, on tissue as `stiffness` says; on tissue it counts for "
-            "penalties only, not for what projection=hold, resolution=ledger or rigid=hold keep apart"),
+        stiffness_parameter("1000 between instruments and rigid bodies, on tissue as `stiffness` says"),
         damping_parameter(),
         choice("distribute", {"force_alpha", "force_at_vertex"},
                "force on a face: shared out by barycentric weights (§4.3.1, auto), or on the nearest vertex (§3.4)"),
         choice("reduction", {"pair", "vertex"},
-               "one response per triangle pair in sorted order (faithful), or one per vertex and other body and per "
-               "pair of edges (corrected)"),
+               "one response per triangle pair in sorted order (faithful), or one per vertex and other body, per "
+               "pair of edges and, with the pair's k once, per pair of bodies without tissue (corrected)"),
         choice(
             "closest_point", {"off", "on"},
             "depth and velocity of a face: plane and nearest vertex (faithful), or at the closest point (corrected)"),
@@ -61,22 +52,12 @@ std::vector<Parameter> thesis_parameters() {
         number("f_max", "N", "5", 0.0, 1e6, "largest spring force of one contact with clamp=on"),
         choice("edges", {"interval", "normal"},
                "crossing edges: along the interval by its length (faithful), or along their common normal (corrected)"),
-        choice("rigid", {"contact", "patch", "hold"},
-               "between instruments and rigid bodies: the pair's k per contact (faithful); or one contact per patch in "
-               "which two bodies meet, with the pair's k once and the patch's depth, area and middle (corrected); and "
-               "with hold as stiff as rigid_settle says where a hand yields, instead of k"),
-        number("rigid_settle", "s", "0.0025", 1e-4, 10.0, "time constant in which rigid=hold stops the hand's device"),
-        choice("projection", {"place", "hold"},
-               "tissue vertex in a face: put on the face (faithful, 3.8), or held by a stiff contact (corrected)"),
-        choice("squeeze", {"hold", "share"},
-               "with projection=hold, tissue between bodies that overlap each other and that no hand leads: held hard "
-               "by each (faithful holds nothing), or both give way alike, with the pair's k (corrected)"),
         choice(
             "path", {"absolute", "relative"},
-            "contact position with projection=place: the vertex' own path (faithful), or as seen from the face, else "
+            "contact position of a tissue vertex: its own path (faithful), or as seen from the face, else "
             "the closest point (corrected)"),
         choice("reaction", {"equilibrium", "impulse"},
-               "force on the tool with projection=place: equilibrium of A2 (faithful), or momentum (corrected)"),
+               "force on the tool of a placed vertex: equilibrium of A2 (faithful), or momentum (corrected)"),
         restitution,
         choice("rigid_tissue", {"vertex", "all"},
                "bone: only tissue vertices in bone (faithful), or also bone in tissue and edges (corrected)"),
@@ -84,36 +65,10 @@ std::vector<Parameter> thesis_parameters() {
                "two tissues: elastic exchange along V_R per pair (faithful), or impulse along the normal and penalty "
                "(corrected)"),
         number("e_tissue", "1", "0.2", 0.0, 1.0, "restitution with tissue_tissue=impulse"),
-        choice("resolution", {"none", "back_projection", "ledger"},
-               "interpenetration: velocity back-projection (faithful, §3.4.5), or crossing ledger (corrected)"),
+        choice("resolution", {"none", "back_projection"},
+               "interpenetration: left, or velocity back-projection (auto, §3.4.5)"),
         number("n_back", "1", "10", 0.0, 1e6, "ticks that back-projection looks back"),
         number("l_max", "m", "0.02", 0.0, 1e3, "longest back-projection"),
-        number("settle_time", "s", "0.003", 1e-6, 10.0, "time constant of projection=hold and of the ledger"),
-        automatic(number("clear_speed", "m/s", "auto", 1e-6, 1e6,
-                         "fastest at which projection=hold and the ledger clear a depth; auto: a twelfth of the "
-                         "tissue's sqrt(E/rho), 0.5 for the default material")),
-        choice("anchor", {"blend", "faces"},
-               "the ledger pushes the surface along the blended normal at a vertex' anchor (faithful), or "
-               "every face that the vertex touches along its own normal, as hard contact does, rounded in a fifth of "
-               "an edge along ridges (corrected)"),
-        choice("samples", {"vertices", "edges"},
-               "points that the ledger follows: vertices (faithful), or also points on edges of instruments and bones "
-               "that are longer than the tissue's, half such an edge apart (corrected)"),
-        choice("approach", {"off", "on"},
-               "with resolution=ledger, tissue and a tool or bone that are about to meet: held apart from the tick on "
-               "after the one in which they cross (faithful), or before they do (corrected)"),
-        automatic(number("slip_damping", "1", "auto", 0.0, 1e3,
-                         "damper of the ledger's contacts along a surface whose normal turns, with anchor=faces also "
-                         "under a sample that stands, in units of force times "
-                         "turn times tick; 0 = off; auto: 4 with anchor=faces, 40 with anchor=blend")),
-        automatic(number("tear_time", "s", "auto", 0.0, 1e3,
-                         "time for which a vertex presses on tissue at its strain limit, or something is inside tissue "
-                         "that its pins or that limit hold, until it ruptures; auto: in which a wave of "
-                         "sqrt(E/rho) goes 0.3 of the tissue's side (0.005 for a sheet of 100 mm of the default "
-                         "material), at least 5 ticks")),
-        automatic(number("d_max", "m", "auto", 0.0, 1e3,
-                         "depth at which the ledger reports rupture; auto: a quarter of the side of a square as large "
-                         "as the tissue's surface, 0.015 for a sheet of 60 mm")),
         choice("grasp", {"off", "follow", "spring"},
                "grasped tissue: follows the tool (faithful), or on springs that slip at 2 N (corrected)"),
         number("grasp_k", "N/m", "300", 0.0, 1e6, "stiffness that holds a vertex with grasp=spring"),
@@ -124,16 +79,9 @@ std::vector<Parameter> thesis_parameters() {
         number("release_time", "s", "0.05", 0.0, 10.0,
                "with grasp=spring, time in which the force on a vertex that slips or is let go falls evenly to zero "
                "(eight vertices at 2 N each: 0.32 N per tick of 1 ms); 0: at once, as grasp=follow always does"),
-        number("friction", "1", "0", 0.0, 10.0,
-               "Coulomb friction between tools or bones and tissue (0.1 is usual); 0: none"),
-        number("friction_k", "N/m", "1000", 0.0, 1e6, "tangential spring of a sticking contact with friction > 0"),
-        number("velocity_filter", "Hz", "0", 0.0, 1e6,
-               "low-pass on the instruments' velocity that contacts on tissue see (150 is usual); 0: off"),
-        {.name = "tip_proxy",
-         .type = Parameter::Type::choice,
-         .default_value = "on",
-         .choices = {"on", "off"},
-         .meaning = "tip against bone: by a god-object, as the thesis leaves it to GHOST (§3.4.2), or by 3.4 and 3.5"},
+        choice("tip_proxy", {"on", "off"},
+               "tip against bone: by a god-object, as the thesis leaves it to GHOST (faithful, §3.4.2), or by the equations "
+               "(corrected)"),
         {.name = "contacts",
          .type = Parameter::Type::choice,
          .default_value = "implicit",
@@ -156,21 +104,13 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.area_stiffness = on("stiffness", "area");
     s.clamp = on("clamp", "on");
     s.edge_normal = on("edges", "normal");
-    s.hold_rigid = values.is("rigid", "hold");
-    s.rigid_patch = s.hold_rigid || on("rigid", "patch");
-    s.constrain = on("projection", "hold");
-    s.share_squeeze = s.constrain && on("squeeze", "share");
     s.relative_path = on("path", "relative");
     s.impulse_reaction = on("reaction", "impulse");
     s.all_rigid_cases = on("rigid_tissue", "all");
     s.impulse_tissue = on("tissue_tissue", "impulse");
-    s.tip_proxy = values.is("tip_proxy", "on");
+    s.tip_proxy = values.is("tip_proxy", "auto") ? !corrected : values.is("tip_proxy", "on");
     s.tip = read_tip_settings(values, corrected);
-    if (values.is("resolution", "auto")) {
-        s.resolution = corrected ? Resolution::ledger : Resolution::back_projection;
-    } else if (!values.is("resolution", "none")) {
-        s.resolution = values.is("resolution", "ledger") ? Resolution::ledger : Resolution::back_projection;
-    }
+    s.back_projection = !values.is("resolution", "none");
     if (values.is("grasp", "auto")) {
         s.grasp = corrected ? GraspRule::spring : GraspRule::follow;
     } else if (!values.is("grasp", "off")) {
@@ -181,9 +121,6 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
                   .slip_force = values.number("grasp_slip"),
                   .jaw_length = values.number("jaw_length"),
                   .release_time = s.grasp == GraspRule::spring ? values.number("release_time") : 0.0};
-    s.friction = values.number("friction");
-    s.friction_k = values.number("friction_k");
-    s.velocity_filter = values.number("velocity_filter");
     s.restitution = values.number("e");
     s.tissue_restitution = values.number("e_tissue");
     s.kappa = values.number("kappa");
@@ -192,16 +129,6 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.l_max = values.number("l_max");
     s.k = values.number("k");
     s.mu = values.number("mu");
-    s.settle_time = values.number("settle_time");
-    s.rigid_settle = values.number("rigid_settle");
-    s.clear_speed = values.number("clear_speed");
-    s.anchor_faces = on("anchor", "faces");
-    s.meet_tools = on("approach", "on");
-    s.edge_samples = on("samples", "edges");
-    s.slip_damping = values.number("slip_damping");
-    if (std::isnan(s.slip_damping)) s.slip_damping = s.anchor_faces ? 4.0 : 40.0;
-    s.tear_time = values.number("tear_time");
-    s.d_max = values.number("d_max");
     s.contacts_held = values.is("contacts", "hold");
     s.contacts_explicit = values.is("contacts", "explicit");
     return s;

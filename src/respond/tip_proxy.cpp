@@ -18,13 +18,16 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 constexpr double skin = 2e-4;
 constexpr std::size_t most_planes = 16;
 
+Box box_of(const Topology& topology, const Matrix3X& position, Index triangle) {
+    Box box;
+    for (const Vector3& corner : corners_of(topology, position, triangle)) box.add(corner);
+    return box;
+}
+
 }  // namespace
 
-void GodObject::prepare(std::vector<Index> triangles, double radius) {
-    triangles_ = std::move(triangles);
-    std::sort(triangles_.begin(), triangles_.end());
+void GodObject::prepare(double radius) {
     radius_ = radius;
-    filled_ = false;
     placed_ = false;
 }
 
@@ -37,21 +40,13 @@ GodObject::Nearest GodObject::nearest(const Topology& topology, const Matrix3X& 
     return result;
 }
 
-void GodObject::start(const Topology& topology, const Matrix3X& position, const Vector3& device) {
-    grid_.fill(topology, position, triangles_);
-    large_.clear();
-    for (const Index t : triangles_) {
-        const equations::Corners c = corners_of(topology, position, t);
-        const Vector3 extent =
-            c[0].cwiseMax(c[1]).cwiseMax(c[2]) - c[0].cwiseMin(c[1]).cwiseMin(c[2]) + Vector3::Constant(grid_.cell());
-        if ((extent / grid_.cell()).maxCoeff() > 10.0) large_.push_back(t);
-    }
-    filled_ = true;
+void GodObject::place(const Topology& topology, const Matrix3X& position, std::span<const Index> triangles,
+                      const Vector3& device) {
     proxy_ = device;
     // Inside a closed body: out by the shortest way.
     double winding = 0.0;
     Nearest closest{.distance = std::numeric_limits<double>::infinity()};
-    for (const Index t : triangles_) {
+    for (const Index t : triangles) {
         if (!topology.bodies[at(topology.body_of_triangle[at(t)])].closed) continue;
         const equations::Corners c = corners_of(topology, position, t);
         const Vector3 a = c[0] - device;
@@ -68,27 +63,15 @@ void GodObject::start(const Topology& topology, const Matrix3X& position, const 
     placed_ = true;
 }
 
-void GodObject::collect_candidates(const Topology& topology, const Matrix3X& position, const Vector3& centre,
-                                   double reach) {
+void GodObject::collect_candidates(const Topology& topology, const Matrix3X& position, std::span<const Index> near,
+                                   const Vector3& centre, double reach) {
     Box box;
     box.add(centre - Vector3::Constant(reach));
     box.add(centre + Vector3::Constant(reach));
-    const auto keep = [&](Index t) {
-        const equations::Corners c = corners_of(topology, position, t);
-        Box own;
-        for (const Vector3& corner : c) own.add(corner);
-        if (own.overlaps(box)) candidates_.push_back(t);
-    };
     candidates_.clear();
-    const double cells = (box.max - box.min).cwiseMin(grid_.bounds().max - grid_.bounds().min).maxCoeff();
-    if (cells > 40.0 * grid_.cell()) {
-        for (const Index t : triangles_) keep(t);  // looking at all of them is cheaper
-        return;
+    for (const Index t : near) {
+        if (box_of(topology, position, t).overlaps(box)) candidates_.push_back(t);
     }
-    for (const Index t : large_) keep(t);
-    grid_.visit(box, [&](Index t) {
-        if (large_.empty() || !std::binary_search(large_.begin(), large_.end(), t)) keep(t);
-    });
 }
 
 /// Contact planes at the proxy: one per triangle that is nearer than `within`, without those whose nearest point also
@@ -208,12 +191,13 @@ bool GodObject::move_to(const Topology& topology, const Matrix3X& position, cons
     return moved;
 }
 
-const Vector3& GodObject::follow(const Topology& topology, const Matrix3X& position, const Vector3& device) {
-    if (!placed_) start(topology, position, device);
+const Vector3& GodObject::follow(const Topology& topology, const Matrix3X& position, std::span<const Index> near,
+                                 const Vector3& device) {
+    if (!placed_) place(topology, position, near, device);
     active_ = 0;
     const double reach = (device - proxy_).norm();
     // The proxy never goes further from the device than it is.
-    collect_candidates(topology, position, device, reach + 3.0 * radius_);
+    collect_candidates(topology, position, near, device, reach + 3.0 * radius_);
     if (candidates_.empty()) {
         proxy_ = device;
         return proxy_;
@@ -238,6 +222,10 @@ void TipProxies::prepare(const Topology& topology, const Materials& materials, d
     tips_.clear();
     radius_ = radius;
     led_ = false;
+    surface_.prepare(topology);
+    reached_.assign(at(topology.triangle_count()), 0);
+    look_ = 0;
+    around_.clear();
     for (Index body = 0; body < topology.body_count(); ++body) {
         const BodyRange& range = topology.bodies[at(body)];
         if (range.kind != BodyKind::instrument || at(body) >= materials.tip.size()) continue;
@@ -247,21 +235,20 @@ void TipProxies::prepare(const Topology& topology, const Materials& materials, d
         if (part_of_known) continue;
         Tip tip;
         tip.body = body;
-        std::vector<Index> triangles;
         for (Index other = 0; other < topology.body_count(); ++other) {
             const BodyRange& bone = topology.bodies[at(other)];
             if (bone.kind != BodyKind::rigid || topology.body_pair(body, other) < 0) continue;
             if (tip.rigid < 0) tip.rigid = other;
-            for (Index t = bone.triangles.first; t < bone.triangles.end(); ++t) triangles.push_back(t);
+            for (Index t = bone.triangles.first; t < bone.triangles.end(); ++t) tip.bones.push_back(t);
         }
-        if (triangles.empty()) continue;
-        tip.object.prepare(std::move(triangles), radius);
+        if (tip.bones.empty()) continue;
+        tip.object.prepare(radius);
         tips_.push_back(std::move(tip));
     }
 }
 
 void TipProxies::respond(const Topology& topology, const Materials& materials, const PairLaws& laws, const Frame& frame,
-                         Effect& effect) {
+                         const ContactSet& contacts, Effect& effect) {
     led_ = frame.pose.size() == topology.bodies.size();
     if (!led_) return;
     for (Tip& tip : tips_) {
@@ -278,7 +265,11 @@ void TipProxies::respond(const Topology& topology, const Materials& materials, c
         const Vector3 upwards = (hangs ? *materials.trocar_point[at(tip.body)] : body.rowwise().mean()) - tip.place;
         const double length = upwards.norm();
         const Vector3 device = length > 0.0 ? Vector3(tip.place + radius_ / length * upwards) : tip.place;
-        const Vector3 back = tip.object.follow(topology, frame.position, device) - device;
+        collect_around(topology, frame, contacts, tip, device);
+        if (!tip.object.placed()) {
+            tip.object.place(topology, frame.position, around_.empty() ? around_ : tip.bones, device);
+        }
+        const Vector3 back = tip.object.follow(topology, frame.position, around_, device) - device;
         const double depth = back.norm();
         if (depth <= 1e-9 * radius_) continue;
         LinearContact contact;
@@ -293,9 +284,40 @@ void TipProxies::respond(const Topology& topology, const Materials& materials, c
     }
 }
 
-Index TipProxies::rigid_of(Index body) const {
-    const auto found = std::find_if(tips_.begin(), tips_.end(), [body](const Tip& tip) { return tip.body == body; });
-    return found == tips_.end() ? -1 : found->rigid;
+/// From the bones' triangles that the detector tells of, along the surface to all that lie between those and the tip.
+void TipProxies::collect_around(const Topology& topology, const Frame& frame, const ContactSet& contacts,
+                                const Tip& tip, const Vector3& device) {
+    around_.clear();
+    ++look_;
+    const std::string& instrument = topology.bodies[at(tip.body)].instrument;
+    const double reach = (device - tip.object.proxy()).norm() + 3.0 * radius_;
+    Box between;
+    between.add(device - Vector3::Constant(reach));
+    between.add(device + Vector3::Constant(reach));
+    const auto add = [&](Index t) {
+        if (reached_[at(t)] == look_) return;
+        reached_[at(t)] = look_;
+        around_.push_back(t);
+    };
+    for (const std::vector<TrianglePair>* pairs : {&contacts.pairs, &contacts.near}) {
+        for (const TrianglePair& pair : *pairs) {
+            const Index body = topology.body_of_triangle[at(pair.a)];
+            if (topology.bodies[at(topology.body_of_triangle[at(pair.b)])].kind != BodyKind::rigid) continue;
+            const bool same = body == tip.body || (!instrument.empty() && topology.bodies[at(body)].instrument == instrument);
+            if (!same || reached_[at(pair.b)] == look_) continue;
+            add(pair.b);
+            const Box box = box_of(topology, frame.position, pair.b);
+            between.add(box.min);
+            between.add(box.max);
+        }
+    }
+    for (std::size_t i = 0; i < around_.size(); ++i) {
+        for (int corner = 0; corner < 3; ++corner) {
+            for (const Index t : surface_.triangles_at(topology.triangles(corner, around_[i]))) {
+                if (reached_[at(t)] != look_ && box_of(topology, frame.position, t).overlaps(between)) add(t);
+            }
+        }
+    }
 }
 
 double TipProxies::share_left(Index instrument, const Vector3& place) const {
@@ -310,12 +332,15 @@ double TipProxies::share_left(Index instrument, const Vector3& place) const {
 }
 
 bool TipProxies::takes(const Topology& topology, const Frame& frame, const Contact& contact) const {
-    if (!led_ || contact.a < 0 || contact.b < 0) return false;
-    const Index body_a = topology.body_of_triangle[at(contact.a)];
-    const Index body_b = topology.body_of_triangle[at(contact.b)];
-    if (topology.bodies[at(body_b)].kind != BodyKind::rigid) return false;
-    const bool enters = contact.kind == ContactCase::a_enters_b && contact.vertex_a >= 0;
-    return share_left(body_a, enters ? Vector3(frame.position.col(contact.vertex_a)) : contact.point) == 0.0;
+    if (!led_ || contact.body_a < 0 || contact.body_b < 0) return false;
+    if (topology.bodies[at(contact.body_b)].kind != BodyKind::rigid) return false;
+    Vector3 place = contact.point;
+    if (contact.kind == ContactCase::point_face || contact.kind == ContactCase::edge_edge) {
+        place = contact.on_a.blend(frame.position);
+    } else if (contact.kind == ContactCase::a_enters_b && contact.vertex_a >= 0) {
+        place = frame.position.col(contact.vertex_a);
+    }
+    return share_left(contact.body_a, place) == 0.0;
 }
 
 }  // namespace trocar

@@ -58,17 +58,12 @@ void bounce(ThesisState& state, const Frame& frame, const Vector3& normal, const
         visit(pushed, 1.0, push);
         visit(other, -1.0, push);
     }
-    LinearContact linear = state.settings.constrain ? state.hard_contact(depth) : LinearContact{};
+    LinearContact linear;
     linear.vertices = pushed.vertices;
     linear.weights = pushed.weights;
     linear.reaction_vertices = other.vertices;
     linear.reaction_weights = other.weights;
     linear.normal = normal;
-    if (state.settings.constrain) {
-        state.clear_slowly(linear);
-        effect.contacts.push_back(linear);
-        return;
-    }
     linear.gap = -depth;
     linear.k = k;
     state.finish(frame, linear, effect);

@@ -12,8 +12,7 @@ namespace trocar {
 void exchange(ThesisState& state, const Frame& frame, const Contact& contact);
 
 /// Corrected: impulse along the contact normal when closing, and a penalty of stiffness `k` (N/m) on what overlaps by
-/// `depth` (m; projection=place), or a stiff contact that works off the overlap (projection=hold). `pushed` moves along
-/// `normal`, `other` against it.
+/// `depth` (m). `pushed` moves along `normal`, `other` against it.
 void bounce(ThesisState& state, const Frame& frame, const Vector3& normal, const LoadPoint& pushed,
             const LoadPoint& other, double depth, double k, Effect& effect);
 

@@ -254,8 +254,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     const SourceEntry& source = registry().source(spec.contacts);
     Record record = start_record(spec, ticks);
     const DetectorEntry& detector = registry().detector(parse_method(spec.detector).name);
-    const ResponseEntry& response = registry().response(parse_method(spec.response).name);
-    for (const std::string& reason : {why_untold(detector, source), why_unreadable(source, response)}) {
+    for (const std::string& reason : {why_untold(detector, source), why_unreadable(source, parse_method(spec.response))}) {
         if (!reason.empty() && record.outcome.ok()) record.outcome = {OutcomeKind::unsupported, reason};
     }
     Simulation simulation(scene, detector_of(spec), response_of(spec), source, stepper_of(spec));

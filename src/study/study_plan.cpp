@@ -44,7 +44,7 @@ std::string untold(const StudyMethod& detector, const std::string& contacts) {
 /// Why a response can do nothing with contacts of this source; empty when it can.
 std::string unreadable(const StudyMethod& response, const std::string& contacts) {
     if (response.absent_reason) return {};
-    return why_unreadable(registry().source(contacts), registry().response(parse_method(response.text).name));
+    return why_unreadable(registry().source(contacts), parse_method(response.text));
 }
 
 /// The contact source that a response works from where nobody names one.

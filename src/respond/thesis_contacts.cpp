@@ -1,0 +1,112 @@
+#include "respond/thesis_contacts.hpp"
+
+#include <algorithm>
+
+#include "respond/equations.hpp"
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+bool names_vertex(const ContactPoint& point) { return point.weights[0] == 1.0; }
+
+LoadPoint load_point(const ContactPoint& point) { return {point.vertices, point.weights}; }
+
+Index heaviest(const LoadPoint& point) {
+    const auto found = std::max_element(point.weights.begin(), point.weights.end());
+    return point.vertices[static_cast<std::size_t>(found - point.weights.begin())];
+}
+
+/// m, where scripts have made this tick's motion.
+double depth_of_features(const Contact& contact) { return -(contact.gap + contact.approach); }
+
+}  // namespace
+
+bool enters_with_b(const Contact& contact) {
+    return contact.kind == ContactCase::b_enters_a ||
+           (contact.kind == ContactCase::point_face && names_vertex(contact.on_b));
+}
+
+void read_vertices(const ThesisState& state, const Frame& frame, const Contact& contact,
+                   std::vector<VertexInFace>& out) {
+    out.clear();
+    const Topology& topology = *state.topology;
+    const bool b_enters = contact.kind == ContactCase::b_enters_a;
+    const Index entering = b_enters ? contact.b : contact.a;
+    const Index deepest = b_enters ? contact.vertex_b : contact.vertex_a;
+    VertexInFace v;
+    v.vertex_body = b_enters ? contact.body_b : contact.body_a;
+    v.face_body = b_enters ? contact.body_a : contact.body_b;
+    v.triangle = b_enters ? contact.a : contact.b;
+    const Vector3 face_normal = b_enters ? contact.normal : Vector3(-contact.normal);
+    const equations::Corners corners = corners_of(topology, frame.position, v.triangle);
+    for (int i = 0; i < 3; ++i) {
+        v.vertex = topology.triangles(i, entering);
+        if (v.vertex != deepest && !state.settings.reduce) continue;
+        const Vector3 x = frame.position.col(v.vertex);
+        v.depth = v.vertex == deepest ? contact.depth : -face_normal.dot(x - corners[0]);
+        const Vector3 weights = closest_point_on_triangle(corners, x);
+        v.distance = (x - equations::point_at(corners, weights)).norm();
+        if (v.vertex != deepest && (v.depth <= 0.0 || v.distance > 1.0001 * v.depth)) continue;
+        if (state.settings.closest_point) v.depth = std::min(v.depth, v.distance);
+        v.face = LoadPoint::in_triangle(topology, v.triangle, weights);
+        v.nearest = v.vertex == deepest ? (b_enters ? contact.vertex_a : contact.vertex_b)
+                                        : topology.triangles(equations::nearest_corner(corners, x), v.triangle);
+        v.normal = state.settings.blended_normal
+                       ? state.surface.blended_normal(topology, frame.position, v.triangle, weights)
+                       : face_normal;
+        out.push_back(v);
+    }
+}
+
+VertexInFace read_point_face(const Contact& contact) {
+    const bool b_enters = names_vertex(contact.on_b);
+    VertexInFace v;
+    v.vertex = b_enters ? contact.on_b.vertices[0] : contact.on_a.vertices[0];
+    v.vertex_body = b_enters ? contact.body_b : contact.body_a;
+    v.face_body = b_enters ? contact.body_a : contact.body_b;
+    v.face = load_point(b_enters ? contact.on_a : contact.on_b);
+    v.nearest = heaviest(v.face);
+    v.normal = b_enters ? contact.normal : Vector3(-contact.normal);
+    v.depth = depth_of_features(contact);
+    v.distance = v.depth;
+    return v;
+}
+
+CrossedEdges read_crossing(const ThesisState& state, const Frame& frame, const Contact& contact) {
+    const auto load = [&](Index triangle, Index vertex) {
+        if (!state.settings.distribute) return LoadPoint::at_vertex(vertex);
+        const equations::Corners corners = corners_of(*state.topology, frame.position, triangle);
+        return LoadPoint::in_triangle(*state.topology, triangle, closest_point_on_triangle(corners, contact.point));
+    };
+    const bool tissue = state.kind(contact.body_b) == BodyKind::tissue;
+    return {.body_a = contact.body_a,
+            .body_b = contact.body_b,
+            .a = load(contact.a, contact.vertex_a),
+            .b = load(contact.b, contact.vertex_b),
+            .vertex_a = contact.vertex_a,
+            .vertex_b = contact.vertex_b,
+            .direction = state.settings.edge_normal ? contact.normal : contact.interval_direction,
+            .depth = state.settings.edge_normal ? contact.depth : contact.interval_length,
+            .stiffness = tissue ? state.materials->triangle_stiffness[at(contact.b)] : 0.0,
+            .place = contact.point};
+}
+
+CrossedEdges read_edge_edge(const ThesisState& state, const Contact& contact) {
+    const LoadPoint a = load_point(contact.on_a);
+    const LoadPoint b = load_point(contact.on_b);
+    const bool tissue = state.kind(contact.body_b) == BodyKind::tissue;
+    return {.body_a = contact.body_a,
+            .body_b = contact.body_b,
+            .a = a,
+            .b = b,
+            .vertex_a = heaviest(a),
+            .vertex_b = heaviest(b),
+            .direction = contact.normal,
+            .depth = depth_of_features(contact),
+            .stiffness = tissue ? state.materials->mean_stiffness[at(heaviest(b))] : 0.0,
+            .place = contact.point};
+}
+
+}  // namespace trocar
