@@ -6,7 +6,6 @@
 #include <random>
 
 #include "respond/common.hpp"
-#include "respond/crossing_ledger.hpp"
 #include "support/closed_loop.hpp"
 #include "support/response_samples.hpp"
 
@@ -62,10 +61,10 @@ int ticks_to_last_key(double speed, double depth, After after) {
     return static_cast<int>(1000.0 * (arrival + (after == After::stop ? 0.0 : 0.02 + 0.012 / speed))) + 1;
 }
 
-TEST(CorrectedResolution, ClearsATwoHundredMillisecondsAfterStopDragAndWithdrawal) {
+TEST(HoldResolution, ClearsATwoHundredMillisecondsAfterStopDragAndWithdrawal) {
     for (const After after : {After::stop, After::drag, After::withdraw}) {
         for (const double speed : {0.1, 0.6}) {
-            ClosedLoop loop = stab("thesis:profile=corrected", speed, 0.006, after);
+            ClosedLoop loop = stab("hold", speed, 0.006, after);
             const int ticks = ticks_to_last_key(speed, 0.006, after) + 200;
             std::int64_t ruptures = 0;
             for (int tick = 0; tick < ticks; ++tick) {
@@ -89,17 +88,7 @@ TEST(FaithfulResolution, LeavesTheStoppedToolInTheTissue) {
     EXPECT_GT(depth_at_tip(loop), 5e-4);
 }
 
-TEST(CorrectedResolution, TooDeepForTheTissueEndsInRupture) {
-    ClosedLoop loop = stab("thesis:profile=corrected,d_max=0.004", 5.0, 0.03, After::stop);
-    std::int64_t ruptures = 0;
-    for (int tick = 0; tick < 150; ++tick) {
-        ASSERT_TRUE(loop.step()) << loop.outcome.message;
-        ruptures += loop.effect.ruptures;
-    }
-    EXPECT_GT(ruptures, 0);
-}
-
-TEST(CorrectedRigid, BoneSpikeUnderTissueLiftsItAndFaithfulIgnoresIt) {
+TEST(HoldRigid, BoneSpikeUnderTissueLiftsItAndFaithfulIgnoresIt) {
     // The spike points up through the sheet; only its own vertices enter tissue faces.
     const auto run = [](const std::string& method) {
         test::Mesh spike = make_shaft(0.0015, 0.03, 6, 0.02);
@@ -114,60 +103,8 @@ TEST(CorrectedRigid, BoneSpikeUnderTissueLiftsItAndFaithfulIgnoresIt) {
         for (int tick = 0; tick < 250; ++tick) EXPECT_TRUE(loop.step()) << loop.outcome.message;
         return -depth_at_tip(loop);  // the spike's way above the sheet
     };
-    EXPECT_LE(run("thesis:profile=corrected"), 1e-4);
+    EXPECT_LE(run("hold"), 1e-4);
     EXPECT_GT(run("thesis"), 1e-3);
-}
-
-TEST(CrossingLedger, CountIsTheExactSideOfAMovingClosedBody) {
-    // A point that wanders through a closed body whose vertices jiggle: the ledger's count against the winding number
-    // of each frame.
-    test::Mesh organ = make_shaft(0.02, 0.05, 9, 0.01);
-    test::Mesh probe;
-    probe.points = {Vector3::Zero(), Vector3(1e-5, 0, 0), Vector3(0, 1e-5, 0)};
-    probe.triangles = {{0, 1, 2}};
-    ClosedLoop world({LoopBody{.name = "probe", .kind = BodyKind::instrument, .mesh = probe},
-                      LoopBody{.name = "organ", .kind = BodyKind::tissue, .mesh = organ, .pin_rim = false}},
-                     "penalty");
-    SurfaceNeighbours surface;
-    surface.prepare(world.topology);
-    CrossingLedger ledger;
-    ledger.prepare(world.topology, tissue_scales(world.topology, world.materials), false);
-    std::mt19937_64 generator(3);
-    std::normal_distribution<double> normal(0.0, 1.0);
-    Frame frame = world.frame;
-    const Matrix3X rest = frame.position;
-    Vector3 place(0.0, 0.0, 0.02);
-    int inside_ticks = 0;
-    int changes = 0;
-    bool was_inside = true;
-    for (int tick = 0; tick < 4000; ++tick) {
-        place += 0.003 * Vector3(normal(generator), normal(generator), normal(generator)) -
-                 0.05 * (place - Vector3(0.0, 0.0, 0.025));
-        for (int i = 0; i < 3; ++i) frame.position.col(i) = rest.col(i) + place;
-        for (Eigen::Index v = 3; v < frame.position.cols(); ++v) {
-            frame.position.col(v) =
-                rest.col(v) + 0.0015 * Vector3(normal(generator), normal(generator), normal(generator));
-        }
-        ledger.update(world.topology, surface, frame, {});
-        double winding = 0.0;
-        const Vector3 x = frame.position.col(0);
-        for (Index t = 1; t < world.topology.triangle_count(); ++t) {
-            const equations::Corners c = corners_of(world.topology, frame.position, t);
-            const Vector3 a = c[0] - x;
-            const Vector3 b = c[1] - x;
-            const Vector3 d = c[2] - x;
-            winding += std::atan2(a.dot(b.cross(d)), a.norm() * b.norm() * d.norm() + a.dot(b) * d.norm() +
-                                                         b.dot(d) * a.norm() + d.dot(a) * b.norm());
-        }
-        winding /= 2.0 * std::numbers::pi;
-        ASSERT_EQ(ledger.count(0, 1), static_cast<int>(std::lround(winding))) << "tick " << tick;
-        const bool inside = winding > 0.5;
-        inside_ticks += inside ? 1 : 0;
-        changes += inside != was_inside ? 1 : 0;
-        was_inside = inside;
-    }
-    EXPECT_GT(changes, 200);
-    EXPECT_GT(inside_ticks, 500);
 }
 
 TEST(TissueTissue, AnEvenNumberOfPairsCancelsInFaithfulAndNotInCorrected) {
@@ -226,7 +163,7 @@ double highest_above(const ClosedLoop& loop, std::size_t lower, std::size_t uppe
     return most;
 }
 
-TEST(TissueTissue, SheetsPressedOnEachOtherKeepTheirOrderInCorrected) {
+TEST(TissueTissue, SheetsPressedOnEachOtherKeepTheirOrderInHold) {
     const auto lowered = [](Mesh mesh, const Vector3& by) {
         for (Vector3& point : mesh.points) point += by;
         return mesh;
@@ -255,7 +192,7 @@ TEST(TissueTissue, SheetsPressedOnEachOtherKeepTheirOrderInCorrected) {
         }
         return most;
     };
-    EXPECT_LT(worst("thesis:profile=corrected"), 1e-4);
+    EXPECT_LT(worst("hold"), 1e-4);
 }
 
 TEST(RigidTissue, FaithfulProjectsTissueVerticesAndIgnoresTheRest) {
@@ -289,7 +226,7 @@ ClosedLoop grasp(const std::string& method, double lift) {
 }
 
 TEST(Grasp, HeldTissueFollowsTheToolAndIsLetGo) {
-    for (const char* method : {"thesis", "thesis:projection=hold"}) {
+    for (const char* method : {"thesis", "hold"}) {
         // The sample tool has one blade, for which one contact is enough.
         ClosedLoop loop = grasp(method, 0.006);
         const Range sheet = loop.topology.bodies[1].vertices;

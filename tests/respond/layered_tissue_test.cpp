@@ -10,7 +10,6 @@
 #include <tuple>
 
 #include "measure/depth_truth.hpp"
-#include "respond/crossing_ledger.hpp"
 #include "support/closed_loop.hpp"
 #include "support/folded_tissue.hpp"
 
@@ -31,107 +30,6 @@ std::vector<LayeredTissue> both_tissues(double layer_gap) {
     return {make_fold(0.03, 0.035, layer_gap, edge), make_bag(12, edge, layer_gap)};
 }
 
-/// A tool that the test moves through tissue at rest, its point below; the tool is body 0.
-class PassedTissue {
-public:
-    explicit PassedTissue(const LayeredTissue& tissue)
-        : loop_({LoopBody{.name = "tool", .kind = BodyKind::instrument, .mesh = make_shaft(0.002, 0.06, 7, 0.01)},
-                 LoopBody{.name = "tissue", .kind = BodyKind::tissue, .closed = tissue.closed, .mesh = tissue.mesh}},
-                "penalty"),
-          start_(loop_.frame.position) {
-        surface_.prepare(loop_.topology);
-        ledger_.prepare(loop_.topology, tissue_scales(loop_.topology, loop_.materials), false);
-    }
-    void move_to(const Vector3& place) {
-        const Range tool = loop_.topology.bodies[0].vertices;
-        loop_.frame.position.middleCols(tool.first, tool.count) =
-            start_.middleCols(tool.first, tool.count).colwise() + place;
-        ++loop_.frame.tick;
-        ledger_.update(loop_.topology, surface_, loop_.frame, {});
-    }
-    /// Of the point.
-    [[nodiscard]] std::vector<Penetration> crossed_layers() const {
-        std::vector<Penetration> crossed;
-        for (const Penetration& p : ledger_.layers(0, 1)) {
-            if (p.crossed != 0) crossed.push_back(p);
-        }
-        return crossed;
-    }
-    [[nodiscard]] int count() const { return ledger_.count(0, 1); }
-    /// Of all vertices.
-    [[nodiscard]] std::ptrdiff_t all_crossed() const {
-        return std::count_if(ledger_.penetrations().begin(), ledger_.penetrations().end(),
-                             [](const Penetration& p) { return p.crossed != 0; });
-    }
-
-private:
-    ClosedLoop loop_;
-    Matrix3X start_;
-    SurfaceNeighbours surface_;
-    CrossingLedger ledger_;
-};
-
-TEST(TissueLayers, ToolThatHasPassedBothWallsIsBelowEachByItsOwnDepthAndFreeWhenItComesBack) {
-    for (const LayeredTissue& tissue : both_tissues(gap)) {
-        // Slowly, and so fast that both walls are passed in one tick.
-        for (const double step : {0.0004, 0.02}) {
-            PassedTissue passed(tissue);
-            const auto at_height = [&](double z) {
-                passed.move_to(Vector3(0.0013, 0.0007, z));
-                const std::vector<Penetration> layers = passed.crossed_layers();
-                const std::size_t expected = z > 0.0 ? 0 : (z > -gap ? 1 : 2);
-                ASSERT_EQ(layers.size(), expected) << "height " << z << " closed " << tissue.closed;
-                EXPECT_EQ(passed.count(), expected == 1 ? 1 : 0);
-                for (const Penetration& layer : layers) {
-                    // The lower wall's front looks down: the tool belongs behind it.
-                    EXPECT_EQ(layer.crossed, layer.side);
-                    EXPECT_NEAR(layer.normal.z(), 1.0, 1e-12);
-                    EXPECT_NEAR(layer.depth, layer.side > 0.0 ? -z : -gap - z, 1e-12);
-                }
-                if (expected == 2) {
-                    EXPECT_EQ(layers[0].side * layers[1].side, -1.0);
-                }
-            };
-            const double lowest = -gap - 0.0041;
-            const double highest = 0.0053;
-            const auto steps = static_cast<int>(std::ceil((highest - lowest) / step));
-            for (int i = 0; i <= steps; ++i) at_height(highest + (lowest - highest) * i / steps);
-            for (int i = 0; i <= steps; ++i) at_height(lowest + (highest - lowest) * i / steps);
-            EXPECT_EQ(passed.all_crossed(), 0);
-        }
-    }
-}
-
-TEST(TissueLayers, ToolThatLeavesBesideTheBendIsFree) {
-    // Down beside the fold it would be free from the start, so it must be after a way through both layers.
-    PassedTissue passed(make_fold(0.03, 0.035, gap, edge));
-    passed.move_to(Vector3(0.0253, 0.0007, 0.005));
-    passed.move_to(Vector3(0.0253, 0.0007, -0.006));
-    EXPECT_EQ(passed.crossed_layers().size(), 2U);
-    // The shaft is wider than its point: all of it is outside once its axis is further out than its radius.
-    for (int i = 0; i <= 50; ++i) passed.move_to(Vector3(0.0253 + 0.0003 * i, 0.0007, -0.006));
-    EXPECT_EQ(passed.count(), 0);
-    EXPECT_EQ(passed.all_crossed(), 0);
-}
-
-TEST(TissueLayers, ToolThatStartsThroughBothWallsOfABagIsFreeOnceItIsDrawnOut) {
-    const double thickness = 0.02;
-    for (const double step : {0.0003, 0.004}) {
-        PassedTissue passed(make_bag(12, edge, thickness));
-        const auto at_height = [&](double z) { passed.move_to(Vector3(0.0013, 0.0007, z)); };
-        // The point is 6 mm below the lower wall, the shaft's end high above the upper one.
-        const double lowest = -thickness - 0.006;
-        at_height(lowest);
-        EXPECT_EQ(passed.count(), 0);
-        EXPECT_GT(passed.all_crossed(), 0) << "the rest of the shaft is inside";
-        const double highest = 0.02;
-        const auto steps = static_cast<int>(std::ceil((highest - lowest) / step));
-        for (int i = 0; i <= steps; ++i) at_height(lowest + (highest - lowest) * i / steps);
-        EXPECT_EQ(passed.count(), 0);
-        EXPECT_EQ(passed.all_crossed(), 0) << "step " << step;
-    }
-}
-
 /// How far the tool's vertices are below a layer at worst, m, measured along the vertical.
 double depth_below(const ClosedLoop& loop, Range layer) {
     std::vector<std::tuple<Vector3, Vector3, Vector3>> triangles;
@@ -150,7 +48,7 @@ double depth_below(const ClosedLoop& loop, Range layer) {
     return worst;
 }
 
-TEST(CorrectedLayers, ToolPressedOrStabbedIntoTwoLayersIsClearOfBothInEveryTick) {
+TEST(HoldLayers, ToolPressedOrStabbedIntoTwoLayersIsClearOfBothInEveryTick) {
     constexpr double clear = 1e-4;  // m
     const auto blunt = make_shaft(0.004, 0.06, 10, 0.0);
     const auto pointed = make_shaft(0.002, 0.06, 8, 0.008);
@@ -167,7 +65,7 @@ TEST(CorrectedLayers, ToolPressedOrStabbedIntoTwoLayersIsClearOfBothInEveryTick)
             ClosedLoop loop(
                 {LoopBody{.name = "tool", .kind = BodyKind::instrument, .mesh = stab ? pointed : blunt, .offset = path},
                  LoopBody{.name = "tissue", .kind = BodyKind::tissue, .closed = tissue.closed, .mesh = tissue.mesh}},
-                "thesis:profile=corrected");
+                "hold");
             DepthTruth truth(loop.topology, loop.frame);
             const Index first = loop.topology.bodies[1].triangles.first;
             double worst = 0.0;
@@ -221,7 +119,7 @@ StackedCourse run_stacked(const LoopBody& tool, const test::Mesh& upper, const L
         {tool, LoopBody{.name = "upper", .kind = BodyKind::tissue, .closed = false, .mesh = upper},
          LoopBody{
              .name = "lower", .kind = BodyKind::tissue, .closed = lower.closed, .mesh = lowered(lower.mesh, between)}},
-        "thesis:profile=corrected");
+        "hold");
     DepthTruth truth(loop.topology, loop.frame);
     const double at_rest = tissue_energy(loop);
     StackedCourse course;
@@ -274,7 +172,7 @@ TEST(StackedTissue, IsClearOfEachOtherAfterEveryTickOfAStabOrADragAndTakesItsEne
     }
 }
 
-TEST(CorrectedWithdrawal, SheetDoesNotFlyPastAToolThatLeavesItsPocketFast) {
+TEST(HoldWithdrawal, SheetDoesNotFlyPastAToolThatLeavesItsPocketFast) {
     constexpr double clear = 1e-4;  // m
     const test::Mesh sheet = test::make_sheet(14, edge);
     for (const double speed : {0.5, 1.0, 2.0, 3.0}) {
@@ -290,7 +188,7 @@ TEST(CorrectedWithdrawal, SheetDoesNotFlyPastAToolThatLeavesItsPocketFast) {
                                       .mesh = make_shaft(0.002, 0.06, 8, point_length),
                                       .offset = path},
                              LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = sheet}},
-                            "thesis:profile=corrected");
+                            "hold");
             const Range triangles = loop.topology.bodies[1].triangles;
             double below = 0.0;
             for (int tick = 0; tick < 260; ++tick) {
@@ -303,7 +201,7 @@ TEST(CorrectedWithdrawal, SheetDoesNotFlyPastAToolThatLeavesItsPocketFast) {
     }
 }
 
-TEST(CorrectedWithdrawal, ToolThatStartsThroughBothWallsOfABagTearsThemAndIsFreeOnceItIsOut) {
+TEST(HoldWithdrawal, ToolThatStartsThroughBothWallsOfABagTearsThemAndIsFreeOnceItIsOut) {
     for (const double thickness : {0.01, 0.02}) {
         for (const double below : {0.006, 0.012}) {
             const double lowest = -thickness - below;
@@ -316,7 +214,7 @@ TEST(CorrectedWithdrawal, ToolThatStartsThroughBothWallsOfABagTearsThemAndIsFree
                                       .mesh = make_shaft(0.002, 0.06, 8, 0.008),
                                       .offset = path},
                              LoopBody{.name = "bag", .kind = BodyKind::tissue, .closed = true, .mesh = bag.mesh}},
-                            "thesis:profile=corrected");
+                            "hold");
             DepthTruth truth(loop.topology, loop.frame);
             EXPECT_GT(truth.measure(loop.frame).max_depth, 0.003);
             std::int64_t ruptures = 0;

@@ -39,7 +39,7 @@ StepRow last_row(const std::string& text, const std::string& method, int ticks, 
     return row;
 }
 
-constexpr const char* corrected = "thesis:profile=corrected,tip_proxy=off";
+constexpr const char* hold = "hold";
 
 TEST(RigidPatch, BallOnAPlaneGivesStiffnessTimesDepthAtAnyMesh) {
     // I18 for tools and bone: k d upwards, where d is how deep the polyhedron's lowest vertex is.
@@ -47,7 +47,7 @@ TEST(RigidPatch, BallOnAPlaneGivesStiffnessTimesDepthAtAnyMesh) {
         for (const double ball_edge : {0.005, 0.0025, 0.00125}) {
             const std::string part = fmt::format(R"({{"shape":"sphere","radius":0.009,"edge":{}}})", ball_edge);
             double depth = 0.0;
-            const StepRow row = last_row(over_a_block(part, edge, 0.0085, "prescribed"), corrected, 2, &depth);
+            const StepRow row = last_row(over_a_block(part, edge, 0.0085, "prescribed"), hold, 2, &depth);
             ASSERT_GT(depth, 1e-4);
             EXPECT_LT((row.tool_force - Vector3(0.0, 0.0, 1000.0 * depth)).norm(), 1e-9) << edge << " " << ball_edge;
             EXPECT_LT(std::abs(row.tool_force.z() - 0.5), ball_edge < 0.002 ? 0.05 : 0.25);
@@ -59,12 +59,12 @@ TEST(RigidPatch, TiltedBoxPressesAlongThePlanesNormalWithItsLowestCorner) {
     for (const double edge : {0.02, 0.005}) {
         const std::string part = R"({"shape":"box","size":[0.02,0.02,0.02],"edge":0.005})";
         double depth = 0.0;
-        const StepRow row = last_row(over_a_block(part, edge, 0.0105, "prescribed", "9,5,0"), corrected, 2, &depth);
+        const StepRow row = last_row(over_a_block(part, edge, 0.0105, "prescribed", "9,5,0"), hold, 2, &depth);
         ASSERT_GT(depth, 1e-3);
         EXPECT_LT((row.tool_force - Vector3(0.0, 0.0, 1000.0 * depth)).norm(), 1e-9);
         // `contact` counts k once per reduced contact, and pushes aside what enters through edges.
         const StepRow each = last_row(over_a_block(part, edge, 0.0105, "prescribed", "9,5,0"),
-                                      std::string(corrected) + ",rigid=contact", 2);
+                                      std::string(hold) + ",rigid=contact", 2);
         EXPECT_GT((each.tool_force - row.tool_force).norm(), 0.1);
     }
 }
@@ -75,7 +75,7 @@ TEST(RigidPatch, ForceFollowsTheDepthSmoothlyAsABallSinksIn) {
     for (int step = 0; step < 60; ++step) {
         const double z = 0.009 - 1e-5 * step;
         const StepRow row = last_row(
-            over_a_block(R"({"shape":"sphere","radius":0.009,"edge":0.002})", 0.004, z, "prescribed"), corrected, 2);
+            over_a_block(R"({"shape":"sphere","radius":0.009,"edge":0.002})", 0.004, z, "prescribed"), hold, 2);
         EXPECT_LT(row.tool_force.head<2>().norm(), 1e-9);
         if (step > 0) {
             EXPECT_LE(row.tool_force.z() - last, 0.01 + 1e-9);
@@ -96,7 +96,7 @@ TEST(RigidPatch, OpenBladeIsPushedOutOfTheFaceItCutsWhereverItsDiagonalLies) {
         for (const char* turn : {"0,0,0", "0,0,45", "0,0,-45", "0,0,135", "0,0,-150", "30,0,0", "0,30,0", "0,-30,0"}) {
             double depth = 0.0;
             const StepRow row =
-                last_row(over_a_block(blade, edge, -0.0017, "prescribed", turn, false), corrected, 2, &depth);
+                last_row(over_a_block(blade, edge, -0.0017, "prescribed", turn, false), hold, 2, &depth);
             ASSERT_GT(depth, 1e-3) << turn;
             EXPECT_LT((row.tool_force - Vector3(0.0, 0.0, 1000.0 * depth)).norm(), 1e-9) << edge << " " << turn;
         }
@@ -109,7 +109,7 @@ TEST(RigidPatch, OpenBladeOverTheEdgeOfABlockIsPushedAlongBothFaces) {
     std::string text = over_a_block(blade, 0.05, -0.001, "prescribed", "0,45,0", false);
     const std::string place = "0.0021,0.0013,-0.001";
     text.replace(text.find(place), place.size(), "0.024,0.0013,-0.001");
-    const StepRow row = last_row(text, corrected, 2);
+    const StepRow row = last_row(text, hold, 2);
     EXPECT_LT((row.tool_force - Vector3(1.0, 0.0, 1.0)).norm(), 1e-9) << row.tool_force.transpose();
 }
 
@@ -122,7 +122,7 @@ TEST(RigidPatch, OpenBladeLedByAHandGetsNoEnergyOnItsWayInAndOut) {
             R"(,{{"time":0.05,"pose":{1}}},{{"time":0.2,"pose":{1}}},{{"time":0.25,"pose":{0}}})", high, low);
         text.insert(text.find(high) + high.size() + 1, keys);
         const Scene scene = test::scene_from_text(text);
-        const MethodSpec spec = parse_method(corrected);
+        const MethodSpec spec = parse_method(hold);
         Simulation simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
                               registry().source("canonical"));
         double work = 0.0;
@@ -141,19 +141,6 @@ TEST(RigidPatch, OpenBladeLedByAHandGetsNoEnergyOnItsWayInAndOut) {
         EXPECT_LT(aside, 1e-9) << turn;
         EXPECT_LT(most, 1e-9) << turn;
     }
-}
-
-TEST(RigidHold, HandAndContactBalanceAtTheStiffnessOfTheDevicesMass) {
-    // Script 2 mm inside, hand 300 N/m, m = 0.1 kg, T = 2.5 ms: 16000 d = 300 (0.002 - d). With the scene's k: 1000 d.
-    const std::string part = R"({"shape":"sphere","radius":0.009,"edge":0.002})";
-    const std::string scene = over_a_block(part, 0.005, 0.007, "operator");
-    double lowest = 0.0;
-    last_row(over_a_block(part, 0.005, 0.009, "prescribed"), corrected, 1, &lowest);  // below the ball's centre - r
-    double depth = 0.0;
-    last_row(scene, std::string(corrected) + ",rigid=hold", 2500, &depth);
-    EXPECT_NEAR(depth, 300.0 * (0.002 + lowest) / 16300.0, 2e-8);
-    last_row(scene, corrected, 2500, &depth);
-    EXPECT_NEAR(depth, 300.0 * (0.002 + lowest) / 1300.0, 2e-7);
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ Scene stab_in_size(double s, double depth) {
 
 TEST(SameSceneInAnotherSize, TearsNowhereElseAndHasTheSameForceAndDepth) {
     const auto run_in_size = [](double s) {
-        return run_scene_with(stab_in_size(s, 0.008), "thesis:profile=corrected,clamp=off");
+        return run_scene_with(stab_in_size(s, 0.008), "hold");
     };
     const Record here = run_in_size(1.0);
     ASSERT_TRUE(here.outcome.ok()) << here.outcome.message;
@@ -72,7 +72,7 @@ TEST(SameSceneInAnotherSize, TearsWhereItTearsToo) {
     // 30 mm into a sheet of 40 mm: straight to the middle of a side is 36 mm, to a pinned corner 41 mm, of springs
     // that are to be at most twice as long; beside the needle's point they are soon.
     const auto first_tear = [](double s) {
-        const Record record = run_scene_with(stab_in_size(s, 0.03), "thesis:profile=corrected");
+        const Record record = run_scene_with(stab_in_size(s, 0.03), "hold");
         EXPECT_TRUE(record.outcome.ok()) << record.outcome.message;
         for (std::size_t i = 0; i < record.rows.size(); ++i) {
             if (record.rows[i].ruptures > 0) return static_cast<int>(i);
@@ -101,7 +101,7 @@ TEST(FinerMesh, KeepsANeedleThatIsDraggedOverItOutsideAsACoarseOneDoes) {
      {{"time": 0.15, "pose": [0.0023, -0.0031, -0.004, 0, 0, 0]}},
      {{"time": 0.35, "pose": [0.0123, 0.0009, -0.004, 0, 0, 0]}}]}}}}]}})",
             edge);
-        const Record record = run_scene_with(scene_from_text(text), "thesis:profile=corrected");
+        const Record record = run_scene_with(scene_from_text(text), "hold");
         ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
         EXPECT_EQ(record.summary.at("ruptures"), 0.0) << edge;
         for (std::size_t i = 0; i < record.rows.size(); ++i) {
@@ -162,7 +162,7 @@ double pressed_ball(double radius, double edge, const Vector3& place) {
      {{"time": 0, "pose": [{2}, {3}, {4}, 0, 0, 0]}}, {{"time": 0.2, "pose": [{2}, {3}, {5}, 0, 0, 0]}}]}}}}],
  "contact": [{{"bodies": ["ball", "sheet"], "k": 100, "mu": 2}}]}})",
         edge, radius, place.x(), place.y(), radius + 0.001, radius - 0.004);
-    const Record record = run_scene_with(scene_from_text(text), "thesis:profile=corrected", 300);
+    const Record record = run_scene_with(scene_from_text(text), "hold", 300);
     EXPECT_TRUE(record.outcome.ok()) << record.outcome.message;
     double force = 0.0;
     for (std::size_t i = record.rows.size() - 50; i < record.rows.size(); ++i) {

@@ -82,12 +82,12 @@ const std::array<Path, 4> paths{{{"half withdrawn", 0.5, Vector3(0, 0, 0.003)},
                                  {"dragged", 0.15, Vector3(0.011, 0.004, 0)},
                                  {"dragged up and out", 0.4, Vector3(-0.006, 0.009, 0.004)}}};
 
-TEST(CorrectedStab, EndsClearOnSheetAndOrganTwoHundredMillisecondsAfterTheLastKey) {
+TEST(HoldStab, EndsClearOnSheetAndOrganTwoHundredMillisecondsAfterTheLastKey) {
     Mesh organ = make_shaft(0.02, 0.03, 12, 0.008);
     for (const bool closed : {false, true}) {
         const Mesh tissue = closed ? organ : make_sheet(12, 0.005);
         for (const Path& path : paths) {
-            ClosedLoop loop = stab("thesis:profile=corrected", tissue, closed, closed ? 0.03 : 0.0, 0.006, path);
+            ClosedLoop loop = stab("hold", tissue, closed, closed ? 0.03 : 0.0, 0.006, path);
             std::int64_t ruptures = 0;
             for (int tick = 0; tick < last_key(0.006, path) + 200; ++tick) {
                 ASSERT_TRUE(loop.step()) << loop.outcome.message;
@@ -121,14 +121,9 @@ double worst_of_blunt_tool_on_fine_sheet(const std::string& method) {
     return worst;
 }
 
-TEST(CorrectedPress, BluntToolOnSmallerTrianglesThanItsOwnLeavesNothingBetweenTheirVertices) {
+TEST(HoldPress, BluntToolOnSmallerTrianglesThanItsOwnLeavesNothingBetweenTheirVertices) {
     // The rim's edges cross the sheet's: no vertex of either is inside there.
-    EXPECT_LE(worst_of_blunt_tool_on_fine_sheet("thesis:profile=corrected"), 1e-4);
-}
-
-TEST(CorrectedPress, TriangleUnderADraggedPointSwingsWithoutTheDamper) {
-    // Held in time, it has no depth to swing from.
-    EXPECT_GT(worst_of_blunt_tool_on_fine_sheet("thesis:profile=corrected,approach=off,slip_damping=0"), 1e-4);
+    EXPECT_LE(worst_of_blunt_tool_on_fine_sheet("hold"), 1e-4);
 }
 
 /// A bar of 0.6 mm, 60 mm long, that falls across the edges of a sheet of 10 mm edges at 0.45 m/s, to 6 mm below it:
@@ -153,12 +148,12 @@ double worst_under_thin_bar(const std::string& method) {
     return worst;
 }
 
-TEST(CorrectedPress, BarThinnerThanTheMeshDoesNotPassBetweenItsOwnVertices) {
-    EXPECT_LE(worst_under_thin_bar("thesis:profile=corrected"), 2e-4);
-    EXPECT_GT(worst_under_thin_bar("thesis:profile=corrected,samples=vertices"), 1e-3);
+TEST(HoldPress, BarThinnerThanTheMeshDoesNotPassBetweenItsOwnVertices) {
+    EXPECT_LE(worst_under_thin_bar("hold"), 2e-4);
+    EXPECT_GT(worst_under_thin_bar("penalty"), 1e-3);
 }
 
-TEST(CorrectedPress, BoxThatLandsFlatAndIsDraggedHasNoTissueAcrossItsRim) {
+TEST(HoldPress, BoxThatLandsFlatAndIsDraggedHasNoTissueAcrossItsRim) {
     // Twice as long edges as the sheet's: between the corners the sheet passes in by the bottom and out by a side, and
     // no pair of triangles tells that the rim crosses the sheet's edges. It lands with its bottom in the sheet's plane.
     for (const double edge : {0.005, 0.0025}) {
@@ -173,7 +168,7 @@ TEST(CorrectedPress, BoxThatLandsFlatAndIsDraggedHasNoTissueAcrossItsRim) {
                                   .kind = BodyKind::tissue,
                                   .closed = false,
                                   .mesh = make_sheet(static_cast<int>(0.05 / edge), edge)}},
-                        "thesis:profile=corrected");
+                        "hold");
         DepthTruth truth(loop.topology, loop.frame);
         int deep = 0;  // single ticks in which a vertex goes round the rim
         for (int tick = 0; tick < 220; ++tick) {
@@ -213,38 +208,7 @@ TEST(FaithfulStab, BackProjectionFindsTheSurfaceGoingInAndNotComingOut) {
     EXPECT_LT(attractions(0.5), attractions(-0.5) + 1);
 }
 
-TEST(CorrectedStab, OnlyTissueThatIsInsideTheToolIsPushedOut) {
-    // A point that is just through a face lies in the planes of faces on its far side, and so do that face's corners,
-    // which are millimetres beside the cone.
-    int pushed = 0;
-    for (const double depth : {1e-5, 1e-4, 2e-3}) {
-        for (int place = 0; place < 24; ++place) {
-            const Vector3 tip(2.1e-4 * place, 1.3e-4 * place, -depth);
-            Mesh cone = make_shaft(0.0025, 0.06, 8, 0.01);
-            for (Vector3& p : cone.points) p += tip;
-            ClosedLoop loop(
-                {LoopBody{.name = "tool", .kind = BodyKind::instrument, .mesh = cone},
-                 LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(8, 0.005)}},
-                "thesis:profile=corrected");
-            const Frame seen = loop.frame;
-            ASSERT_TRUE(loop.step()) << loop.outcome.message;
-            for (const LinearContact& contact : loop.effect.contacts) {
-                const Index v = contact.vertices[0];
-                if (contact.vertices[1] >= 0 || contact.gap >= 0.0 ||
-                    loop.topology.bodies[static_cast<std::size_t>(loop.topology.body_of_vertex(v))].kind !=
-                        BodyKind::tissue)
-                    continue;
-                const Vector3 from_tip = seen.position.col(v) - tip;
-                EXPECT_LE(from_tip.head<2>().norm(), 0.25 * from_tip.z() + 1e-9)
-                    << "depth " << depth << " at " << place;
-                ++pushed;
-            }
-        }
-    }
-    EXPECT_GT(pushed, 0) << "some vertices are inside";
-}
-
-TEST(CorrectedStab, NeedleThroughAThinBodyWithNoVertexInsideIsNotIgnored) {
+TEST(HoldStab, NeedleThroughAThinBodyWithNoVertexInsideIsNotIgnored) {
     // A plate of 3 mm, a needle whose rings are 20 mm apart: its point is out on the far side, no vertex is inside.
     Mesh plate = make_sheet(6, 0.006);
     const auto count = static_cast<Index>(plate.points.size());
@@ -269,7 +233,7 @@ TEST(CorrectedStab, NeedleThroughAThinBodyWithNoVertexInsideIsNotIgnored) {
                                   return {0.0011, 0.0007, -0.0065};
                               }},
                      LoopBody{.name = "plate", .kind = BodyKind::tissue, .mesh = plate}},
-                    "thesis:profile=corrected");
+                    "hold");
     bool acted = false;
     for (int tick = 0; tick < 5; ++tick) {
         ASSERT_TRUE(loop.step()) << loop.outcome.message;
@@ -322,8 +286,8 @@ const SceneResult& run_scene(const std::string& name, const std::string& respons
 
 class StabScene : public testing::TestWithParam<const char*> {};
 
-TEST_P(StabScene, EndsClearOrTornInCorrected) {
-    const SceneResult& result = run_scene(GetParam(), "thesis:profile=corrected");
+TEST_P(StabScene, EndsClearOrTorn) {
+    const SceneResult& result = run_scene(GetParam(), "hold");
     ASSERT_TRUE(result.outcome.ok()) << result.outcome.message;
     if (result.ruptures == 0) {
         EXPECT_LE(result.residual, 1e-4);
@@ -335,14 +299,14 @@ INSTANTIATE_TEST_SUITE_P(Scenes, StabScene,
                                          "i2t_deep_sheet", "r2t_spike", "t2t_closed"),
                          [](const auto& tested) { return std::string(tested.param); });
 
-TEST(StabScenes, TearInCorrectedExactlyWhereTheHardReferenceDoesNotClearWithinTheStrainLimit) {
+TEST(StabScenes, TearInHoldExactlyWhereTheHardReferenceDoesNotClearWithinTheStrainLimit) {
     int torn = 0;
     for (const char* name : {"i2t_stab", "i2t_stab_withdraw", "i2t_stab_drag", "i2t_stab_closed", "i2t_deep_start",
                              "i2t_deep_sheet", "i2t_poke", "i2t_drag", "r2t_spike", "t2t_closed"}) {
         const Reference reference = read_reference(
             reference_file(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / (std::string(name) + ".json")));
         ASSERT_TRUE(reference.hard.clears_within_strain_limit.has_value()) << name;
-        EXPECT_EQ(run_scene(name, "thesis:profile=corrected").ruptures > 0, !*reference.hard.clears_within_strain_limit)
+        EXPECT_EQ(run_scene(name, "hold").ruptures > 0, !*reference.hard.clears_within_strain_limit)
             << name;
         torn += *reference.hard.clears_within_strain_limit ? 0 : 1;
     }
@@ -354,7 +318,7 @@ TEST(StabScenes, ForceOnTheFacesThatAToolTouchesIsThatOfTheHardReference) {
     for (const char* name : {"indent_1x", "indent_4x"}) {
         const Reference reference = read_reference(
             reference_file(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / (std::string(name) + ".json")));
-        const SceneResult& faces = run_scene(name, "thesis:profile=corrected");
+        const SceneResult& faces = run_scene(name, "hold");
         const double hard = reference.hard.force_at(reference.hard.until).norm();
         EXPECT_LT(std::abs(faces.force - hard), 0.01 * hard) << name;
     }
@@ -370,7 +334,7 @@ TEST(StabScenes, ForceChangesPerTickNoFasterThanTheHardReferenceDoes) {
             largest_change =
                 std::max(largest_change, (reference.hard.force_at(t) - reference.hard.force_at(t - interval)).norm());
         }
-        EXPECT_LT(run_scene(name, "thesis:profile=corrected").largest_jump, largest_change) << name;
+        EXPECT_LT(run_scene(name, "hold").largest_jump, largest_change) << name;
     }
 }
 
@@ -384,7 +348,7 @@ TEST(StabScenes, SheetStaysBeforeANeedleThatIsFourTimesAsFast) {
         const double earlier = 0.75 * (keys.at(1).time - start);
         for (std::size_t i = 1; i < keys.size(); ++i) keys[i].time -= earlier;
     }
-    const Record record = test::run_scene_with(scene, "thesis:profile=corrected", 1);
+    const Record record = test::run_scene_with(scene, "hold", 1);
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
     for (const StepRow& row : record.rows) EXPECT_LE(row.max_depth, 1e-4) << "at " << row.time;
 }
@@ -401,7 +365,7 @@ TEST(StabScenes, TearOfAFinerSheetOpensInsteadOfLettingItFlyUpTheNeedle) {
     text.replace(place, coarse.size(), "\"edge\": 0.0025");
     Scene scene = test::scene_from_text(text);
     scene.ticks = 160;
-    const Record record = test::run_scene_with(scene, "thesis:profile=corrected", 1);
+    const Record record = test::run_scene_with(scene, "hold", 1);
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
     EXPECT_GT(record.summary.at("ruptures"), 0.0);
     double last = 0.0;
@@ -415,30 +379,17 @@ TEST(StabScenes, FaithfulStaysInTheTissueWhereTheToolStands) {
     EXPECT_GT(run_scene("i2t_stab_drag", "thesis").residual, 1e-3);
 }
 
-TEST(StabScenes, SpikeAndClosedOrganAreNeverDeepInCorrectedAndAreInFaithful) {
+TEST(StabScenes, SpikeAndClosedOrganAreNeverDeepInHoldAndAreInFaithful) {
     for (const char* name : {"r2t_spike", "t2t_closed"}) {
-        EXPECT_LT(run_scene(name, "thesis:profile=corrected").worst, 1.5e-4) << name;
+        EXPECT_LT(run_scene(name, "hold").worst, 1.5e-4) << name;
         EXPECT_GT(run_scene(name, "thesis").worst, 5e-4) << name;
     }
 }
 
-TEST(PressedScenes, TissueBetweenToolAndSpikeThatOverlapTearsInsteadOfPressingWithoutBound) {
-    // The tool's own overlap with the spike gives k d = 4.5 N at most; stiff contacts that contradict each other k d =
-    // 150 N apiece. Nothing is left when the tool has gone.
-    const SceneResult& shared = run_scene("r2t_squeeze", "thesis:profile=corrected");
-    const SceneResult& held = run_scene("r2t_squeeze", "thesis:profile=corrected,squeeze=hold");
-    ASSERT_TRUE(shared.outcome.ok()) << shared.outcome.message;
-    EXPECT_GT(shared.ruptures, 0);
-    EXPECT_LE(shared.residual, 1e-4);
-    EXPECT_LT(shared.largest_force, 10.0);
-    EXPECT_LT(shared.largest_jump, 5.0);
-    EXPECT_GT(held.largest_force, 3.0 * shared.largest_force);
-}
-
-TEST(IndentScenes, ForceConvergesUnderRefinementInCorrected) {
-    const double coarse = run_scene("indent_1x", "thesis:profile=corrected").force;
-    const double medium = run_scene("indent_4x", "thesis:profile=corrected").force;
-    const double fine = run_scene("indent_16x", "thesis:profile=corrected").force;
+TEST(IndentScenes, ForceConvergesUnderRefinement) {
+    const double coarse = run_scene("indent_1x", "hold").force;
+    const double medium = run_scene("indent_4x", "hold").force;
+    const double fine = run_scene("indent_16x", "hold").force;
     EXPECT_GT(coarse, 0.1);
     EXPECT_LT(std::abs(medium - coarse), 0.1 * coarse);
     EXPECT_LT(std::abs(fine - medium), 0.1 * medium);

@@ -53,14 +53,14 @@ Course run(ClosedLoop& loop, int ticks) {
 }
 
 ClosedLoop loop_of(const Mesh& tool, std::function<Vector3(double)> offset, const Mesh& sheet,
-                   const std::string& method = "thesis:profile=corrected") {
+                   const std::string& method = "hold") {
     return ClosedLoop(
         {LoopBody{.name = "tool", .kind = BodyKind::instrument, .mesh = tool, .offset = std::move(offset)},
          LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = sheet}},
         method);
 }
 
-TEST(CorrectedLanding, FlatEndThatComesToStandExactlyInTheSheetsPlaneThrowsNothingIntoIt) {
+TEST(HoldLanding, FlatEndThatComesToStandExactlyInTheSheetsPlaneThrowsNothingIntoIt) {
     // At 40 ms all of the end's triangles lie in the sheet's plane, to rounding: the triangles overlap by millimetres
     // in the plane that they share, and nothing is inside. Then it stands, or goes on.
     for (const double depth : {0.0, 0.004}) {
@@ -74,7 +74,7 @@ TEST(CorrectedLanding, FlatEndThatComesToStandExactlyInTheSheetsPlaneThrowsNothi
     }
 }
 
-TEST(CorrectedOpenTool, BladeThatCutsDownIntoASheetIsHeldUpAndNotPushedAside) {
+TEST(HoldOpenTool, BladeThatCutsDownIntoASheetIsHeldUpAndNotPushedAside) {
     // Two triangles upright over the sheet: half of its vertices are below the blade's plane, none behind the blade.
     // The sheet is flat, so that what carries the blade can lean by the slope of its dent only.
     Mesh blade;
@@ -96,7 +96,7 @@ TEST(CorrectedOpenTool, BladeThatCutsDownIntoASheetIsHeldUpAndNotPushedAside) {
                          return Vector3(0.0013, 0.0007, 0.001 - 0.05 * std::min({t, 0.08, std::max(0.0, 0.3 - t)}));
                      }},
              LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(12, 0.005)}},
-            "thesis:profile=corrected");
+            "hold");
         double aside = 0.0;
         double up = 0.0;
         for (int tick = 0; tick < 300; ++tick) {
@@ -121,7 +121,7 @@ double drag_share(double friction) {
         return Vector3(-0.003 + 0.02 * std::max(0.0, t - press_until), 0.0013, 0.0022 - down);
     };
     ClosedLoop loop =
-        loop_of(bar, offset, make_sheet(8, 0.01), fmt::format("thesis:profile=corrected,friction={}", friction));
+        loop_of(bar, offset, make_sheet(8, 0.01), fmt::format("hold:friction={}", friction));
     double along = 0.0;
     double across = 0.0;
     for (int tick = 0; tick < 400; ++tick) {
@@ -145,10 +145,10 @@ constexpr const char* dragged_needle =
                                               {"time":0.05,"pose":[-0.000376,0.002033,-0.005996,0,0,0]},
                                               {"time":0.33743,"pose":[-0.00841,0.01395,-0.004797,0,0,0]}]}}]})";
 
-TEST(CorrectedFold, NeedleDraggedWithItsPointInAPocketIsNotFoldedOver) {
+TEST(HoldFold, NeedleDraggedWithItsPointInAPocketIsNotFoldedOver) {
     // The point stays in the bottom of its pocket while the wall ahead is drawn back over the cone: it folds at an edge
     // between the cone's own vertices. It was 0.59 mm deep for good, without a rupture.
-    const Record record = test::run_scene_with(test::scene_from_text(dragged_needle), "thesis:profile=corrected");
+    const Record record = test::run_scene_with(test::scene_from_text(dragged_needle), "hold");
     EXPECT_EQ(record.summary.at("ruptures"), 0.0);
     EXPECT_LE(record.summary.at("residual_max_m"), clear);
     EXPECT_GT(record.summary.at("force_max_n"), 0.3);
@@ -165,16 +165,16 @@ constexpr const char* resting_shaft =
         "keys":[{"time":0,"pose":[0.003494203558375027,-0.0024876330048711247,0.008,0,0,0]},
                 {"time":0.02567,"pose":[0.003494203558375027,-0.0024876330048711247,-0.004835484260774331,0,0,0]}]}}]})";
 
-TEST(CorrectedPress, SheetUnderAToolThatStandsStillComesToRest) {
+TEST(HoldPress, SheetUnderAToolThatStandsStillComesToRest) {
     // The triangle under the middle of the shaft's end tilts while it slides there. It swung ever wider, 0.15 mm of the
     // end left inside, though nothing does work on the tissue any more and its springs are damped.
-    const Record record = test::run_scene_with(test::scene_from_text(resting_shaft), "thesis:profile=corrected");
+    const Record record = test::run_scene_with(test::scene_from_text(resting_shaft), "hold");
     EXPECT_EQ(record.summary.at("ruptures"), 0.0);
     EXPECT_LE(record.summary.at("residual_settled_m"), clear);
     EXPECT_GT(record.summary.at("force_max_n"), 0.3);
 }
 
-TEST(CorrectedFriction, BarDrawnAlongTheEdgeThatItLiesOnRubsByCoulombsLaw) {
+TEST(HoldFriction, BarDrawnAlongTheEdgeThatItLiesOnRubsByCoulombsLaw) {
     // What its ends push ahead of them counts apart.
     const double smooth = drag_share(0.0);
     for (const double friction : {0.1, 0.3}) {
@@ -186,7 +186,7 @@ TEST(CorrectedFriction, BarDrawnAlongTheEdgeThatItLiesOnRubsByCoulombsLaw) {
 /// tension E h (preload + limit) times the way round.
 double strength(double radius, double edge) { return 38000.0 * 0.003 * (0.2 + 1.0) * 6.2832 * (radius + edge); }
 
-TEST(CorrectedRim, ToolOverAPinnedRimTearsItAndIsNotPressedHarderThanTissueCanPress) {
+TEST(HoldRim, ToolOverAPinnedRimTearsItAndIsNotPressedHarderThanTissueCanPress) {
     // Pins hold the rim at x = 30 mm where the tool must pass: dragged out over it, pressed on it, dragged in from
     // beyond it, all 3 mm below the sheet's plane.
     struct Way {
@@ -211,7 +211,7 @@ TEST(CorrectedRim, ToolOverAPinnedRimTearsItAndIsNotPressedHarderThanTissueCanPr
     }
 }
 
-TEST(CorrectedRim, ToolBesideAPinnedRimIsHeldWithoutTearing) {
+TEST(HoldRim, ToolBesideAPinnedRimIsHeldWithoutTearing) {
     // The tool's side is 2 mm from the rim: triangles that it touches have pinned corners and can still follow.
     ClosedLoop loop = loop_of(
         make_shaft(0.004, 0.05, 10, 0.003),
