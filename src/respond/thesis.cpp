@@ -18,11 +18,9 @@
 //   §9.2       squeezed_tissue        squeeze
 //   §9.2       rim_contacts           projection=hold with reduction=vertex: rims and folds of tissue
 //   §10        grasp                  grasp, grasp_k, grasp_slip, jaw_length, release_time
-//   §8         show_tip_forces        tip and the device's parameters
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <vector>
 
 #include "method/entry.hpp"
@@ -54,7 +52,6 @@ public:
         state_.prepare(topology, materials);
         topology_ = &topology;
         materials_ = &materials;
-        moment_.assign(at(topology.body_count()), {});
         reduction_.prepare(topology);
         held_.prepare();
         rims_.prepare(state_);
@@ -68,11 +65,9 @@ public:
         back_projection_.prepare(topology);
     }
 
-    void respond(const Frame& seen, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
+    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
                  Effect& effect) override {
-        const Frame& frame = filtered(seen, dt);
         effect.clear();
-        effect.tip = settings().tip;
         effect.contacts_held = settings().contacts_held;
         effect.contacts_explicit = settings().contacts_explicit;
         state_.begin(frame, dt);
@@ -103,7 +98,6 @@ public:
             effect.placements.push_back({edit.vertex, edit.position, edit.velocity, edit.held});
         }
         add_reactions(frame, effect);
-        show_tip_forces(*topology_, *materials_, frame, dt, moment_, effect);
         if (state_.grasps()) state_.grasp.remember(frame);
     }
 
@@ -113,26 +107,6 @@ private:
     [[nodiscard]] BodyKind kind(Index body) const { return state_.kind(body); }
     [[nodiscard]] Vector3 velocity(const Frame& frame, Index vertex) const { return state_.velocity(frame, vertex); }
 
-    /// The frame, or a copy of it whose instruments move with low-passed velocity (METHODS §1, option).
-    const Frame& filtered(const Frame& seen, double dt) {
-        if (settings().velocity_filter == 0.0) return seen;
-        const double gain = 1.0 - std::exp(-2.0 * std::numbers::pi * settings().velocity_filter * dt);
-        smooth_velocity_.swap(filtered_.velocity);  // copying the frame must not lose what the filter remembers
-        const bool first = smooth_velocity_.cols() != seen.velocity.cols();
-        filtered_ = seen;
-        if (first) return filtered_;
-        smooth_velocity_.swap(filtered_.velocity);
-        for (const BodyRange& body : topology_->bodies) {
-            auto now = filtered_.velocity.middleCols(body.vertices.first, body.vertices.count);
-            const auto measured = seen.velocity.middleCols(body.vertices.first, body.vertices.count);
-            if (body.kind == BodyKind::instrument) {
-                now += gain * (measured - now);
-            } else {
-                now = measured;
-            }
-        }
-        return filtered_;
-    }
     /// Speed of a face's loaded point, or of the vertex that the printed equations take.
     [[nodiscard]] Vector3 face_velocity(const Frame& frame, const VertexInFace& v) const {
         if (!settings().closest_point) return velocity(frame, v.nearest);
@@ -523,8 +497,6 @@ private:
     }
 
     ThesisState state_;
-    Frame filtered_;
-    Matrix3X smooth_velocity_;
     const Topology* topology_ = nullptr;
     const Materials* materials_ = nullptr;
     TipProxies proxies_;
@@ -539,7 +511,6 @@ private:
     LedgerResolution ledger_;
     BackProjection back_projection_;
     std::vector<RestingTouch> touches_;
-    std::vector<Wrench> moment_;
 };
 
 }  // namespace
@@ -551,6 +522,11 @@ ResponseEntry thesis_response() {
     entry.own = true;
     entry.sources = {"canonical"};  // the equations go by the overlap case and its vertex or edge
     entry.parameters = thesis_parameters();
+    for (const char* setting :
+         {"projection", "squeeze", "settle_time", "anchor", "samples", "approach", "slip_damping", "tear_time", "d_max",
+          "clear_speed", "rigid", "rigid_settle", "friction", "friction_k", "resolution=ledger"}) {
+        entry.left.push_back({setting, "take the response hold"});
+    }
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Thesis>(read_thesis_settings(values));
     };

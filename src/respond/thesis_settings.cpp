@@ -127,8 +127,6 @@ std::vector<Parameter> thesis_parameters() {
         number("friction", "1", "0", 0.0, 10.0,
                "Coulomb friction between tools or bones and tissue (0.1 is usual); 0: none"),
         number("friction_k", "N/m", "1000", 0.0, 1e6, "tangential spring of a sticking contact with friction > 0"),
-        number("velocity_filter", "Hz", "0", 0.0, 1e6,
-               "low-pass on the instruments' velocity that contacts on tissue see (150 is usual); 0: off"),
         {.name = "tip_proxy",
          .type = Parameter::Type::choice,
          .default_value = "on",
@@ -139,7 +137,7 @@ std::vector<Parameter> thesis_parameters() {
          .default_value = "implicit",
          .choices = {"implicit", "explicit", "hold"},
          .meaning = "contact forces in the tissue's sub-steps: implicit, explicit, or held over the tick"}};
-    return with_tip_parameters(std::move(list), "auto");
+    return list;
 }
 
 ThesisSettings read_thesis_settings(const ParameterValues& values) {
@@ -165,7 +163,6 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.all_rigid_cases = on("rigid_tissue", "all");
     s.impulse_tissue = on("tissue_tissue", "impulse");
     s.tip_proxy = values.is("tip_proxy", "on");
-    s.tip = read_tip_settings(values, corrected);
     if (values.is("resolution", "auto")) {
         s.resolution = corrected ? Resolution::ledger : Resolution::back_projection;
     } else if (!values.is("resolution", "none")) {
@@ -183,7 +180,6 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
                   .release_time = s.grasp == GraspRule::spring ? values.number("release_time") : 0.0};
     s.friction = values.number("friction");
     s.friction_k = values.number("friction_k");
-    s.velocity_filter = values.number("velocity_filter");
     s.restitution = values.number("e");
     s.tissue_restitution = values.number("e_tissue");
     s.kappa = values.number("kappa");

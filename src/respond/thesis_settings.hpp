@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "contact/tip_force.hpp"
 #include "method/entry.hpp"
 #include "respond/grasp.hpp"
 
@@ -33,7 +32,6 @@ struct ThesisSettings {
     bool all_rigid_cases = false;   ///< R2T also where the bone enters the tissue
     bool impulse_tissue = false;    ///< T2T along the contact normal, closing only, with penalty; false: 3.12-3.17
     bool tip_proxy = true;          ///< tip against bone by a god-object; false: by 3.4 and 3.5 like the rest
-    TipSettings tip;                ///< how the tip force is shown
     Resolution resolution = Resolution::none;
     GraspRule grasp = GraspRule::off;
     GraspSettings grasping;
@@ -47,7 +45,6 @@ struct ThesisSettings {
     double mu = 0.0;                  ///< NaN: auto
     double friction = 0.0;            ///< Coulomb coefficient on tissue
     double friction_k = 1000.0;       ///< N/m, of the tangential spring
-    double velocity_filter = 0.0;     ///< Hz, on the instruments' velocity; 0: off
     double rigid_settle = 0.0025;     ///< s, in which a stiff contact stops a hand
     double settle_time = 0.003;       ///< s, time constant with which a constraint clears a depth
     double clear_speed = 0.0;         ///< m/s, fastest at which a constraint clears a depth; NaN: auto
