@@ -45,14 +45,14 @@ namespace {
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 struct Settings {
-    bool penalty = true;  ///< ERP and CFM from k and mu; false: those of the library
-    bool quick = false;   ///< dWorldQuickStep
-    bool share = true;    ///< three joints per point of a face; false: its heaviest vertex
-    bool reduce = true;   ///< one contact per vertex and other body
-    int iterations = 20;  ///< of QuickStep
-    int steps = 0;        ///< of ODE per tick; 0: the tissue's sub-steps
-    double k = 0.0;       ///< N/m; NaN: auto
-    double mu = 0.0;      ///< N s/m; NaN: auto
+    bool penalty = true;       ///< ERP and CFM from k and mu; false: those of the library
+    bool quick = false;        ///< dWorldQuickStep
+    bool share = true;         ///< three joints per point of a face; false: its heaviest vertex
+    bool reduce = true;        ///< one contact per vertex and other body
+    int iterations = 20;       ///< of QuickStep
+    int steps = 0;             ///< of ODE per tick; 0: the tissue's sub-steps
+    double k = 0.0;            ///< N/m; NaN: auto
+    double mu = 0.0;           ///< N s/m; NaN: auto
     double device_mass = 0.1;  ///< kg
     unsigned long seed = 1;
 };

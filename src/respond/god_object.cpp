@@ -74,9 +74,8 @@ ResponseEntry god_object_response() {
          .maximum = 1.0,
          .meaning = "of the ball that stands for the tip; its front is the tip"}};
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
-        return std::make_unique<GodObjectResponse>(Settings{.radius = values.number("radius"),
-                                                            .k = values.number("k"),
-                                                            .mu = values.number("mu")});
+        return std::make_unique<GodObjectResponse>(
+            Settings{.radius = values.number("radius"), .k = values.number("k"), .mu = values.number("mu")});
     };
     return entry;
 }

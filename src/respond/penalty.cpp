@@ -43,9 +43,8 @@ ResponseEntry penalty_response() {
          .choices = {"pair", "vertex"},
          .meaning = "one contact per triangle pair, or per vertex and other body (the deepest)"}};
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
-        return std::make_unique<Penalty>(PointResponse::Settings{.k = values.number("k"),
-                                                                 .mu = values.number("mu"),
-                                                                 .reduce = values.is("reduction", "vertex")});
+        return std::make_unique<Penalty>(PointResponse::Settings{
+            .k = values.number("k"), .mu = values.number("mu"), .reduce = values.is("reduction", "vertex")});
     };
     return entry;
 }

@@ -311,8 +311,8 @@ Study read_study(const std::filesystem::path& file) {
     const Json document = parse_json(read_whole(file, "a study file"), file_name);
     const JsonNode root(document, file_name);
     expect_object(root,
-                  {"format", "name", "seed", "repetitions", "time_limit_s", "device", "reference", "replay", "closed_loop",
-                   "triangle_pair", "work_precision", "ablation", "paced", "hard_cases", "certificate"},
+                  {"format", "name", "seed", "repetitions", "time_limit_s", "device", "reference", "replay",
+                   "closed_loop", "triangle_pair", "work_precision", "ablation", "paced", "hard_cases", "certificate"},
                   {"format", "name"});
     root.at("format").expect_word(study_format);
 
