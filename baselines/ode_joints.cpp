@@ -45,15 +45,14 @@ namespace {
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 struct Settings {
-    bool penalty = true;  ///< ERP and CFM from k and mu; false: those of the library
-    bool quick = false;   ///< dWorldQuickStep
-    bool share = true;    ///< three joints per point of a face; false: its heaviest vertex
-    bool reduce = true;   ///< one contact per vertex and other body
-    int iterations = 20;  ///< of QuickStep
-    int steps = 0;        ///< of ODE per tick; 0: the tissue's sub-steps
-    double k = 0.0;       ///< N/m; NaN: auto
-    double mu = 0.0;      ///< N s/m; NaN: auto
-    TipSettings tip = {};
+    bool penalty = true;       ///< ERP and CFM from k and mu; false: those of the library
+    bool quick = false;        ///< dWorldQuickStep
+    bool share = true;         ///< three joints per point of a face; false: its heaviest vertex
+    bool reduce = true;        ///< one contact per vertex and other body
+    int iterations = 20;       ///< of QuickStep
+    int steps = 0;             ///< of ODE per tick; 0: the tissue's sub-steps
+    double k = 0.0;            ///< N/m; NaN: auto
+    double mu = 0.0;           ///< N s/m; NaN: auto
     double device_mass = 0.1;  ///< kg
     unsigned long seed = 1;
 };
@@ -138,7 +137,6 @@ public:
         laws_.prepare(topology, materials, settings_.k, settings_.mu);
         points_.prepare(topology);
         springs_.prepare(topology, materials);
-        moment_.assign(at(topology.body_count()), {});
         node_of_vertex_.assign(at(topology.vertex_count), -1);
         nodes_.clear();
         world_.reset();
@@ -159,7 +157,6 @@ public:
                  Effect& effect) override {
         use_ode();
         effect.clear();
-        effect.tip = settings_.tip;
         effect.skipped = points_.gather(*topology_, frame, contacts, settings_.reduce);
         if (!world_) world_ = std::make_unique<World>();
         inside_ode_ = false;
@@ -176,7 +173,6 @@ public:
             world_.reset();
             throw;
         }
-        show_tip_forces(*topology_, *materials_, frame, dt, moment_, effect);
     }
 
 private:
@@ -399,7 +395,6 @@ private:
     std::vector<Index> node_of_vertex_;
     std::vector<Device> device_;
     std::vector<Joint> joints_;
-    std::vector<Wrench> moment_;
 };
 
 }  // namespace
@@ -452,7 +447,6 @@ ResponseEntry ode_joints_response() {
          .maximum = 1e3,
          .meaning = "mass that stands for an instrument against another instrument or a rigid body"},
         whole("seed", "1", 0.0, "of the random order of rows in dWorldQuickStep, set in every tick")};
-    entry.parameters = with_tip_parameters(std::move(entry.parameters));
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         if (!ode_precision_matches()) {
             throw InputError("ode_joints: ODE's library and headers differ in the size of a number");
@@ -467,7 +461,6 @@ ResponseEntry ode_joints_response() {
         s.k = values.number("k");
         s.mu = values.number("mu");
         s.device_mass = values.number("device_mass");
-        s.tip = read_tip_settings(values, false);
         s.seed = static_cast<unsigned long>(values.integer("seed"));
         return std::make_unique<OdeJoints>(s);
     };

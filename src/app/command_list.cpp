@@ -5,6 +5,7 @@
 #include <string>
 
 #include "app/commands.hpp"
+#include "method/device.hpp"
 #include "method/registry.hpp"
 
 namespace trocar::app {
@@ -57,6 +58,13 @@ Json absent_json(const AbsentMethod& absent, bool detector) {
     return json;
 }
 
+void print_parameters(const std::vector<Parameter>& parameters) {
+    for (const Parameter& p : parameters) {
+        fmt::print("      {}={}  [{}{}{}]  {}\n", p.name, p.default_value, p.range(),
+                   p.unit.empty() || p.unit == "1" ? "" : ", ", p.unit == "1" ? "" : p.unit, p.meaning);
+    }
+}
+
 template <typename Entry>
 void print_section(const char* title, const std::vector<Entry>& present, const std::vector<AbsentMethod>& absent) {
     fmt::print("{}\n", title);
@@ -70,10 +78,7 @@ void print_section(const char* title, const std::vector<Entry>& present, const s
         if constexpr (requires { entry.without_tissue; }) {
             if (!entry.without_tissue.empty()) fmt::print("      {}\n", entry.without_tissue);
         }
-        for (const Parameter& p : entry.parameters) {
-            fmt::print("      {}={}  [{}{}{}]  {}\n", p.name, p.default_value, p.range(),
-                       p.unit.empty() || p.unit == "1" ? "" : ", ", p.unit == "1" ? "" : p.unit, p.meaning);
-        }
+        print_parameters(entry.parameters);
     }
     for (const AbsentMethod& entry : absent) fmt::print("  {:<16} absent ({})\n", entry.name, entry.reason);
 }
@@ -87,6 +92,8 @@ int list(const CommonOptions& common, const ListOptions& /*options*/) {
         print_section("Contact sources", all.sources(), {});
         print_section("Responses", all.responses(), all.absent_responses());
         print_section("Steppers", all.steppers(), {});
+        fmt::print("Device (of a run, the same for every response)\n");
+        print_parameters(device_parameters());
         return done;
     }
     Json detectors = Json::array();
@@ -99,8 +106,11 @@ int list(const CommonOptions& common, const ListOptions& /*options*/) {
     Json steppers = Json::array();
     for (const SourceEntry& entry : all.sources()) sources.push_back(present_json(entry));
     for (const StepperEntry& entry : all.steppers()) steppers.push_back(present_json(entry));
-    const Json document{
-        {"detectors", detectors}, {"responses", responses}, {"sources", sources}, {"steppers", steppers}};
+    const Json document{{"detectors", detectors},
+                        {"responses", responses},
+                        {"sources", sources},
+                        {"steppers", steppers},
+                        {"device", {{"parameters", parameters_json(device_parameters())}}}};
     fmt::print("{}\n", document.dump());
     return done;
 }

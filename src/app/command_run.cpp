@@ -11,6 +11,7 @@
 #include "app/commands.hpp"
 #include "geometry/input_error.hpp"
 #include "measure/metrics.hpp"
+#include "method/device.hpp"
 #include "method/registry.hpp"
 #include "scene/recording.hpp"
 #include "scene/scene.hpp"
@@ -114,6 +115,12 @@ void print_json(const Record& record) {
                   {"message", record.outcome.message},
                   {"rows", rows},
                   {"summary", summary}};
+    const TipSettings device = read_device(record.spec.device);
+    document["device"] = {{"tip", device.fulcrum ? "fulcrum" : "sum"},
+                          {"saturation", device.saturation},
+                          {"rate", device.rate_limit},
+                          {"filter", device.filter},
+                          {"ramp", device.ramp}};
     if (!record.spec.stepper.empty()) document["stepper"] = record.spec.stepper;
     fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
@@ -213,6 +220,7 @@ int run(const CommonOptions& common, const RunOptions& options) {
     const ResponseEntry& response = registry().response(parse_method(spec.response).name);
     spec.contacts = registry().source(options.contacts.empty() ? response.sources.front() : options.contacts).name;
     spec.stepper = checked_stepper(options.stepper);
+    spec.device = text_of(read_device(options.device));
     const Scene scene = read_scene(options.scene, common.data);
     for (const std::string& note : scene.notes) {
         fmt::print(stderr, "trocar: {}: {}\n", options.scene.string(), note);

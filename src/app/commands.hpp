@@ -64,6 +64,7 @@ struct RunOptions {
     std::string response = "thesis:profile=faithful";
     std::string contacts;  ///< contact source; empty: the response's own
     std::string stepper;   ///< NAME[:key=value…]; empty: the default one
+    std::string device;    ///< key=value,…; empty: the default one
     std::optional<std::int64_t> ticks;
     std::optional<std::filesystem::path> record;
     bool paced = false;  ///< released by the clock, not judged

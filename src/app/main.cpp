@@ -69,6 +69,9 @@ int run_command(int argc, char** argv) {
                     "Contact source: native, canonical, near or tracked (default: the response's own)");
     sub->add_option("--stepper", run_options.stepper,
                     "NAME[:key=value,...]: what moves the tissue (default: semi_implicit)");
+    sub->add_option("--device", run_options.device,
+                    "key=value,...: what shows the force on the tool, the same for every response; settings as in "
+                    "trocar list (default: tip=fulcrum,saturation=8.5)");
     sub->add_option("--ticks", run_options.ticks, "Ticks to run instead of the scene's number");
     sub->add_option("--record", run_options.record, "Write the frames as a recording");
     sub->add_flag("--paced", run_options.paced,

@@ -7,7 +7,6 @@ namespace trocar {
 void Effect::resize(Index vertex_count, Index body_count) {
     held_force.setZero(3, vertex_count);
     wrench.assign(static_cast<std::size_t>(body_count), Wrench{});
-    tip_force.assign(static_cast<std::size_t>(body_count), Vector3::Zero());
 }
 
 void Effect::clear() {
@@ -15,14 +14,12 @@ void Effect::clear() {
     placements.clear();
     held_force.setZero();
     std::fill(wrench.begin(), wrench.end(), Wrench{});
-    std::fill(tip_force.begin(), tip_force.end(), Vector3::Zero());
     skipped = 0;
     no_hit = 0;
     ruptures = 0;
     repairs = -1;
     detached = 0;
     grasped = 0;
-    tip = {};
     contacts_held = false;
     contacts_explicit = false;
 }

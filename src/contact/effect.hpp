@@ -80,8 +80,6 @@ struct Effect {
     Matrix3X held_force;                ///< 3×N, N; constant over the tick. Sized by prepare, zeroed by clear.
     std::vector<Placement> placements;  ///< at most one per vertex
     std::vector<Wrench> wrench;      ///< per body: forces that no linear contact carries (reactions to placements …)
-    std::vector<Vector3> tip_force;  ///< per body: force shown at the tip at this frame, before any limiter, N
-    TipSettings tip;                 ///< how the mean load of the tick is shown
     std::int64_t skipped = 0;        ///< pairs without a response (touch, coplanar, degenerate, class not handled)
     std::int64_t no_hit = 0;         ///< projections without a contact point (METHODS §6)
     std::int64_t ruptures = 0;       ///< ruptures in this tick

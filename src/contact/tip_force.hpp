@@ -23,9 +23,9 @@ Vector3 fulcrum_tip_force(const Wrench& about_pivot, const Vector3& pivot, const
 /// Torque about the shaft from pivot to tip, N m: what a 3-DOF device cannot show. 0 when tip and pivot coincide.
 double roll_torque(const Wrench& about_pivot, const Vector3& pivot, const Vector3& tip);
 
-/// How a response wants its tip force shown. 0 = off.
+/// The device of a run: how it shows the load on an instrument, the same for every response. 0 = off.
 struct TipSettings {
-    bool fulcrum = false;     ///< through the trocar where the body has one; else the plain sum
+    bool fulcrum = true;      ///< through the trocar where the body has one, else the plain sum; false: always the sum
     double saturation = 8.5;  ///< N, largest force of the device (PHANToM 1.0)
     double rate_limit = 0.0;  ///< N/s, largest change
     double filter = 0.0;      ///< Hz, first-order low-pass

@@ -38,6 +38,7 @@ void visit_spec(Spec& spec, Visit&& visit) {
 template <typename Spec, typename Visit>
 void visit_optional_spec(Spec& spec, Visit&& visit) {
     visit("stepper", spec.stepper);
+    visit("device", spec.device);
     visit("overrides", spec.overrides);
     visit("knob", spec.knob);
     visit("point", spec.point);

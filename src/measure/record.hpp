@@ -26,6 +26,7 @@ struct RunSpec {
     std::string response;    ///< empty in replay
     std::string contacts;    ///< contact source; empty in replay
     std::string stepper = {};     ///< empty: the default one
+    std::string device = {};      ///< "key=value,…" with all settings; empty in replay, else the default one
     std::string setting;          ///< "default" | "recommended" | "tuned"
     std::int64_t repetition = 0;  ///< process number
     std::uint64_t seed = 1;

@@ -35,12 +35,19 @@ struct Parameter {
     [[nodiscard]] std::string range() const;
 };
 
+/// A setting that a method had once.
+struct LeftSetting {
+    std::string setting = {};   ///< name of a parameter, or PARAMETER=VALUE where that value alone has left
+    std::string replaced = {};  ///< what to do instead, for the line that the asking user gets
+};
+
 /// A method's settings after checking against its declarations: every declared parameter has a value.
 class ParameterValues {
 public:
-    /// Throws InputError that names the method, the parameter, what was expected and what was found.
+    /// Throws InputError that names the method, the parameter, what was expected and what was found; for what is
+    /// among `left` and no longer declared, one that names what replaced it.
     ParameterValues(std::string_view method, const std::vector<Parameter>& declared,
-                    const std::map<std::string, std::string>& given);
+                    const std::map<std::string, std::string>& given, const std::vector<LeftSetting>& left = {});
     [[nodiscard]] const std::string& text(std::string_view name) const;
     [[nodiscard]] double number(std::string_view name) const;  ///< NaN when the value is one of `words`
     [[nodiscard]] std::int64_t integer(std::string_view name) const;
@@ -82,6 +89,7 @@ struct ResponseEntry {
     std::string without_tissue = {};  ///< what it does between bodies without tissue, where that is another method's
     bool control = false;             ///< holds others to account (CONTACT §5); never ranked, no contestant
     std::vector<Parameter> parameters = {};
+    std::vector<LeftSetting> left = {};  ///< what it had once; the registry adds what left every response
     std::function<std::unique_ptr<Response>(const ParameterValues&)> make = {};
 };
 
@@ -110,6 +118,16 @@ struct StepperEntry {
     std::vector<Parameter> parameters = {};
     std::function<std::unique_ptr<Stepper>(const ParameterValues&)> make = {};
 };
+
+/// What was given to an entry, checked. Throws as ParameterValues does.
+template <typename Entry>
+ParameterValues checked_values(const Entry& entry, const std::map<std::string, std::string>& given) {
+    if constexpr (requires { entry.left; }) {
+        return ParameterValues(entry.name, entry.parameters, given, entry.left);
+    } else {
+        return ParameterValues(entry.name, entry.parameters, given);
+    }
+}
 
 /// Why a source cannot work from a detector's answer; empty when it can.
 std::string why_untold(const DetectorEntry& detector, const SourceEntry& source);

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "geometry/input_error.hpp"
+#include "method/device.hpp"
 
 namespace trocar {
 
@@ -54,6 +54,8 @@ void Registry::add(DetectorEntry entry) {
 
 void Registry::add(ResponseEntry entry) {
     check_new("response", entry.name);
+    const std::vector<LeftSetting>& left = left_every_response();
+    entry.left.insert(entry.left.end(), left.begin(), left.end());
     responses_.push_back(std::move(entry));
 }
 
@@ -117,29 +119,34 @@ std::string MethodSpec::text() const {
     return result;
 }
 
+std::map<std::string, std::string> parse_settings(std::string_view text,
+                                                  const std::function<InputError(const std::string&)>& malformed) {
+    std::map<std::string, std::string> settings;
+    while (true) {
+        const auto comma = text.find(',');
+        const std::string_view item = text.substr(0, comma);
+        const auto equals = item.find('=');
+        if (equals == std::string_view::npos || equals == 0 || equals + 1 == item.size()) {
+            throw malformed(fmt::format("'{}' is not key=value", item));
+        }
+        if (!settings.emplace(item.substr(0, equals), item.substr(equals + 1)).second) {
+            throw malformed(fmt::format("'{}' given twice", item.substr(0, equals)));
+        }
+        if (comma == std::string_view::npos) return settings;
+        text = text.substr(comma + 1);
+    }
+}
+
 MethodSpec parse_method(std::string_view text) {
-    const auto malformed = [text](std::string_view found) {
+    const auto malformed = [text](const std::string& found) {
         return InputError("method", "", "NAME or NAME:key=value[,key=value...]", fmt::format("'{}' ({})", text, found));
     };
     MethodSpec spec;
     const auto colon = text.find(':');
     spec.name = std::string(text.substr(0, colon));
     if (spec.name.empty()) throw malformed("no name");
-    if (colon == std::string_view::npos) return spec;
-    std::string_view rest = text.substr(colon + 1);
-    while (true) {
-        const auto comma = rest.find(',');
-        const std::string_view item = rest.substr(0, comma);
-        const auto equals = item.find('=');
-        if (equals == std::string_view::npos || equals == 0 || equals + 1 == item.size()) {
-            throw malformed(fmt::format("'{}' is not key=value", item));
-        }
-        if (!spec.parameters.emplace(item.substr(0, equals), item.substr(equals + 1)).second) {
-            throw malformed(fmt::format("'{}' given twice", item.substr(0, equals)));
-        }
-        if (comma == std::string_view::npos) return spec;
-        rest = rest.substr(comma + 1);
-    }
+    if (colon != std::string_view::npos) spec.parameters = parse_settings(text.substr(colon + 1), malformed);
+    return spec;
 }
 
 namespace {
@@ -155,13 +162,13 @@ MethodSpec with_parameters(std::string_view text, const std::map<std::string, st
 std::unique_ptr<Detector> make_detector(std::string_view name, const std::map<std::string, std::string>& parameters) {
     const MethodSpec method = with_parameters(name, parameters);
     const DetectorEntry& entry = registry().detector(method.name);
-    return entry.make(ParameterValues(entry.name, entry.parameters, method.parameters));
+    return entry.make(checked_values(entry, method.parameters));
 }
 
 std::unique_ptr<Response> make_response(std::string_view name, const std::map<std::string, std::string>& parameters) {
     const MethodSpec method = with_parameters(name, parameters);
     const ResponseEntry& entry = registry().response(method.name);
-    return entry.make(ParameterValues(entry.name, entry.parameters, method.parameters));
+    return entry.make(checked_values(entry, method.parameters));
 }
 
 std::string why_unreadable(const SourceEntry& source, const MethodSpec& response) {
@@ -178,13 +185,13 @@ std::unique_ptr<ContactSource> make_source(std::string_view name,
                                            const std::map<std::string, std::string>& parameters) {
     const MethodSpec method = with_parameters(name, parameters);
     const SourceEntry& entry = registry().source(method.name);
-    return entry.make(ParameterValues(entry.name, entry.parameters, method.parameters));
+    return entry.make(checked_values(entry, method.parameters));
 }
 
 std::unique_ptr<Stepper> make_stepper(std::string_view name, const std::map<std::string, std::string>& parameters) {
     const MethodSpec method = with_parameters(name, parameters);
     const StepperEntry& entry = registry().stepper(method.name);
-    return entry.make(ParameterValues(entry.name, entry.parameters, method.parameters));
+    return entry.make(checked_values(entry, method.parameters));
 }
 
 }  // namespace trocar

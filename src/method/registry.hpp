@@ -3,12 +3,14 @@
 // names a method.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "geometry/input_error.hpp"
 #include "method/entry.hpp"
 
 namespace trocar {
@@ -64,6 +66,10 @@ struct MethodSpec {
     /// The same text again, parameters in alphabetical order.
     [[nodiscard]] std::string text() const;
 };
+
+/// key=value[,key=value…] taken apart. Throws what `malformed` makes of the fault.
+std::map<std::string, std::string> parse_settings(std::string_view text,
+                                                  const std::function<InputError(const std::string&)>& malformed);
 
 /// Throws InputError on a malformed text; names and keys are not looked up here.
 MethodSpec parse_method(std::string_view text);

@@ -112,60 +112,6 @@ void tell_at_start(const Topology& topology, const Frame& frame, double dt, Line
     contact.gap -= scripted_rate(topology, frame, dt, contact) * dt;
 }
 
-double force_at_frame(const Topology& topology, const Frame& frame, double dt, const LinearContact& contact) {
-    const double gap = contact.gap + scripted_rate(topology, frame, dt, contact) * dt;
-    if (!contact.bilateral() && gap > 0.0) return 0.0;
-    double rate = 0.0;
-    for (std::size_t i = 0; i < 3; ++i) {
-        if (contact.vertices[i] < 0) continue;
-        rate += contact.weights[i] * frame.velocity.col(contact.vertices[i]).dot(contact.normal);
-    }
-    if (contact.reaction_vertices[0] >= 0) {
-        for (std::size_t i = 0; i < 3; ++i) {
-            if (contact.reaction_vertices[i] < 0) continue;
-            rate -= contact.reaction_weights[i] * frame.velocity.col(contact.reaction_vertices[i]).dot(contact.normal);
-        }
-    } else {
-        rate -= contact.face_velocity;
-    }
-    const double force = -contact.k * gap - contact.mu * rate;
-    const double pressed = contact.adhesive || contact.bilateral() ? force : std::max(force, 0.0);
-    return std::clamp(pressed, -contact.limit, contact.limit);
-}
-
-void show_tip_forces(const Topology& topology, const Materials& materials, const Frame& frame, double dt,
-                     std::vector<Wrench>& moment, Effect& effect) {
-    moment = effect.wrench;
-    const auto add = [&moment](Index body, const Vector3& point, const Vector3& force) {
-        moment[at(body)].force += force;
-        moment[at(body)].moment += point.cross(force);
-    };
-    for (const LinearContact& contact : effect.contacts) {
-        const Vector3 force = force_at_frame(topology, frame, dt, contact) * contact.normal;
-        for (std::size_t i = 0; i < 3; ++i) {
-            if (contact.vertices[i] < 0 || contact.weights[i] == 0.0) continue;
-            // Tissue comes last, and most contacts push tissue, whose bodies show no tip force.
-            const Index body = topology.body_of_vertex(contact.vertices[i]);
-            if (topology.bodies[at(body)].kind != BodyKind::instrument) break;
-            add(body, frame.position.col(contact.vertices[i]), contact.weights[i] * force);
-        }
-        if (contact.reaction_body >= 0) add(contact.reaction_body, contact.reaction_point, -force);
-    }
-    for (Index body = 0; body < topology.body_count(); ++body) {
-        if (topology.bodies[at(body)].kind != BodyKind::instrument) continue;
-        Vector3& shown = effect.tip_force[at(body)];
-        shown = moment[at(body)].force;
-        const bool posed = at(body) < frame.pose.size() && at(body) < materials.tip.size();
-        if (!effect.tip.fulcrum || !posed || at(body) >= materials.trocar_point.size() ||
-            !materials.trocar_point[at(body)])
-            continue;
-        const Vector3& pivot = *materials.trocar_point[at(body)];
-        const Pose& pose = frame.pose[at(body)];
-        const Vector3 tip = pose.rotation * materials.tip[at(body)] + pose.translation;
-        shown = fulcrum_tip_force(moved_to(moment[at(body)], pivot), pivot, tip);
-    }
-}
-
 Parameter stiffness_parameter(const std::string& default_meaning) {
     return {.name = "k",
             .unit = "N/m",
@@ -184,40 +130,6 @@ Parameter damping_parameter() {
             .maximum = 1e6,
             .meaning = "contact damping; auto: the scene's, else 2",
             .words = {"auto"}};
-}
-
-std::vector<Parameter> with_tip_parameters(std::vector<Parameter> parameters, const std::string& default_value) {
-    Parameter rule{
-        .name = "tip",
-        .type = Parameter::Type::choice,
-        .default_value = default_value,
-        .choices = {"sum", "fulcrum"},
-        .meaning = "force shown at the tip: plain sum, or through the trocar as pivot where the body has one"};
-    if (default_value == "auto") {
-        rule.choices.insert(rule.choices.begin(), "auto");
-        rule.meaning = "force shown at the tip: plain sum (faithful), or through the trocar as pivot (corrected)";
-    }
-    const auto limiter = [](const char* name, const char* unit, const char* value, double maximum,
-                            const char* meaning) {
-        return Parameter{
-            .name = name, .unit = unit, .default_value = value, .minimum = 0.0, .maximum = maximum, .meaning = meaning};
-    };
-    const std::vector<Parameter> more{
-        rule, limiter("tip_saturation", "N", "8.5", 1e6, "largest force that the device shows; 0: no limit"),
-        limiter("tip_rate", "N/s", "0", 1e9, "largest change of the device's force (500 is usual); 0: off"),
-        limiter("tip_filter", "Hz", "0", 1e6, "low-pass on the device's force (150 is usual); 0: off"),
-        limiter("tip_ramp", "s", "0", 10.0,
-                "time in which the device's force rises after contact begins (0.005 is usual); 0: off")};
-    parameters.insert(parameters.end(), more.begin(), more.end());
-    return parameters;
-}
-
-TipSettings read_tip_settings(const ParameterValues& values, bool corrected) {
-    return {.fulcrum = values.is("tip", "auto") ? corrected : values.is("tip", "fulcrum"),
-            .saturation = values.number("tip_saturation"),
-            .rate_limit = values.number("tip_rate"),
-            .filter = values.number("tip_filter"),
-            .ramp = values.number("tip_ramp")};
 }
 
 }  // namespace trocar

@@ -1,5 +1,5 @@
-// What every response of ours needs: the class of a body pair, the contact law that applies to it, and the forces that
-// an Effect shows at the tips of the instruments.
+// What every response of ours needs: the class of a body pair, the contact law that applies to it, and the gap of a
+// contact as an Effect tells it.
 #pragma once
 
 #include <array>
@@ -98,23 +98,8 @@ double scripted_rate(const Topology& topology, const Frame& frame, double dt, co
 /// tick's motion beyond.
 void tell_at_start(const Topology& topology, const Frame& frame, double dt, LinearContact& contact);
 
-/// Force of a contact along its normal at the frame the response saw, N: k d - mu (v_P·n - face velocity), not below 0
-/// unless adhesive or bilateral, 0 without penetration unless bilateral, and at most its limit.
-double force_at_frame(const Topology& topology, const Frame& frame, double dt, const LinearContact& contact);
-
-/// Fills effect.tip_force for every instrument by the rule in effect.tip: plain sum (thesis §3.4.1), or as a 3-DOF
-/// device shows it when the shaft turns about its trocar (METHODS §8) where the body has one. Reads contacts and
-/// wrenches of the effect. `moment` is a buffer of one Wrench per body (about the world origin), overwritten.
-void show_tip_forces(const Topology& topology, const Materials& materials, const Frame& frame, double dt,
-                     std::vector<Wrench>& moment, Effect& effect);
-
 /// Parameters that most responses share.
 Parameter stiffness_parameter(const std::string& default_meaning);
 Parameter damping_parameter();
-/// Appends `tip` (sum, fulcrum and, if it is the default, auto) and the device's limiters, all read by
-/// read_tip_settings.
-std::vector<Parameter> with_tip_parameters(std::vector<Parameter> parameters, const std::string& default_value = "sum");
-/// `corrected`: what `auto` means.
-TipSettings read_tip_settings(const ParameterValues& values, bool corrected);
 
 }  // namespace trocar

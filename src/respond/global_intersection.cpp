@@ -37,7 +37,6 @@ struct Settings {
     double drag = 2.0;           ///< N s/m
     double k = 0.0;              ///< N/m; NaN: auto
     double mu = 0.0;             ///< N s/m; NaN: auto
-    TipSettings tip = {};
 };
 
 class GlobalIntersection final : public Response {
@@ -53,13 +52,11 @@ public:
         regions_.prepare(topology);
         marked_.assign(at(topology.triangle_count()), 0);
         stamp_ = 0;
-        moment_.assign(at(topology.body_count()), {});
     }
 
     void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
                  Effect& effect) override {
         effect.clear();
-        effect.tip = settings_.tip;
         surface_.measure(*topology_, frame.position);
         regions_.find(*topology_, surface_, frame, contacts.pairs);
         others_.contacts.clear();
@@ -72,7 +69,6 @@ public:
         }
         for (const IntersectionContour& contour : regions_.contours())
             attract(frame, dt, contacts.pairs, contour, effect);
-        show_tip_forces(*topology_, *materials_, frame, dt, moment_, effect);
     }
 
 private:
@@ -241,7 +237,6 @@ private:
     std::vector<Index> patch_;
     std::vector<std::uint32_t> marked_;  ///< per triangle: in the patch of this stamp
     std::uint32_t stamp_ = 0;
-    std::vector<Wrench> moment_;
 };
 
 }  // namespace
@@ -275,14 +270,12 @@ ResponseEntry global_intersection_response() {
         stiffness_parameter("1000 between instruments and rigid bodies, on tissue the mean of the springs there; of "
                             "contacts without a region"),
         damping_parameter()};
-    entry.parameters = with_tip_parameters(std::move(entry.parameters));
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<GlobalIntersection>(Settings{.attraction = values.number("attraction"),
                                                              .settle_time = values.number("settle_time"),
                                                              .drag = values.number("drag"),
                                                              .k = values.number("k"),
-                                                             .mu = values.number("mu"),
-                                                             .tip = read_tip_settings(values, false)});
+                                                             .mu = values.number("mu")});
     };
     return entry;
 }

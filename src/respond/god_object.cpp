@@ -13,13 +13,10 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 struct Settings {
     double radius = 5e-4;  ///< m
     double k = 0.0;        ///< N/m; NaN: auto
     double mu = 0.0;       ///< N s/m; NaN: auto
-    TipSettings tip = {};
 };
 
 class GodObjectResponse final : public Response {
@@ -32,13 +29,11 @@ public:
         laws_.prepare(topology, materials, settings_.k, settings_.mu);
         points_.prepare(topology);
         proxies_.prepare(topology, materials, settings_.radius);
-        moment_.assign(at(topology.body_count()), {});
     }
 
     void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
                  Effect& effect) override {
         effect.clear();
-        effect.tip = settings_.tip;
         proxies_.respond(*topology_, *materials_, laws_, frame, contacts, effect);
         for (LinearContact& tip : effect.contacts) tell_at_start(*topology_, frame, dt, tip);
         others_.contacts.clear();
@@ -49,7 +44,6 @@ public:
         for (const PointContact& contact : points_.list()) {
             effect.contacts.push_back(spring_damper(*topology_, *materials_, laws_, frame, dt, contact));
         }
-        show_tip_forces(*topology_, *materials_, frame, dt, moment_, effect);
     }
 
 private:
@@ -60,7 +54,6 @@ private:
     PointContacts points_;
     TipProxies proxies_;
     ContactSet others_;
-    std::vector<Wrench> moment_;
 };
 
 }  // namespace
@@ -79,12 +72,9 @@ ResponseEntry god_object_response() {
          .minimum = 1e-9,
          .maximum = 1.0,
          .meaning = "of the ball that stands for the tip; its front is the tip"}};
-    entry.parameters = with_tip_parameters(std::move(entry.parameters));
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
-        return std::make_unique<GodObjectResponse>(Settings{.radius = values.number("radius"),
-                                                            .k = values.number("k"),
-                                                            .mu = values.number("mu"),
-                                                            .tip = read_tip_settings(values, false)});
+        return std::make_unique<GodObjectResponse>(
+            Settings{.radius = values.number("radius"), .k = values.number("k"), .mu = values.number("mu")});
     };
     return entry;
 }

@@ -35,7 +35,6 @@ struct HoldSettings {
     double pressure = 0.0;       ///< Pa; NaN: own_pressure
     bool grasp = true;
     GraspSettings grasping = {};
-    TipSettings tip = {};
 };
 
 class Hold final : public Response {
@@ -48,7 +47,6 @@ public:
         scale_ = tissue_scales(topology, materials);
         springs_.prepare(topology, materials);
         rigid_.prepare(topology, materials, settings_.k, settings_.mu);
-        moment_.assign(topology.bodies.size(), {});
         // Far above the stiffest tissue, else the two would share the gap like springs in a row; and where edges are
         // long, a force that doubles one goes no deeper than a twentieth of what counts as clear.
         constexpr double above_tissue = 5000.0;
@@ -72,13 +70,11 @@ public:
     void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
                  Effect& effect) override {
         effect.clear();
-        effect.tip = settings_.tip;
         if (grasps()) hold_grasped(frame, dt, contacts, effect);
         for (const Contact& contact : contacts.contacts) {
             if (kind(contact.body_b) == BodyKind::tissue) hold_apart(frame, dt, contact, effect);
         }
         rigid_.respond(frame, contacts.contacts, effect);
-        show_tip_forces(*topology_, *materials_, frame, dt, moment_, effect);
         if (grasps()) grasp_.remember(frame);
     }
 
@@ -164,7 +160,6 @@ private:
     VertexSprings springs_;
     RigidPatches rigid_;
     Grasp grasp_;
-    std::vector<Wrench> moment_;
     std::vector<double> pressure_;  ///< Pa, per body
     bool has_tissue_ = false;
     double stiffness_ = 0.0;  ///< N/m, of all constraints
@@ -212,7 +207,6 @@ ResponseEntry hold_response() {
                "how far from the tip towards the shaft a grasp may hold tissue, and 2.5/12 of it to the sides"),
         number("release_time", "s", "0.05", 0.0, 10.0,
                "time in which the force on a vertex that slips or is let go falls evenly to zero")};
-    entry.parameters = with_tip_parameters(std::move(entry.parameters), "fulcrum");
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Hold>(HoldSettings{.settle_time = values.number("settle_time"),
                                                    .clear_speed = values.number("clear_speed"),
@@ -227,8 +221,7 @@ ResponseEntry hold_response() {
                                                                 .stiffness = values.number("grasp_k"),
                                                                 .slip_force = values.number("grasp_slip"),
                                                                 .jaw_length = values.number("jaw_length"),
-                                                                .release_time = values.number("release_time")},
-                                                   .tip = read_tip_settings(values, true)});
+                                                                .release_time = values.number("release_time")}});
     };
     return entry;
 }

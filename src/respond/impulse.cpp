@@ -21,7 +21,7 @@ struct Choice {
 
 class Impulse final : public PointResponse {
 public:
-    Impulse(const Choice& choice, const TipSettings& tip) : PointResponse({.tip = tip}), choice_(choice) {}
+    explicit Impulse(const Choice& choice) : PointResponse({}), choice_(choice) {}
 
 private:
     void resolve(const Frame& frame, double dt, Effect& effect) override {
@@ -83,12 +83,10 @@ ResponseEntry impulse_response() {
                          .minimum = 1.0,
                          .maximum = 1000.0,
                          .meaning = "passes over all contacts per tick"}};
-    entry.parameters = with_tip_parameters(std::move(entry.parameters));
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Impulse>(Choice{.restitution = values.number("e"),
                                                 .bias = values.number("bias"),
-                                                .sweeps = static_cast<int>(values.integer("sweeps"))},
-                                         read_tip_settings(values, false));
+                                                .sweeps = static_cast<int>(values.integer("sweeps"))});
     };
     return entry;
 }

@@ -42,12 +42,9 @@ ResponseEntry penalty_response() {
          .default_value = "vertex",
          .choices = {"pair", "vertex"},
          .meaning = "one contact per triangle pair, or per vertex and other body (the deepest)"}};
-    entry.parameters = with_tip_parameters(std::move(entry.parameters));
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
-        return std::make_unique<Penalty>(PointResponse::Settings{.k = values.number("k"),
-                                                                 .mu = values.number("mu"),
-                                                                 .reduce = values.is("reduction", "vertex"),
-                                                                 .tip = read_tip_settings(values, false)});
+        return std::make_unique<Penalty>(PointResponse::Settings{
+            .k = values.number("k"), .mu = values.number("mu"), .reduce = values.is("reduction", "vertex")});
     };
     return entry;
 }

@@ -281,13 +281,11 @@ void PointResponse::prepare(const Topology& topology, const Materials& materials
     laws_.prepare(topology, materials, settings_.k, settings_.mu);
     points_.prepare(topology);
     edits_.prepare(topology, materials);
-    moment_.assign(at(topology.body_count()), {});
 }
 
 void PointResponse::respond(const Frame& frame, double dt, const ContactSet& contacts,
                             std::span<const ContactLoad> /*loads*/, Effect& effect) {
     effect.clear();
-    effect.tip = settings_.tip;
     edits_.clear();
     effect.skipped = points_.gather(*topology_, frame, contacts, settings_.reduce);
     for (const PointContact& contact : list()) {
@@ -295,7 +293,6 @@ void PointResponse::respond(const Frame& frame, double dt, const ContactSet& con
     }
     resolve(frame, dt, effect);
     edits_.write(effect);
-    show_tip_forces(*topology_, *materials_, frame, dt, moment_, effect);
 }
 
 bool PointResponse::on_tissue(const PointContact& contact) const {

@@ -80,7 +80,7 @@ LinearContact spring_damper(const Topology& topology, const Materials& materials
 void add_reaction(Index body, const Vector3& point, const Vector3& force, Effect& effect);
 
 /// What the responses on point contacts share: gathering, the plain penalty law between bodies that do not deform
-/// (whose device mass a response does not know), placements and tip forces. A method adds what it does to contacts on
+/// (whose device mass a response does not know), and placements. A method adds what it does to contacts on
 /// tissue.
 class PointResponse : public Response {
 public:
@@ -88,7 +88,6 @@ public:
         double k = Contact::unset;   ///< N/m; NaN: auto
         double mu = Contact::unset;  ///< N s/m; NaN: auto
         bool reduce = true;          ///< one contact per vertex and other body, the deepest
-        TipSettings tip = {};
     };
     void prepare(const Topology& topology, const Materials& materials) final;
     void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> loads,
@@ -127,7 +126,6 @@ private:
     PairLaws laws_;
     PointContacts points_;
     VertexEdits edits_;
-    std::vector<Wrench> moment_;
 };
 
 }  // namespace trocar

@@ -20,7 +20,7 @@ struct Choice {
 
 class Reflection final : public PointResponse {
 public:
-    Reflection(const Choice& choice, const TipSettings& tip) : PointResponse({.tip = tip}), choice_(choice) {}
+    explicit Reflection(const Choice& choice) : PointResponse({}), choice_(choice) {}
 
 private:
     void resolve(const Frame& frame, double dt, Effect& effect) override {
@@ -64,11 +64,9 @@ ResponseEntry reflection_response() {
                          .minimum = 0.0,
                          .maximum = 1.0,
                          .meaning = "1: none, 0: sticks"}};
-    entry.parameters = with_tip_parameters(std::move(entry.parameters));
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Reflection>(
-            Choice{.bump = values.number("bump"), .friction = values.number("friction")},
-            read_tip_settings(values, false));
+            Choice{.bump = values.number("bump"), .friction = values.number("friction")});
     };
     return entry;
 }

@@ -46,7 +46,6 @@ public:
         state_.prepare(topology, materials);
         topology_ = &topology;
         materials_ = &materials;
-        moment_.assign(at(topology.body_count()), {});
         reduction_.prepare(topology);
         patches_.prepare(topology, materials, settings().k, settings().mu);
         proxies_.prepare(topology, materials, TipProxies::default_radius);
@@ -55,7 +54,6 @@ public:
     void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
                  Effect& effect) override {
         effect.clear();
-        effect.tip = settings().tip;
         effect.contacts_held = settings().contacts_held;
         effect.contacts_explicit = settings().contacts_explicit;
         state_.begin(frame, dt);
@@ -70,7 +68,6 @@ public:
             effect.placements.push_back({edit.vertex, edit.position, edit.velocity, edit.held});
         }
         add_reactions(frame, effect);
-        show_tip_forces(*topology_, *materials_, frame, dt, moment_, effect);
         if (state_.grasps()) state_.grasp.remember(frame);
     }
 
@@ -354,7 +351,6 @@ private:
     BackProjection back_projection_;
     std::vector<VertexInFace> entered_;
     std::vector<Contact> rigid_;  ///< between bodies without tissue
-    std::vector<Wrench> moment_;
 };
 
 }  // namespace
@@ -374,6 +370,11 @@ ResponseEntry thesis_response() {
                            source);
     };
     entry.parameters = thesis_parameters();
+    for (const char* setting :
+         {"projection", "squeeze", "settle_time", "anchor", "samples", "approach", "slip_damping", "tear_time", "d_max",
+          "clear_speed", "rigid", "rigid_settle", "friction", "friction_k", "resolution=ledger"}) {
+        entry.left.push_back({setting, "take the response hold"});
+    }
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Thesis>(read_thesis_settings(values));
     };

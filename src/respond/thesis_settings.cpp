@@ -87,7 +87,7 @@ std::vector<Parameter> thesis_parameters() {
          .default_value = "implicit",
          .choices = {"implicit", "explicit", "hold"},
          .meaning = "contact forces in the tissue's sub-steps: implicit, explicit, or held over the tick"}};
-    return with_tip_parameters(std::move(list), "auto");
+    return list;
 }
 
 ThesisSettings read_thesis_settings(const ParameterValues& values) {
@@ -109,7 +109,6 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.all_rigid_cases = on("rigid_tissue", "all");
     s.impulse_tissue = on("tissue_tissue", "impulse");
     s.tip_proxy = values.is("tip_proxy", "auto") ? !corrected : values.is("tip_proxy", "on");
-    s.tip = read_tip_settings(values, corrected);
     s.back_projection = !values.is("resolution", "none");
     if (values.is("grasp", "auto")) {
         s.grasp = corrected ? GraspRule::spring : GraspRule::follow;

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "contact/tip_force.hpp"
 #include "method/entry.hpp"
 #include "respond/grasp.hpp"
 
@@ -29,7 +28,6 @@ struct ThesisSettings {
     bool all_rigid_cases = false;   ///< R2T also where the bone enters the tissue
     bool impulse_tissue = false;    ///< T2T along the contact normal, closing only, with penalty; false: 3.12-3.17
     bool tip_proxy = true;          ///< tip against bone by a god-object; false: by 3.4 and 3.5 like the rest
-    TipSettings tip;                ///< how the tip force is shown
     bool back_projection = false;   ///< §3.4.5
     GraspRule grasp = GraspRule::off;
     GraspSettings grasping;

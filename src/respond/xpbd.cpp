@@ -63,11 +63,9 @@ ResponseEntry xpbd_response() {
                          .minimum = 1.0,
                          .maximum = 1000.0,
                          .meaning = "passes over all contacts per tick, on tissue"}};
-    entry.parameters = with_tip_parameters(std::move(entry.parameters));
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
-        return std::make_unique<Xpbd>(
-            PointResponse::Settings{.k = values.number("k"), .tip = read_tip_settings(values, false)},
-            static_cast<int>(values.integer("iterations")));
+        return std::make_unique<Xpbd>(PointResponse::Settings{.k = values.number("k")},
+                                      static_cast<int>(values.integer("iterations")));
     };
     return entry;
 }

@@ -14,6 +14,7 @@
 #include "measure/passage.hpp"
 #include "measure/space_time.hpp"
 #include "measure/statistics.hpp"
+#include "method/device.hpp"
 #include "method/registry.hpp"
 #include "reference/reference.hpp"
 #include "simulate/balance.hpp"
@@ -43,8 +44,10 @@ std::unique_ptr<Response> response_of(const RunSpec& spec) {
     return make_response(method.name, method.parameters);
 }
 
-/// Without a name: the default one.
-MethodSpec stepper_of(const RunSpec& spec) { return spec.stepper.empty() ? MethodSpec{} : parse_method(spec.stepper); }
+SimulationSettings settings_of(const RunSpec& spec) {
+    return {.stepper = spec.stepper.empty() ? MethodSpec{} : parse_method(spec.stepper),
+            .device = read_device(spec.device)};
+}
 
 std::int64_t ticks_of(const Scene& scene, const RunSpec& spec) { return spec.ticks > 0 ? spec.ticks : scene.ticks; }
 
@@ -257,7 +260,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     for (const std::string& reason : {why_untold(detector, source), why_unreadable(source, parse_method(spec.response))}) {
         if (!reason.empty() && record.outcome.ok()) record.outcome = {OutcomeKind::unsupported, reason};
     }
-    Simulation simulation(scene, detector_of(spec), response_of(spec), source, stepper_of(spec));
+    Simulation simulation(scene, detector_of(spec), response_of(spec), source, settings_of(spec));
     Judge judge(scene.topology, scene.first, simulation.yielding_pairs(), &scene.materials);
     Balance balance(scene);
     ScriptedPath script(scene);
@@ -302,7 +305,7 @@ Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& 
     Record record = start_record(spec, ticks);
     const auto period_ns = static_cast<std::int64_t>(std::llround(scene.dt * 1e9));
     Simulation simulation(scene, detector_of(spec), response_of(spec), registry().source(spec.contacts),
-                          stepper_of(spec));
+                          settings_of(spec));
     const PacedTimes empty = run_paced(ticks, period_ns, [] { return true; });
     std::int64_t tick = 0;
     const PacedTimes times = run_paced(ticks, period_ns, [&] {

@@ -22,14 +22,15 @@ Outcome not_finite() { return {OutcomeKind::not_finite, "a vertex position is no
 
 struct Simulation::State {
     State(const Scene& the_scene, std::unique_ptr<Detector> the_detector, std::unique_ptr<Response> the_response,
-          const SourceEntry& the_source, const StepperEntry& the_stepper, double reach_margin)
+          const SourceEntry& the_source, const StepperEntry& the_stepper, const SimulationSettings& settings)
         : scene(the_scene),
           detector(std::move(the_detector)),
           response(std::move(the_response)),
           wants_reach(the_source.wants_reach),
           stepper_entry(the_stepper),
-          reach(the_scene, reach_margin),
+          reach(the_scene, settings.reach_margin),
           leading(the_scene),
+          device(settings.device),
           frame(the_scene.first),
           seen(the_scene.first),
           next(the_scene.first) {}
@@ -43,6 +44,7 @@ struct Simulation::State {
     std::unique_ptr<Stepper> stepper;  ///< null where no tissue moves
     Reach reach;
     Leading leading;
+    const TipSettings device;
 
     Frame frame;  ///< after the last step
     Frame seen;   ///< moved, as detection sees it
@@ -160,10 +162,10 @@ struct Simulation::State {
             if (scene.materials.trocar_point[body]) {
                 const Vector3& pivot = *scene.materials.trocar_point[body];
                 row.roll_torque = roll_torque(moved_to(sum, pivot), pivot, tip);
-                if (effect.tip.fulcrum) row.tip_force = fulcrum_tip_force(moved_to(sum, pivot), pivot, tip);
+                if (device.fulcrum) row.tip_force = fulcrum_tip_force(moved_to(sum, pivot), pivot, tip);
             }
         }
-        row.device_force = display.show(row.tip_force, effect.tip, scene.dt);
+        row.device_force = display.show(row.tip_force, device, scene.dt);
         row.saturated = display.saturated();
     }
 
@@ -256,10 +258,11 @@ StepRow Simulation::replay(const Frame& frame) {
 }
 
 Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, std::unique_ptr<Response> response,
-                       const SourceEntry& source, const MethodSpec& stepper, double reach_margin)
+                       const SourceEntry& source, const SimulationSettings& settings)
     : state_(std::make_unique<State>(
           scene, std::move(detector), std::move(response), source,
-          stepper.name.empty() ? registry().default_stepper() : registry().stepper(stepper.name), reach_margin)) {
+          settings.stepper.name.empty() ? registry().default_stepper() : registry().stepper(settings.stepper.name),
+          settings)) {
     State& s = *state_;
     s.effect.resize(scene.topology.vertex_count, scene.topology.body_count());
     // Room for a crowded tick, so that the first one does not ask for memory; more than this grows as it comes.
@@ -280,8 +283,7 @@ Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, s
         s.deepest_edges = s.reach.edge();  // at the start nothing is known
         if (s.response) s.response->prepare(scene.topology, scene.materials);
         if (s.response && scene.has_tissue()) {
-            s.stepper = s.stepper_entry.make(
-                ParameterValues(s.stepper_entry.name, s.stepper_entry.parameters, stepper.parameters));
+            s.stepper = s.stepper_entry.make(checked_values(s.stepper_entry, settings.stepper.parameters));
             s.stepper->prepare(scene.topology, scene.materials);
         }
     } catch (const std::exception& error) {

@@ -8,6 +8,7 @@
 
 #include "contact/contact_set.hpp"
 #include "contact/effect.hpp"
+#include "contact/tip_force.hpp"
 #include "measure/step_row.hpp"
 #include "method/entry.hpp"
 #include "method/registry.hpp"
@@ -18,15 +19,21 @@ namespace trocar {
 /// Margin of the reach, in mean edges.
 inline constexpr double default_reach_margin = 0.1;
 
+/// What a run may choose beside its methods.
+struct SimulationSettings {
+    MethodSpec stepper = {};                     ///< without a name: the default one
+    double reach_margin = default_reach_margin;  ///< mean edges, see simulate/reach.hpp
+    TipSettings device = {};                     ///< shows the force on the instrument, the same for every response
+};
+
 class Simulation {
 public:
     /// The scene outlives the simulation. `response` may be null: detection only, bodies follow their scripts and
     /// tissue stays as it is. `source` makes the contacts (Registry::source); one that wants pairs within a reach gets
-    /// them, with a margin of `reach_margin` mean edges (simulate/reach.hpp). `stepper` moves the tissue (without a
-    /// name: the default one); an effect that it does not take is outcome unsupported. A method that throws while it is
-    /// prepared leaves its outcome in outcome(), and every step then fails with it.
+    /// them. An effect that the stepper does not take is outcome unsupported. A method that throws while it is prepared
+    /// leaves its outcome in outcome(), and every step then fails with it.
     Simulation(const Scene& scene, std::unique_ptr<Detector> detector, std::unique_ptr<Response> response,
-               const SourceEntry& source, const MethodSpec& stepper = {}, double reach_margin = default_reach_margin);
+               const SourceEntry& source, const SimulationSettings& settings = {});
     ~Simulation();
     Simulation(const Simulation&) = delete;
     Simulation& operator=(const Simulation&) = delete;

@@ -124,6 +124,7 @@ struct Study {
     std::string name;
     std::uint64_t seed = 1;
     double time_limit_s = 60.0;  ///< s, per run
+    std::string device;          ///< of every closed loop, as RunSpec::device
     std::string reference;       ///< detector that ratios of times are taken to; empty: no ratios
     std::optional<ReplayPart> replay;
     std::optional<ClosedLoopPart> closed_loop;

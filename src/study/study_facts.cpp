@@ -110,6 +110,7 @@ std::map<std::string, std::string> method_facts(const Study& study, const Planne
     std::map<std::string, std::string> facts = run.facts;
     const bool outside = study.file.is_absolute() || study.file.generic_string().rfind("..", 0) == 0;
     facts["study.file"] = (outside ? study.file.filename() : study.file).generic_string();
+    facts["study.device"] = study.device;
     facts["study.reference"] = study.reference;
     facts["study.time_limit_s"] = fmt::format("{}", study.time_limit_s);
     const Registry& all = registry();

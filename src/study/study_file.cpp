@@ -7,6 +7,7 @@
 
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
+#include "method/device.hpp"
 #include "method/registry.hpp"
 #include "scene/json_node.hpp"
 #include "simulate/overrides.hpp"
@@ -51,7 +52,7 @@ StudyMethod check_method(const JsonNode& node, const std::string& text, const st
         method.absent_reason = reason_of_absence(absent, spec.name);
         if (!method.absent_reason) {
             const auto& entry = look_up(spec.name);
-            const ParameterValues checked(entry.name, entry.parameters, spec.parameters);
+            static_cast<void>(checked_values(entry, spec.parameters));
         }
     } catch (const InputError& error) {
         node.fail("a method of trocar list", error.what());
@@ -122,10 +123,10 @@ void check_parameter(const JsonNode& node, const std::vector<StudyMethod>& metho
         try {
             if (is_detector) {
                 const DetectorEntry& entry = registry().detector(spec.name);
-                const ParameterValues checked(entry.name, entry.parameters, spec.parameters);
+                static_cast<void>(checked_values(entry, spec.parameters));
             } else {
                 const ResponseEntry& entry = registry().response(spec.name);
-                const ParameterValues checked(entry.name, entry.parameters, spec.parameters);
+                static_cast<void>(checked_values(entry, spec.parameters));
             }
         } catch (const InputError& error) {
             node.fail("a parameter and value of trocar list", error.what());
@@ -159,6 +160,28 @@ std::vector<std::string> read_steppers(const JsonNode& node) {
         steppers.push_back(text);
     }
     return steppers;
+}
+
+/// An object of settings, or the text of a command line. As RunSpec::device has it.
+std::string read_device_of(const JsonNode& node) {
+    const auto read = [](const JsonNode& place, const auto& given) {
+        try {
+            return read_device(given);
+        } catch (const InputError& error) {
+            place.fail("settings of a device of trocar list", error.what());
+        }
+    };
+    if (node.is_text()) return text_of(read(node, node.text()));
+    std::vector<std::string> known;
+    for (const Parameter& parameter : device_parameters()) known.push_back(parameter.name);
+    node.expect_keys(known);
+    std::map<std::string, std::string> given;
+    for (const std::string& key : node.keys()) {
+        const JsonNode value = node.at(key);
+        given[key] = value.is_text() ? value.text() : fmt::format("{}", value.number());
+        static_cast<void>(read(value, std::map<std::string, std::string>{{key, given[key]}}));
+    }
+    return text_of(read_device(given));
 }
 
 WorkPrecisionPart read_sweeps(const JsonNode& node, const std::filesystem::path& file, std::int64_t repetitions) {
@@ -288,8 +311,8 @@ Study read_study(const std::filesystem::path& file) {
     const Json document = parse_json(read_whole(file, "a study file"), file_name);
     const JsonNode root(document, file_name);
     expect_object(root,
-                  {"format", "name", "seed", "repetitions", "time_limit_s", "reference", "replay", "closed_loop",
-                   "triangle_pair", "work_precision", "ablation", "paced", "hard_cases", "certificate"},
+                  {"format", "name", "seed", "repetitions", "time_limit_s", "device", "reference", "replay",
+                   "closed_loop", "triangle_pair", "work_precision", "ablation", "paced", "hard_cases", "certificate"},
                   {"format", "name"});
     root.at("format").expect_word(study_format);
 
@@ -303,6 +326,7 @@ Study read_study(const std::filesystem::path& file) {
     if (root.has("seed")) study.seed = root.at("seed").unsigned_integer();
     const std::int64_t repetitions = root.has("repetitions") ? count_of(root.at("repetitions")) : 1;
     if (root.has("time_limit_s")) study.time_limit_s = root.at("time_limit_s").positive();
+    study.device = root.has("device") ? read_device_of(root.at("device")) : text_of({});
 
     if (root.has("replay")) {
         const JsonNode node = root.at("replay");

@@ -72,6 +72,7 @@ PlannedRun planned(const Study& study, const std::string& mode, const std::strin
     run.spec.detector = detector.text;
     run.spec.response = response.text;
     run.spec.contacts = contacts;
+    if (!response.text.empty()) run.spec.device = study.device;
     run.spec.setting = detector.text.empty() ? response.setting : detector.setting;
     run.spec.repetition = repetition;
     run.spec.seed = study.seed;

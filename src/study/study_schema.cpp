@@ -17,6 +17,17 @@ std::string study_schema() {
     "seed": {"type": "integer", "minimum": 0, "default": 1, "description": "Order of the runs, and seed of everything random in a run"},
     "repetitions": {"type": "integer", "minimum": 1, "default": 1, "description": "Fresh processes per contestant; intervals are 95 % from 10 up, minimum to maximum below"},
     "time_limit_s": {"type": "number", "exclusiveMinimum": 0, "default": 60, "description": "Per run, s; a longer run is ended and becomes a row timed_out"},
+    "device": {
+      "description": "What shows the force on the tool, the same for every response of the study: an object, or the same as text (tip=sum,saturation=3) as in trocar run --device",
+      "oneOf": [
+        {"type": "string", "minLength": 1},
+        {"type": "object", "additionalProperties": false,
+         "properties": {
+           "tip": {"enum": ["fulcrum", "sum"], "default": "fulcrum", "description": "Force at the tip: through the trocar where the body has one, or the plain sum"},
+           "saturation": {"type": "number", "minimum": 0, "maximum": 1e6, "default": 8.5, "description": "Largest force shown, N; 0: no limit"},
+           "rate": {"type": "number", "minimum": 0, "maximum": 1e9, "default": 0, "description": "Largest change, N/s; 0: off"},
+           "filter": {"type": "number", "minimum": 0, "maximum": 1e6, "default": 0, "description": "Low-pass, Hz; 0: off"},
+           "ramp": {"type": "number", "minimum": 0, "maximum": 10, "default": 0, "description": "Time in which the force rises after contact begins, s; 0: off"}}}]},
     "reference": {"$ref": "#/$defs/method", "description": "Detector that ratios of times are taken to"},
     "replay": {
       "description": "Every detector on the same frames: accuracy and speed of detection",

@@ -49,6 +49,32 @@ TEST_F(RunCommand, SteppersAreNamedWhereTheyAreNotTheDefault) {
     EXPECT_TRUE(first.at("default").get<bool>());
 }
 
+TEST_F(RunCommand, TheDeviceIsTheRunsWhateverTheResponse) {
+    const std::string start = "run " + scene_ + " --ticks 60 --json --response ";
+    for (const char* response : {"penalty", "thesis", "hold"}) {
+        const test::ProgramResult given = run_program(start + response + " --device tip=sum,saturation=0.01,rate=1000");
+        ASSERT_EQ(given.status, 0) << given.err;
+        const Json json = Json::parse(given.out);
+        EXPECT_EQ(json.at("device"),
+                  Json::parse(R"({"tip":"sum","saturation":0.01,"rate":1000.0,"filter":0.0,"ramp":0.0})"))
+            << response;
+        const Json& row = json.at("rows").back();
+        EXPECT_EQ(row.at("tip_force"), row.at("tool_force")) << response;
+        EXPECT_TRUE(row.at("saturated").get<bool>()) << response;
+        const Json plain = Json::parse(run_program(start + response).out);
+        EXPECT_EQ(plain.at("device").at("tip"), "fulcrum") << response;
+        EXPECT_EQ(plain.at("device").at("saturation"), 8.5) << response;
+        EXPECT_EQ(plain.at("summary").at("state_hash"), json.at("summary").at("state_hash"))
+            << response << ": a device shows, it moves nothing";
+    }
+    const Json list = Json::parse(run_program("list --json").out);
+    EXPECT_EQ(list.at("device").at("parameters").size(), 5U);
+    const test::ProgramResult left = run_program(start + "thesis:tip_rate=500");
+    EXPECT_EQ(left.status, 2);
+    EXPECT_EQ(left.err,
+              "trocar: thesis has no parameter 'tip_rate' any more: give the run's device, --device rate=…\n");
+}
+
 TEST_F(RunCommand, JsonIsOneDocumentOfTheStatedShape) {
     const test::ProgramResult result = run_program("run " + scene_ + " --ticks 50 --json");
     ASSERT_EQ(result.status, 0) << result.err;
@@ -130,8 +156,9 @@ TEST_F(RunCommand, BadRequestsEndWithTwoAndWriteNothing) {
     const std::string file = (folder_.path() / "never.trocrec").string();
     for (const std::string& arguments :
          {scene_ + " --detector no_such_method", scene_ + " --response no_such_method",
-          scene_ + " --detector ohc:nonsense=1", scene_ + " --contacts magic", scene_ + " --ticks 0",
-          scene_ + " --ticks -3", std::string("/no/such/scene.json")}) {
+          scene_ + " --detector ohc:nonsense=1", scene_ + " --contacts magic", scene_ + " --device colour=red",
+          scene_ + " --device tip=shaft", scene_ + " --device rate=-1", scene_ + " --device fulcrum",
+          scene_ + " --ticks 0", scene_ + " --ticks -3", std::string("/no/such/scene.json")}) {
         const test::ProgramResult result = run_program("run " + arguments + " --record " + file);
         EXPECT_EQ(result.status, 2) << arguments;
         EXPECT_EQ(result.out, "") << arguments;

@@ -168,7 +168,6 @@ Bits bits_of(const Effect& effect) {
         append(bits, wrench.force);
         append(bits, wrench.moment);
     }
-    for (const Vector3& force : effect.tip_force) append(bits, force);
     return bits;
 }
 
@@ -269,9 +268,6 @@ std::string no_contact_no_force(const ResponseContestant& who) {
             for (const Wrench& wrench : effect.wrench) {
                 if (!wrench.force.isZero(0.0) || !wrench.moment.isZero(0.0))
                     return fmt::format("tick {}: a wrench", tick);
-            }
-            for (const Vector3& force : effect.tip_force) {
-                if (!force.isZero(0.0)) return fmt::format("tick {}: a force at a tip", tick);
             }
         }
         return {};

@@ -27,6 +27,7 @@ Record sample() {
                    .ticks = 500,
                    .truth_stride = 7};
     record.spec.stepper = "other:h=2";
+    record.spec.device = "tip=sum,saturation=3";
     record.spec.overrides = "dt=0.0005";
     record.spec.knob = "dt";
     record.spec.point = "0.0005";
@@ -68,6 +69,7 @@ TEST(RecordLine, ReadsBackBitForBit) {
     EXPECT_EQ(back.spec.truth_stride, 7);
     EXPECT_EQ(back.spec.response, "other");
     EXPECT_EQ(back.spec.stepper, "other:h=2");
+    EXPECT_EQ(back.spec.device, "tip=sum,saturation=3");
     EXPECT_EQ(back.spec.overrides, "dt=0.0005");
     EXPECT_EQ(back.spec.knob, "dt");
     EXPECT_EQ(back.spec.point, "0.0005");

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/input_error.hpp"
+#include "method/device.hpp"
 
 namespace trocar {
 namespace {
@@ -56,6 +57,68 @@ TEST(ParameterValues, ChecksAgainstTheDeclaration) {
     for (const Given& bad : {Given{{"cell", "-1"}}, Given{{"cell", "nan"}}, Given{{"bv", "RSS"}}, Given{{"n", "1.5"}},
                              Given{{"n", "0"}}, Given{{"unknown", "1"}}}) {
         EXPECT_THROW(ParameterValues("m", declared, bad), InputError) << bad.begin()->second;
+    }
+}
+
+/// What an input error says; empty when there is none.
+template <typename Ask>
+std::string complaint(Ask&& ask) {
+    try {
+        ask();
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return {};
+}
+
+TEST(ParameterValues, WhatLeftIsToldWithWhatReplacedIt) {
+    const std::vector<Parameter> declared{{.name = "way",
+                                           .type = Parameter::Type::choice,
+                                           .default_value = "short",
+                                           .choices = {"short", "long"},
+                                           .meaning = ""}};
+    const std::vector<LeftSetting> left{{"speed", "take the other"}, {"way=round", "take the bus"}, {"way", "wrong"}};
+    const auto asked = [&](const std::string& key, const std::string& value) {
+        return complaint([&] { ParameterValues("m", declared, {{key, value}}, left); });
+    };
+    EXPECT_EQ(asked("speed", "1"), "m has no parameter 'speed' any more: take the other");
+    EXPECT_EQ(asked("way", "round"), "m has no 'way=round' any more: take the bus");
+    EXPECT_EQ(asked("way", "long"), "") << "what is declared is there, whatever the list says";
+    EXPECT_NE(asked("way", "back").find("expected short|long"), std::string::npos) << asked("way", "back");
+    EXPECT_NE(asked("sped", "1").find("expected one of way"), std::string::npos) << asked("sped", "1");
+}
+
+TEST(Registry, EveryResponseTellsWhatTheDeviceTookOver) {
+    for (const ResponseEntry& entry : registry().responses()) {
+        for (const char* moved : {"tip", "saturation", "rate", "filter", "ramp"}) {
+            const std::string key = std::string(moved) == "tip" ? "tip" : std::string("tip_") + moved;
+            const std::string told = complaint([&] { make_response(entry.name, {{key, "1"}}); });
+            EXPECT_EQ(told.rfind(entry.name + " has no parameter '" + key + "' any more", 0), 0U) << told;
+            EXPECT_NE(told.find(std::string("--device ") + moved + "="), std::string::npos) << told;
+        }
+        const std::string filter = complaint([&] { make_response(entry.name, {{"velocity_filter", "150"}}); });
+        EXPECT_NE(filter.find("any more: nothing takes its place"), std::string::npos) << filter;
+    }
+}
+
+TEST(Device, IsReadAsParametersOfAMethodAre) {
+    const TipSettings plain = read_device("");
+    EXPECT_TRUE(plain.fulcrum);
+    EXPECT_EQ(plain.saturation, 8.5);
+    for (const double off : {plain.rate_limit, plain.filter, plain.ramp}) EXPECT_EQ(off, 0.0);
+    const TipSettings all = read_device("ramp=0.005,tip=sum,saturation=3.25,rate=500,filter=150");
+    EXPECT_FALSE(all.fulcrum);
+    EXPECT_EQ(all.saturation, 3.25);
+    EXPECT_EQ(all.rate_limit, 500.0);
+    EXPECT_EQ(all.filter, 150.0);
+    EXPECT_EQ(all.ramp, 0.005);
+    EXPECT_EQ(text_of(all), "tip=sum,saturation=3.25,rate=500,filter=150,ramp=0.005");
+    EXPECT_EQ(text_of(read_device(text_of(plain))), text_of(plain));
+    for (const char* bad : {"tip", "tip=", "=sum", "tip=sum,", "tip=sum,tip=sum", "tip=shaft", "rate=-1", "rate=fast",
+                            "colour=red", "tip_rate=500"}) {
+        const std::string told = complaint([&] { read_device(bad); });
+        EXPECT_EQ(told.rfind("device: ", 0), 0U) << bad << ": " << told;
+        EXPECT_EQ(told.find('\n'), std::string::npos) << told;
     }
 }
 

@@ -80,14 +80,14 @@ TEST(ActionAndReaction, WhatTheToolShowsIsTheOppositeOfWhatTheOtherBodyTakes) {
                 if (!s.effect.placements.empty()) continue;  // 3.8 is faithful's, without a reaction (METHODS §13, 10)
                 Vector3 other = Vector3::Zero();
                 if (one.b == BodyKind::instrument) {
-                    other = s.effect.tip_force[1];
+                    other = s.shown_force(1);
                 } else {
                     for (const LinearContact& contact : s.effect.contacts) {
                         ASSERT_GE(contact.vertices[0], 3) << one.name << ": the tissue is what is pushed";
                         other += force_on_pushed(contact, s.frame);
                     }
                 }
-                const Vector3 tool = s.effect.tip_force[0];
+                const Vector3 tool = s.shown_force(0);
                 EXPECT_LE((tool + other).norm(), 1e-12 * std::max(tool.norm(), other.norm()))
                     << one.name << " " << method;
                 seen += tool.norm() > 1e-3 ? 1 : 0;
@@ -226,8 +226,9 @@ TEST(Rest, WithoutDepthAndSpeedThereIsNoForceInAnyProfile) {
             for (const LinearContact& linear : s.effect.contacts) {
                 EXPECT_NEAR(linear.k * linear.gap, 0.0, rounding) << one.name;
             }
-            for (const Vector3& force : s.effect.tip_force) {
-                EXPECT_LE(force.norm(), rounding) << method << ' ' << one.name;
+            for (Index body = 0; body < s.topology.body_count(); ++body) {
+                if (s.topology.bodies[static_cast<std::size_t>(body)].kind != BodyKind::instrument) continue;
+                EXPECT_LE(s.shown_force(body).norm(), rounding) << method << ' ' << one.name;
             }
             for (const Wrench& wrench : s.effect.wrench) EXPECT_EQ(wrench.force.norm(), 0.0);
             for (const Placement& placement : s.effect.placements) {
@@ -385,16 +386,14 @@ TEST(Refinement, TotalStiffnessStaysInCorrectedAndGrowsFourfoldInFaithful) {
 }
 
 // ------------------------------------------------------------ every switch
-double sum_force(const Effect& effect, std::size_t body) { return effect.tip_force[body].norm(); }
-
-/// Tip force on body `body` of a posed pair after `prepare`.
+/// Force on body `body` of a posed pair after `prepare`.
 std::function<double(const std::string&)> tip(PairSample (*make)(BodyKind, BodyKind), BodyKind a, BodyKind b,
-                                              const std::function<void(PairSample&)>& prepare, std::size_t body) {
+                                              const std::function<void(PairSample&)>& prepare, Index body) {
     return [=](const std::string& method) {
         PairSample s = make(a, b);
         prepare(s);
         s.respond(method);
-        return sum_force(s.effect, body);
+        return s.shown_force(body).norm();
     };
 }
 
@@ -489,7 +488,7 @@ double pressed_on_bone(const std::string& method) {
          LoopBody{.name = "bone", .closed = false, .mesh = make_sheet(6, 0.01)}},
         method);
     for (int tick = 0; tick < 40; ++tick) EXPECT_TRUE(loop.step()) << loop.outcome.message;
-    return loop.effect.tip_force[0].norm();
+    return loop.shown_force(0).norm();
 }
 
 /// Largest force on a shaft that presses a sheet 4 mm into a bone's point, N.
@@ -678,26 +677,6 @@ std::vector<Switch> switches() {
         {"friction_k", "thesis:resolution=none,friction=0.1", "200", "tangential spring of a pressed vertex",
          measured(vertex_of_a_in_b, instrument, tissue, none,
                   [](const PairSample& s) { return s.effect.contacts.at(0).tangent_k; })},
-        {"velocity_filter", "thesis:profile=corrected", "150", "the tissue after a stab", stabbed(30, tissue_height)},
-        {"tip_saturation", "thesis:resolution=none", "1", "largest force of the device",
-         measured(vertex_of_a_in_b, instrument, tissue, none,
-                  [](const PairSample& s) { return s.effect.tip.saturation; })},
-        {"tip_rate", "thesis:resolution=none", "500", "rate limit of the device",
-         measured(vertex_of_a_in_b, instrument, tissue, none,
-                  [](const PairSample& s) { return s.effect.tip.rate_limit; })},
-        {"tip_filter", "thesis:resolution=none", "150", "filter of the device",
-         measured(vertex_of_a_in_b, instrument, tissue, none, [](const PairSample& s) { return s.effect.tip.filter; })},
-        {"tip_ramp", "thesis:resolution=none", "0.005", "ramp of the device",
-         measured(vertex_of_a_in_b, instrument, tissue, none, [](const PairSample& s) { return s.effect.tip.ramp; })},
-        {"tip", "thesis:resolution=none", "fulcrum", "force at the tip of a tool in its trocar",
-         tip(
-             vertex_of_a_in_b, instrument, tissue,
-             [](PairSample& s) {
-                 s.materials.trocar_point[0] = Vector3(0.08, 0.0, 0.1);
-                 s.materials.tip[0] = Vector3(0.02, 0.003, -0.05);
-                 s.frame.pose.assign(2, {});
-             },
-             0)},
         {"tip_proxy", "thesis", "off", "force of a tip pressed into bone", pressed_on_bone},
         {"contacts", "thesis", "explicit", "the tissue after a stab", stabbed(12, tissue_height)},
         {"contacts", "thesis", "hold", "the tissue after a stab", stabbed(12, tissue_height)},

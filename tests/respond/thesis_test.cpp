@@ -13,7 +13,7 @@ using test::PairSample;
 using test::vertex_of_a_in_b;
 using test::vertex_of_b_in_a;
 
-Vector3 moment_on_tip(const PairSample& s, std::size_t body) { return s.effect.tip_force[body]; }
+Vector3 moment_on_tip(const PairSample& s, Index body) { return s.shown_force(body); }
 
 TEST(ThesisInstruments, VertexInFaceFollows34AndForcesAreOpposite) {
     for (const char* method :
@@ -38,7 +38,7 @@ TEST(ThesisInstruments, FastSeparationPullsWithoutAClamp) {
     PairSample s = vertex_of_b_in_a(BodyKind::instrument, BodyKind::instrument);
     s.frame.velocity.col(3) = Vector3(0.0, 0.0, 0.85);
     s.respond("thesis:k=100,mu=2");
-    EXPECT_NEAR(s.effect.tip_force[1].z(), 0.05 - 1.7, 1e-12);
+    EXPECT_NEAR(s.shown_force(1).z(), 0.05 - 1.7, 1e-12);
 }
 
 TEST(ThesisInstruments, RigidBodyTakesNothing) {
@@ -46,20 +46,20 @@ TEST(ThesisInstruments, RigidBodyTakesNothing) {
     inside.respond("thesis");
     ASSERT_EQ(inside.effect.contacts.size(), 1U);
     EXPECT_EQ(inside.effect.contacts[0].reaction_body, -1);
-    EXPECT_LT((inside.effect.tip_force[0] - Vector3(0, 0, 1.5)).norm(), 1e-12);
+    EXPECT_LT((inside.shown_force(0) - Vector3(0, 0, 1.5)).norm(), 1e-12);
     // The other way round the instrument's face is pushed away from the rigid vertex.
     PairSample face = vertex_of_b_in_a(BodyKind::instrument, BodyKind::rigid);
     face.respond("thesis");
-    EXPECT_LT((face.effect.tip_force[0] - Vector3(0, 0, -0.5)).norm(), 1e-12);
-    EXPECT_EQ(face.effect.tip_force[1], Vector3(Vector3::Zero()));
+    EXPECT_LT((face.shown_force(0) - Vector3(0, 0, -0.5)).norm(), 1e-12);
+    EXPECT_EQ(face.shown_force(1), Vector3(Vector3::Zero()));
 }
 
 TEST(ThesisInstruments, CrossingEdgesFollow35) {
     PairSample s = edges_crossing(BodyKind::instrument, BodyKind::instrument);
     s.frame.velocity.setRandom();  // no damper in 3.5
     s.respond("thesis:k=500");
-    EXPECT_LT((s.effect.tip_force[1] - Vector3(62.5, 0, 0)).norm(), 1e-10);
-    EXPECT_LT((s.effect.tip_force[0] + Vector3(62.5, 0, 0)).norm(), 1e-10);
+    EXPECT_LT((s.shown_force(1) - Vector3(62.5, 0, 0)).norm(), 1e-10);
+    EXPECT_LT((s.shown_force(0) + Vector3(62.5, 0, 0)).norm(), 1e-10);
 }
 
 TEST(ThesisTissue, InstrumentVertexFollows36WithTheStiffnessOfTheNearestVertex) {
@@ -69,15 +69,15 @@ TEST(ThesisTissue, InstrumentVertexFollows36WithTheStiffnessOfTheNearestVertex) 
     s.respond("thesis:mu=0.8,resolution=none");
     ASSERT_EQ(s.effect.contacts.size(), 1U);
     EXPECT_DOUBLE_EQ(s.effect.contacts[0].k, 220.0);
-    EXPECT_NEAR(s.effect.tip_force[0].z(), 0.33 + 0.16, 1e-12);
+    EXPECT_NEAR(s.shown_force(0).z(), 0.33 + 0.16, 1e-12);
     s.respond("thesis:mu=0.8,profile=printed,resolution=none");
-    EXPECT_NEAR(s.effect.tip_force[0].z(), 0.33 - 0.16, 1e-12);
+    EXPECT_NEAR(s.shown_force(0).z(), 0.33 - 0.16, 1e-12);
     EXPECT_DOUBLE_EQ(s.effect.contacts[0].mu, -0.8);
     s.materials.contact_laws[0].k = 100.0;
     s.respond("thesis:mu=0,resolution=none");
-    EXPECT_NEAR(s.effect.tip_force[0].z(), 0.15, 1e-12) << "the scene's stiffness";
+    EXPECT_NEAR(s.shown_force(0).z(), 0.15, 1e-12) << "the scene's stiffness";
     s.respond("thesis:mu=0,k=10,resolution=none");
-    EXPECT_NEAR(s.effect.tip_force[0].z(), 0.015, 1e-12) << "the method's stiffness";
+    EXPECT_NEAR(s.shown_force(0).z(), 0.015, 1e-12) << "the method's stiffness";
 }
 
 TEST(ThesisTissue, ForceIsSharedOutAtTheProjectionOrPutOnTheNearestVertex) {
@@ -97,7 +97,7 @@ TEST(ThesisTissue, CrossingEdgesUseTheTriangleStiffness) {
     s.respond("thesis:distribute=force_at_vertex");
     ASSERT_EQ(s.effect.contacts.size(), 1U);
     EXPECT_EQ(s.effect.contacts[0].vertices[0], 4);
-    EXPECT_LT((s.effect.tip_force[0] + Vector3(21.25, 0, 0)).norm(), 1e-12);
+    EXPECT_LT((s.shown_force(0) + Vector3(21.25, 0, 0)).norm(), 1e-12);
 }
 
 TEST(ThesisTissue, TissueVertexIsPutWhereItsPathMetTheFace) {
@@ -133,7 +133,7 @@ TEST(ThesisTissue, VertexHeldOnASpringLoadsTheToolWithStiffnessTimesTravel) {
     s.contacts.contacts.push_back(s.contacts.contacts[0]);  // a second pair of the same vertex does not count twice
     s.respond("thesis");
     EXPECT_NEAR(s.effect.wrench[0].force.z(), -40.0 * 0.01, 1e-12);
-    EXPECT_NEAR(s.effect.tip_force[0].z(), -40.0 * 0.01, 1e-12);
+    EXPECT_NEAR(s.shown_force(0).z(), -40.0 * 0.01, 1e-12);
     // A spring that pulls the vertex off the face loads nothing.
     s.materials.springs[0].rest = 0.06;
     s.respond("thesis");
@@ -158,7 +158,7 @@ TEST(ThesisTissue, RestWithoutDepthGivesNoForce) {
     PairSample s = vertex_of_a_in_b(BodyKind::instrument, BodyKind::tissue);
     s.contacts.contacts[0].depth = 0.0;
     s.respond("thesis");
-    EXPECT_EQ(s.effect.tip_force[0].norm(), 0.0);
+    EXPECT_EQ(s.shown_force(0).norm(), 0.0);
 }
 
 /// Largest speed of a tissue mass on a spring that an instrument vertex keeps touching, over 0.2 s.

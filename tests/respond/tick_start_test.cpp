@@ -47,7 +47,7 @@ TEST(TickStart, SpringsOfEveryResponseEndTheTickWhereTheScriptDoes) {
         EXPECT_NEAR(load(s, method), k * (deep - 1.5 * speed * dt / 4.0), 1e-9) << method;
         ASSERT_EQ(s.effect.contacts.size(), 1U) << method;
         EXPECT_NEAR(s.effect.contacts[0].gap, -deep + speed * dt, 1e-15) << method;
-        EXPECT_NEAR(s.effect.tip_force[0].z(), k * deep, 1e-9) << method << ": at the frame";
+        EXPECT_NEAR(s.shown_force(0).z(), k * deep, 1e-9) << method << ": at the frame";
     }
 }
 

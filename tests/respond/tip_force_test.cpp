@@ -7,9 +7,9 @@
 #include <numbers>
 #include <random>
 
+#include "method/device.hpp"
 #include "method/registry.hpp"
 #include "simulate/simulation.hpp"
-#include "support/response_samples.hpp"
 #include "support/scene_samples.hpp"
 
 namespace trocar {
@@ -96,11 +96,11 @@ std::string needle_text() {
       "contact":[{"bodies":["tool","block"],"k":4000,"mu":0}]})";
 }
 
-StepRow first_row(const std::string& method) {
+StepRow first_row(const std::string& method, const char* device = "") {
     const Scene scene = test::scene_from_text(needle_text());
     const MethodSpec spec = parse_method(method);
     Simulation simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
-                          registry().source("canonical"));
+                          registry().source("canonical"), {.device = read_device(device)});
     return simulation.step();
 }
 
@@ -119,39 +119,37 @@ TEST(TipRows, WrenchAndTipForceOfAContactAtAKnownPoint) {
     EXPECT_FALSE(row.saturated);
 }
 
-TEST(TipRows, EachSwitchChangesWhatItSays) {
-    const StepRow plain = first_row("thesis:profile=corrected,tip_proxy=off");
-    const StepRow sum = first_row("thesis:profile=corrected,tip_proxy=off,tip=sum");
+TEST(TipRows, EachSettingOfTheDeviceChangesWhatItSays) {
+    const std::string method = "thesis:profile=corrected,tip_proxy=off";
+    const StepRow plain = first_row(method);
+    const StepRow sum = first_row(method, "tip=sum");
     EXPECT_EQ(sum.tip_force, sum.tool_force);
     EXPECT_NE(plain.tip_force, plain.tool_force);
-    const StepRow soft = first_row("thesis:profile=corrected,tip_proxy=off,tip=sum,tip_saturation=1.5");
+    const StepRow soft = first_row(method, "tip=sum,saturation=1.5");
     EXPECT_EQ(soft.tip_force, sum.tip_force) << "force health is measured before any limiter";
     EXPECT_NEAR(soft.device_force.norm(), 1.5, 1e-12);
     EXPECT_TRUE(soft.saturated);
-    EXPECT_NEAR(first_row("thesis:profile=corrected,tip_proxy=off,tip=sum,tip_rate=500").device_force.z(), 0.5, 1e-12);
-    EXPECT_NEAR(first_row("penalty:tip_ramp=0.005").device_force.z(), sum.tip_force.z() / 5.0, 1e-12);
-    EXPECT_NEAR(first_row("penalty:tip_filter=150").device_force.z(),
+    EXPECT_NEAR(first_row(method, "tip=sum,rate=500").device_force.z(), 0.5, 1e-12);
+    EXPECT_NEAR(first_row("penalty", "tip=sum,ramp=0.005").device_force.z(), sum.tip_force.z() / 5.0, 1e-12);
+    EXPECT_NEAR(first_row("penalty", "tip=sum,filter=150").device_force.z(),
                 sum.tip_force.z() * (1.0 - std::exp(-2.0 * std::numbers::pi * 0.15)), 1e-12);
+}
+
+TEST(TipRows, TheRuleIsTheDevicesWhateverTheResponse) {
     // `faithful` answers once per triangle pair: as many times the force as triangles meet at the needle's point.
-    const StepRow faithful = first_row("thesis:tip_proxy=off");
+    const StepRow faithful = first_row("thesis:tip_proxy=off", "tip=sum");
     EXPECT_EQ(faithful.tip_force, faithful.tool_force);
     EXPECT_NEAR(faithful.tool_force.z(), 4.0 * static_cast<double>(faithful.pairs), 1e-9);
     EXPECT_GT(faithful.pairs, 2);
-}
-
-TEST(VelocityFilter, SmoothsWhatContactsOnTissueSeeOfTheTool) {
-    // From rest, n ticks of constant speed v show v (1 - exp(-2 pi f n dt)).
-    for (const double frequency : {0.0, 150.0}) {
-        const MethodSpec spec = parse_method(fmt::format("thesis:resolution=none,velocity_filter={}", frequency));
-        const std::unique_ptr<Response> response = make_response(spec.name, spec.parameters);
-        test::PairSample s = test::vertex_of_a_in_b(BodyKind::instrument, BodyKind::tissue);
-        response->prepare(s.topology, s.materials);
-        response->respond(s.frame, 1e-3, s.contacts, {}, s.effect);
-        s.frame.velocity.leftCols(3).colwise() = Vector3(0.02, 0.0, -0.1);
-        for (int tick = 0; tick < 4; ++tick) response->respond(s.frame, 1e-3, s.contacts, {}, s.effect);
-        ASSERT_EQ(s.effect.contacts.size(), 1U);
-        const double gain = frequency == 0.0 ? 1.0 : 1.0 - std::exp(-2.0 * std::numbers::pi * frequency * 4e-3);
-        EXPECT_NEAR(s.effect.contacts[0].face_velocity, 0.1 * gain, 1e-12);
+    const Vector3 pivot(0.02, 0.0, 0.1);
+    const Vector3 point(0.011, 0.017, -0.001);
+    const Vector3 tip = point + Vector3(0.0, 0.0, 0.01);
+    for (const char* method : {"thesis:tip_proxy=off", "penalty", "hold"}) {
+        const StepRow row = first_row(method);
+        ASSERT_GT(row.tool_force.z(), 1.0) << method;
+        const Wrench about_tip{.force = row.tool_force, .moment = row.tool_moment};
+        const Wrench about_pivot = moved_to(about_tip, pivot - tip);
+        EXPECT_LT((row.tip_force - fulcrum_tip_force(about_pivot, pivot, tip)).norm(), 1e-12) << method;
     }
 }
 

@@ -183,6 +183,14 @@ TEST_F(StudyFile, EveryFaultIsNamedWithItsPlace) {
         {head + R"("closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty"],)" +
              R"("steppers":["semi_implicit","semi_implicit"]}})",
          "/closed_loop/steppers/1"},
+        {head + R"("device":"tip=shaft",)" + replay + "}}", "/device"},
+        {head + R"("device":"fulcrum",)" + replay + "}}", "/device"},
+        {head + R"("device":3,)" + replay + "}}", "/device"},
+        {head + R"("device":{"colour":"red"},)" + replay + "}}", "/device"},
+        {head + R"("device":{"tip":"sum","rate":-1},)" + replay + "}}", "/device/rate"},
+        {head + R"("device":{"ramp":true},)" + replay + "}}", "/device/ramp"},
+        {head + R"("closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty:tip=sum"]}})",
+         "any more: give the run's device"},
         {head + R"("triangle_pair":{"scenes":["a.json"],"response":"ohc"}})", "/triangle_pair/response"},
         {head + R"("reference":"brute_force",)" + replay + "}}", "/reference"},
         {R"({"format":"trocar-study-2","name":"s"})", "/format"},
@@ -197,6 +205,28 @@ TEST_F(StudyFile, EveryFaultIsNamedWithItsPlace) {
         EXPECT_NE(message.find("study.json"), std::string::npos) << text << "\n" << message;
         EXPECT_NE(message.find(place), std::string::npos) << text << "\n" << message;
         EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    }
+}
+
+TEST_F(StudyFile, OneDeviceServesEveryRunWithAResponse) {
+    const std::string head = R"({"format":"trocar-study-1","name":"s",)";
+    const std::string parts = R"("replay":{"scenes":["a.json"],"detectors":["ohc"]},
+        "closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty","thesis"]},
+        "paced":{"scenes":["a.json"],"detectors":["ohc"],"responses":["hold"]},
+        "certificate":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty"]}})";
+    const std::string given = "tip=sum,saturation=3,rate=0,filter=150,ramp=0";
+    const std::map<std::string, std::string> devices{
+        {"", "tip=fulcrum,saturation=8.5,rate=0,filter=0,ramp=0"},
+        {R"("device":{"tip":"sum","filter":150,"saturation":3},)", given},
+        {R"("device":{"tip":"sum","filter":"150","saturation":3.0},)", given},
+        {R"("device":"filter=150,tip=sum,saturation=3",)", given}};
+    for (const auto& [device, expected] : devices) {
+        int shown = 0;
+        for (const PlannedRun& run : make_plan(read(head + device + parts))) {
+            EXPECT_EQ(run.spec.device, run.spec.response.empty() ? "" : expected) << device << run.spec.mode;
+            shown += run.spec.response.empty() ? 0 : 1;
+        }
+        EXPECT_EQ(shown, 2 + 1 + 2) << device;
     }
 }
 

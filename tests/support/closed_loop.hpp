@@ -12,6 +12,7 @@
 
 #include "method/registry.hpp"
 #include "scene/world.hpp"
+#include "support/shown_force.hpp"
 #include "tissue/mass_spring.hpp"
 
 namespace trocar::test {
@@ -171,6 +172,8 @@ public:
     [[nodiscard]] Vector3 tool_force(std::size_t body) const {
         return reaction[body].force + effect.wrench[body].force;
     }
+    /// N, on an instrument at the frame that the last response saw, tissue as it is now.
+    [[nodiscard]] Vector3 shown_force(Index body) const { return test::shown_force(topology, frame, dt, effect, body); }
     [[nodiscard]] const MassSpring& tissue() const { return *tissue_; }
     [[nodiscard]] Response& response() { return *response_; }
     void set_jaw(std::size_t body, double jaw) { frame.pose[body].jaw = jaw; }

@@ -9,6 +9,7 @@
 #include "contact/effect.hpp"
 #include "method/registry.hpp"
 #include "scene/world.hpp"
+#include "support/shown_force.hpp"
 
 namespace trocar::test {
 
@@ -49,8 +50,13 @@ struct PairSample {
         const MethodSpec spec = parse_method(method);
         const std::unique_ptr<Response> response = make_response(spec.name, spec.parameters);
         response->prepare(topology, materials);
-        response->respond(frame, 1e-3, contacts, {}, effect);
+        response->respond(frame, dt, contacts, {}, effect);
     }
+    /// N, on an instrument at the frame.
+    [[nodiscard]] Vector3 shown_force(Index body) const { return test::shown_force(topology, frame, dt, effect, body); }
+
+private:
+    static constexpr double dt = 1e-3;  // s
 };
 
 /// Face of body a is the plane z = 0 (normal +z) around the origin; corner 3 of body b lies 0.5 mm below it.
