@@ -66,7 +66,7 @@ void Judge::judge_detection(const Frame& seen, const ContactSet& contacts, StepR
     row.missing = errors.missing;
     row.extra = errors.extra;
     row.missing_touch = errors.missing_touch;
-    depth_.measure(seen);
+    depth_.follow(seen);
     row.depth_error = worst_error(contacts.contacts);
     row.native_depth_error = worst_error(contacts.native);
 }
