@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace trocar {
 namespace {
@@ -36,12 +37,19 @@ Matrix3 turn_to_z(const Vector3& direction) {
 
 /// Twice the signed area of the projected triangle (p, u, v), the same but for its sign when u and v change places, so
 /// that two triangles never both claim or both lose a line through their common edge.
-double turn(const Matrix3X& turned, Index u, Index v, double x, double y) {
-    const bool swapped = u > v;
-    if (swapped) std::swap(u, v);
-    const double value = (turned(0, u) - x) * (turned(1, v) - y) - (turned(1, u) - y) * (turned(0, v) - x);
-    return swapped ? -value : value;
-}
+class Turn {
+public:
+    Turn(const Matrix3X& turned, Index u, Index v)
+        : sign_(u > v ? -1.0 : 1.0), first_(turned.col(std::min(u, v))), second_(turned.col(std::max(u, v))) {}
+    [[nodiscard]] double about(double x, double y) const {
+        return sign_ * ((first_.x() - x) * (second_.y() - y) - (first_.y() - y) * (second_.x() - x));
+    }
+
+private:
+    double sign_;
+    Vector3 first_;
+    Vector3 second_;
+};
 
 /// Moves the lines off the round coordinates on which the vertices of generated meshes lie.
 constexpr double line_shift = 0.4833333;
@@ -59,7 +67,7 @@ std::span<const Vector3> translation_directions() {
 }
 
 void OverlapTruth::pierce(const Triangles& triangles, Range range, const Matrix3X& turned, const Bundle& bundle,
-                          int stride, Lines& lines) {
+                          int stride, const Lines* met, Lines& lines) {
     lines.resize(static_cast<std::size_t>(overlap_lines) * overlap_lines);
     for (auto& line : lines) line.clear();
     const double scale_u = overlap_lines / (bundle.high_u - bundle.low_u);
@@ -76,24 +84,31 @@ void OverlapTruth::pierce(const Triangles& triangles, Range range, const Matrix3
         const Index c = triangles(2, t);
         const auto [low_u, high_u] = std::minmax({turned(0, a), turned(0, b), turned(0, c)});
         const auto [low_v, high_v] = std::minmax({turned(1, a), turned(1, b), turned(1, c)});
+        if (high_u < bundle.low_u || low_u > bundle.high_u || high_v < bundle.low_v || low_v > bundle.high_v) continue;
         const int last_u = last_at(high_u, bundle.low_u, scale_u);
         const int last_v = last_at(high_v, bundle.low_v, scale_v);
+        const int first_u = next_line(first_at(low_u, bundle.low_u, scale_u), stride);
+        if (first_u > last_u) continue;
+        const Turn opposite_a(turned, b, c);
+        const Turn opposite_b(turned, c, a);
+        const Turn opposite_c(turned, a, b);
         for (int j = next_line(first_at(low_v, bundle.low_v, scale_v), stride); j <= last_v; j += stride) {
             const double y = coordinate(bundle.low_v, bundle.high_v, j);
-            const int first_u = next_line(first_at(low_u, bundle.low_u, scale_u), stride);
             for (int i = first_u; i <= last_u; i += stride) {
+                const std::size_t line = static_cast<std::size_t>(j) * overlap_lines + static_cast<std::size_t>(i);
+                if (met != nullptr && (*met)[line].empty()) continue;
                 const double x = coordinate(bundle.low_u, bundle.high_u, i);
-                const double at_a = turn(turned, b, c, x, y);
-                const double at_b = turn(turned, c, a, x, y);
-                const double at_c = turn(turned, a, b, x, y);
-                const bool left = at_a > 0.0 && at_b > 0.0 && at_c > 0.0;
-                const bool right = at_a < 0.0 && at_b < 0.0 && at_c < 0.0;
+                const double at_a = opposite_a.about(x, y);
+                const double at_b = opposite_b.about(x, y);
+                if (!(at_a > 0.0 && at_b > 0.0) && !(at_a < 0.0 && at_b < 0.0)) continue;
+                const double at_c = opposite_c.about(x, y);
+                const bool left = at_a > 0.0 && at_c > 0.0;
+                const bool right = at_a < 0.0 && at_c < 0.0;
                 if (!left && !right) continue;
                 const double height =
                     (at_a * turned(2, a) + at_b * turned(2, b) + at_c * turned(2, c)) / (at_a + at_b + at_c);
                 // A triangle that is counter-clockwise seen from above is left by the line going up.
-                lines[static_cast<std::size_t>(j) * overlap_lines + static_cast<std::size_t>(i)].push_back(
-                    {height, left ? -1 : 1});
+                lines[line].push_back({height, left ? -1 : 1});
             }
         }
     }
@@ -116,8 +131,8 @@ void OverlapTruth::intervals(std::vector<Crossing>& crossings, std::vector<Inter
 
 void OverlapTruth::cast(const Topology& topology, const BodyRange& a, const BodyRange& b, const Bundle& bundle,
                         int stride) {
-    pierce(topology.triangles, a.triangles, turned_, bundle, stride, lines_a_);
-    pierce(topology.triangles, b.triangles, turned_, bundle, stride, lines_b_);
+    pierce(topology.triangles, a.triangles, turned_, bundle, stride, nullptr, lines_a_);
+    pierce(topology.triangles, b.triangles, turned_, bundle, stride, &lines_a_, lines_b_);
 }
 
 double OverlapTruth::pass(const Topology& topology, const BodyRange& a, const BodyRange& b, Bundle& bundle) {
@@ -226,19 +241,24 @@ Overlap OverlapTruth::measure(const Topology& topology, const Matrix3X& position
         const auto [up, down] = ways_out(topology, a, b, *shared, few);
         least_.push_back(std::min(up, down));
     }
+    const std::span<const double> least = least_;
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
+    std::stable_sort(order_.begin(), order_.end(),
+                     [least](std::size_t x, std::size_t y) { return least[x] < least[y]; });
     double shortest = std::numeric_limits<double>::infinity();
-    for (std::size_t d = 0; d < directions.size(); ++d) {
-        if (least_[d] >= shortest) continue;
+    std::size_t best = 0;
+    for (const std::size_t d : order_) {
+        if (least[d] > shortest) break;
         const auto shared = turn_to(directions[d], position, a, b);
         const auto [up, down] = ways_out(topology, a, b, *shared, 1);
         // A bundle whose lines all miss the overlap says nothing about its direction.
         if (up == 0.0 && down == 0.0) continue;
-        for (const auto& [way, sense] : {std::pair{up, 1.0}, std::pair{down, -1.0}}) {
-            if (way < shortest) {
-                shortest = way;
-                result.direction = sense * directions[d];
-            }
-        }
+        const double way = std::min(up, down);
+        // Of equal ways the direction that is named first.
+        if (way > shortest || (way == shortest && d > best)) continue;
+        shortest = way;
+        best = d;
+        result.direction = (up <= down ? 1.0 : -1.0) * directions[d];
     }
     result.min_translation = std::isfinite(shortest) ? shortest : std::nan("");
     return result;

@@ -52,8 +52,9 @@ private:
     };
     using Lines = std::vector<std::vector<Crossing>>;
 
+    /// Every stride-th line each way, and of these, where `met` is given, those that something there has met.
     static void pierce(const Triangles& triangles, Range range, const Matrix3X& turned, const Bundle& bundle,
-                       int stride, Lines& lines);
+                       int stride, const Lines* met, Lines& lines);
     static void intervals(std::vector<Crossing>& crossings, std::vector<Interval>& inside);
     /// Volume between the two bodies along the bundle's lines, m³; narrows `bundle` to the lines that overlap.
     double pass(const Topology& topology, const BodyRange& a, const BodyRange& b, Bundle& bundle);
@@ -72,7 +73,8 @@ private:
     std::vector<Interval> inside_a_;
     std::vector<Interval> inside_b_;
     std::vector<Interval> forbidden_;
-    std::vector<double> least_;  ///< m, per direction: lower bound of its way out
+    std::vector<double> least_;            ///< m, per direction: lower bound of its way out
+    std::array<std::size_t, 13> order_{};  ///< directions by that bound
 };
 
 }  // namespace trocar
