@@ -22,6 +22,13 @@ struct StudyMethod {
     std::string setting = "default";  ///< "default" | "recommended" | "tuned"
     std::string basis;                ///< who recommends the setting, or how it was searched and with what budget
     std::vector<std::string> scenes;  ///< of the part's scenes, those it runs on; empty: all
+    /// Of a response in the closed loop: those of the part's detectors and contact sources that it runs with; empty:
+    /// all.
+    std::vector<std::string> detectors = {};
+    std::vector<std::string> contacts = {};
+    /// Of a detector in the closed loop: false, its runs are not judged; they are timed, and what truth says of the same
+    /// motion is told of them too.
+    bool judged = true;
     std::optional<std::string> absent_reason;  ///< set when this build lacks the method: its runs become rows `absent`
 };
 
@@ -45,6 +52,7 @@ struct ClosedLoopPart {
     std::int64_t ticks = 0;
     std::int64_t repetitions = 1;
     std::int64_t truth_stride = 1;
+    std::int64_t detail_stride = 1;  ///< as RunSpec::detail_stride
 };
 
 /// The thesis' own table: time of the response per triangle pair and per iteration, without and with the triangle test.
@@ -125,6 +133,7 @@ struct Study {
     std::uint64_t seed = 1;
     double time_limit_s = 60.0;  ///< s, per run
     std::string reference;       ///< detector that ratios of times are taken to; empty: no ratios
+    std::string ours;            ///< response that page one sets against all others; empty: methods written by us
     std::optional<ReplayPart> replay;
     std::optional<ClosedLoopPart> closed_loop;
     std::optional<TrianglePairPart> triangle_pair;

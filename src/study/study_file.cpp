@@ -59,10 +59,13 @@ StudyMethod check_method(const JsonNode& node, const std::string& text, const st
     return method;
 }
 
-StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes = {}) {
+StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes = {},
+                        const std::vector<std::string>& more_keys = {}) {
     const bool plain = node.is_text();
-    if (!plain && scenes.empty()) expect_object(node, {"method", "setting", "basis"}, {"method"});
-    if (!plain && !scenes.empty()) expect_object(node, {"method", "setting", "basis", "scenes"}, {"method"});
+    std::vector<std::string> keys{"method", "setting", "basis"};
+    if (!scenes.empty()) keys.emplace_back("scenes");
+    keys.insert(keys.end(), more_keys.begin(), more_keys.end());
+    if (!plain) expect_object(node, keys, {"method"});
     const JsonNode name = plain ? node : node.at("method");
     StudyMethod method =
         is_detector ? check_method(name, name.text(), registry().absent_detectors(),
@@ -83,11 +86,12 @@ StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vecto
     return method;
 }
 
-std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes) {
+std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes,
+                                      const std::vector<std::string>& more_keys = {}) {
     std::vector<StudyMethod> methods;
     std::set<std::string> seen;
     for (const JsonNode& item : items_of(node)) {
-        methods.push_back(read_method(item, is_detector, scenes));
+        methods.push_back(read_method(item, is_detector, scenes, more_keys));
         if (!seen.insert(methods.back().text).second) item.fail("each method once", methods.back().text + " again");
     }
     return methods;
@@ -159,6 +163,28 @@ std::vector<std::string> read_steppers(const JsonNode& node) {
         steppers.push_back(text);
     }
     return steppers;
+}
+
+/// What only a closed loop's lists know: which detectors run unjudged, and what each response runs with.
+void read_choices(const JsonNode& node, ClosedLoopPart& part) {
+    const std::vector<JsonNode> detectors = items_of(node.at("detectors"));
+    for (std::size_t i = 0; i < detectors.size(); ++i) {
+        if (!detectors[i].is_text() && detectors[i].has("judged"))
+            part.detectors[i].judged = detectors[i].at("judged").flag();
+    }
+    std::vector<std::string> names;
+    for (const StudyMethod& detector : part.detectors) names.push_back(detector.text);
+    const std::vector<JsonNode> responses = items_of(node.at("responses"));
+    for (std::size_t i = 0; i < responses.size(); ++i) {
+        if (responses[i].is_text()) continue;
+        StudyMethod& response = part.responses[i];
+        if (const auto chosen = responses[i].find("detectors")) {
+            for (const JsonNode& item : items_of(*chosen)) response.detectors.push_back(item.word(names));
+        }
+        if (const auto chosen = responses[i].find("contacts")) {
+            for (const JsonNode& item : items_of(*chosen)) response.contacts.push_back(item.word(part.contacts));
+        }
+    }
 }
 
 WorkPrecisionPart read_sweeps(const JsonNode& node, const std::filesystem::path& file, std::int64_t repetitions) {
@@ -288,8 +314,8 @@ Study read_study(const std::filesystem::path& file) {
     const Json document = parse_json(read_whole(file, "a study file"), file_name);
     const JsonNode root(document, file_name);
     expect_object(root,
-                  {"format", "name", "seed", "repetitions", "time_limit_s", "reference", "replay", "closed_loop",
-                   "triangle_pair", "work_precision", "ablation", "paced", "hard_cases", "certificate"},
+                  {"format", "name", "seed", "repetitions", "time_limit_s", "reference", "ours", "replay",
+                   "closed_loop", "triangle_pair", "work_precision", "ablation", "paced", "hard_cases", "certificate"},
                   {"format", "name"});
     root.at("format").expect_word(study_format);
 
@@ -317,13 +343,14 @@ Study read_study(const std::filesystem::path& file) {
     }
     if (root.has("closed_loop")) {
         const JsonNode node = root.at("closed_loop");
-        expect_object(
-            node, {"scenes", "detectors", "responses", "contacts", "steppers", "ticks", "repetitions", "truth_stride"},
-            {"scenes", "detectors", "responses"});
+        expect_object(node,
+                      {"scenes", "detectors", "responses", "contacts", "steppers", "ticks", "repetitions",
+                       "truth_stride", "detail_stride"},
+                      {"scenes", "detectors", "responses"});
         ClosedLoopPart part;
         part.scenes = read_scenes(node.at("scenes"), file);
-        part.detectors = read_methods(node.at("detectors"), true, part.scenes);
-        part.responses = read_methods(node.at("responses"), false, part.scenes);
+        part.detectors = read_methods(node.at("detectors"), true, part.scenes, {"judged"});
+        part.responses = read_methods(node.at("responses"), false, part.scenes, {"detectors", "contacts"});
         if (node.has("contacts")) {
             for (const JsonNode& item : items_of(node.at("contacts"))) {
                 const std::string contacts = read_source(item);
@@ -336,6 +363,8 @@ Study read_study(const std::filesystem::path& file) {
             part.contacts = {"canonical"};
         }
         if (node.has("steppers")) part.steppers = read_steppers(node.at("steppers"));
+        read_choices(node, part);
+        if (node.has("detail_stride")) part.detail_stride = count_of(node.at("detail_stride"));
         read_counts(node, repetitions, part);
         study.closed_loop = std::move(part);
     }
@@ -369,6 +398,14 @@ Study read_study(const std::filesystem::path& file) {
             "at least one of the keys replay, closed_loop, triangle_pair, work_precision, ablation, paced, hard_cases, "
             "certificate",
             "none of them");
+    }
+    if (root.has("ours")) {
+        study.ours = read_method(root.at("ours"), false).text;
+        const auto& part = study.closed_loop;
+        if (!part || std::none_of(part->responses.begin(), part->responses.end(),
+                                  [&study](const StudyMethod& m) { return m.text == study.ours; })) {
+            root.at("ours").fail("one of the closed loop's responses");
+        }
     }
     if (root.has("reference")) {
         study.reference = read_method(root.at("reference"), true).text;

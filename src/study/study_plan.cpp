@@ -83,9 +83,11 @@ PlannedRun planned(const Study& study, const std::string& mode, const std::strin
     return run;
 }
 
-bool runs_on(const StudyMethod& method, const std::string& scene) {
-    return method.scenes.empty() || std::find(method.scenes.begin(), method.scenes.end(), scene) != method.scenes.end();
+bool is_among(const std::vector<std::string>& chosen, const std::string& one) {
+    return chosen.empty() || std::find(chosen.begin(), chosen.end(), one) != chosen.end();
 }
+
+bool runs_on(const StudyMethod& method, const std::string& scene) { return is_among(method.scenes, scene); }
 
 void add_sweeps(const Study& study, std::int64_t repetition, std::vector<PlannedRun>& runs) {
     if (!study.work_precision || repetition >= study.work_precision->repetitions) return;
@@ -254,7 +256,7 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
         for (const std::string& contacts : part.contacts) {
             for (const StudyMethod& response : part.responses) {
                 const std::string reason = unreadable(response, contacts);
-                if (reason.empty() || repetition > 0) continue;
+                if (reason.empty() || repetition > 0 || !is_among(response.contacts, contacts)) continue;
                 PlannedRun run = planned(study, "closed_loop", "", part.ticks, part.truth_stride, 0, StudyMethod{},
                                          response, contacts);
                 run.settled = Outcome{OutcomeKind::unsupported, reason};
@@ -270,11 +272,14 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
                     continue;
                 }
                 for (const StudyMethod& response : part.responses) {
-                    if (!unreadable(response, contacts).empty()) continue;
+                    if (!unreadable(response, contacts).empty() || !is_among(response.contacts, contacts)) continue;
+                    if (!is_among(response.detectors, detector.text)) continue;
                     for (const std::string& scene : part.scenes) {
                         if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
-                        PlannedRun run = planned(study, "closed_loop", scene, part.ticks, part.truth_stride, repetition,
-                                                 detector, response, contacts);
+                        PlannedRun run =
+                            planned(study, "closed_loop", scene, part.ticks, detector.judged ? part.truth_stride : 0,
+                                    repetition, detector, response, contacts);
+                        run.spec.detail_stride = part.detail_stride;
                         if (!wanted(run)) continue;
                         for (const std::string& stepper : part.steppers) {
                             runs.push_back(run);

@@ -18,6 +18,7 @@ std::string study_schema() {
     "repetitions": {"type": "integer", "minimum": 1, "default": 1, "description": "Fresh processes per contestant; intervals are 95 % from 10 up, minimum to maximum below"},
     "time_limit_s": {"type": "number", "exclusiveMinimum": 0, "default": 60, "description": "Per run, s; a longer run is ended and becomes a row timed_out"},
     "reference": {"$ref": "#/$defs/method", "description": "Detector that ratios of times are taken to"},
+    "ours": {"$ref": "#/$defs/method", "description": "Response of the closed loop that page one sets against the best of the others; absent: methods written by us against foreign ones"},
     "replay": {
       "description": "Every detector on the same frames: accuracy and speed of detection",
       "type": "object", "additionalProperties": false, "required": ["scenes", "detectors"],
@@ -30,12 +31,14 @@ std::string study_schema() {
       "description": "Every detector with every response and contact source, each driving its own copy of the scene",
       "type": "object", "additionalProperties": false, "required": ["scenes", "detectors", "responses"],
       "properties": {
-        "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
-        "responses": {"$ref": "#/$defs/methods"},
+        "scenes": {"$ref": "#/$defs/scenes"},
+        "detectors": {"$ref": "#/$defs/methods", "description": "An entry that is an object may also hold 'judged': false, its runs are timed and not judged; what truth says of a run that moves alike, bit by bit, is told of them too"},
+        "responses": {"$ref": "#/$defs/methods", "description": "An entry that is an object may also hold 'detectors' and 'contacts': those of the part's that it runs with; default all"},
         "contacts": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["canonical"], "items": {"enum": ["native", "canonical", "near", "tracked"]}},
         "steppers": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["semi_implicit"], "items": {"type": "string", "description": "NAME[:key=value,...] as in trocar list"}},
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
-        "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
+        "truth_stride": {"$ref": "#/$defs/truth_stride"},
+        "detail_stride": {"type": "integer", "minimum": 1, "default": 1, "description": "Of the judged ticks, every n-th is judged in detail too: near pairs missed, depth errors of contacts, overlap of closed bodies"}}},
     "triangle_pair": {
       "description": "Time of the response per triangle pair and per iteration, without and with the triangle test",
       "type": "object", "additionalProperties": false, "required": ["scenes", "response"],
@@ -107,6 +110,9 @@ std::string study_schema() {
        "properties": {
          "method": {"type": "string", "minLength": 1},
          "setting": {"enum": ["default", "recommended", "tuned"], "default": "default"},
+         "judged": {"type": "boolean", "default": true, "description": "Closed loop, detectors"},
+         "detectors": {"type": "array", "minItems": 1, "items": {"type": "string"}, "description": "Closed loop, responses"},
+         "contacts": {"type": "array", "minItems": 1, "items": {"type": "string"}, "description": "Closed loop, responses"},
          "basis": {"type": "string", "minLength": 1, "description": "Who recommends the setting, or how it was searched and with what budget; required unless default"},
          "scenes": {"$ref": "#/$defs/scenes", "description": "In lists of detectors and responses: those of the part's scenes it runs on; default all"}}}]},
     "ticks": {"type": "integer", "minimum": 1, "description": "Instead of the scene's own number; p99 needs 1000, after the warm-up"},
