@@ -304,8 +304,7 @@ void Results::judge_by_twins() {
                 if (run.judged() || !run.ok()) continue;
                 for (const RunFigures& twin : runs_) {
                     const RunSpec& spec = twin.record->spec;
-                    if (spec.mode != contestant.mode || spec.response != contestant.response || !twin.judged() ||
-                        !same_motion(run, twin)) {
+                    if (spec.mode != contestant.mode || !twin.judged() || !same_motion(run, twin)) {
                         continue;
                     }
                     for (const auto figure : outcome_figures) run.*figure = twin.*figure;

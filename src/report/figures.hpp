@@ -159,8 +159,8 @@ struct SceneResult {
 /// Two runs of one scene that moved alike, bit by bit, under the same forces.
 bool same_motion(const RunFigures& a, const RunFigures& b);
 
-/// A closed-loop run that a study leaves unjudged and that moved as a judged one of the same response did is told with
-/// what truth says of that one's outcome; what truth says of its detector stays unknown.
+/// A closed-loop run that a study leaves unjudged and that moved as a judged one did is told with what truth says of
+/// that one's outcome; what truth says of its own pairs stays unknown.
 class Results {
 public:
     explicit Results(const std::vector<Record>& records);

@@ -26,11 +26,12 @@ struct Loss {
     Contestant other;
     std::vector<OnScene> scenes;  ///< both ended well
     std::size_t alike = 0;        ///< of these: the same motion, bit by bit
-    double true_pairs = 0.0;
-    double missing = 0.0;
+    double true_pairs = not_known;
+    double missing = not_known;
     double true_near = not_known;
     double missed_near = not_known;
     std::size_t failed = 0;  ///< scenes on which the row alone failed
+    [[nodiscard]] bool moves_alike() const { return failed == 0 && alike == scenes.size(); }
 };
 
 bool is_exact(const Results& results, const Contestant& contestant) {
@@ -132,6 +133,7 @@ TableRow row_of(const Loss& loss) {
 }
 
 std::string change_text(double from, double to, double scale) {
+    if (std::isnan(from) && std::isnan(to)) return "n/a";
     return from == to ? "the same" : from_to(from, to, scale);
 }
 
@@ -147,6 +149,7 @@ Table by_scene(const std::vector<Loss>& losses) {
                      {"largest force (N)", true},
                      {"force error to hard contact (N RMS)", true}};
     for (const Loss& loss : losses) {
+        if (loss.moves_alike()) continue;
         for (const OnScene& one : loss.scenes) {
             table.rows.push_back(
                 {.cells = {one.scene, code(loss.other.label()), of_text(one.other->missing, one.other->true_pairs),
@@ -179,13 +182,23 @@ void add_lost_by_the_detector(Draft& draft) {
                      {"most depth lost (mm)", true},
                      {"most force changed (N)", true},
                      {"scenes that move alike", true}};
-    for (const Loss& loss : losses) table.rows.push_back(row_of(loss));
+    std::vector<std::string> nothing_lost;
+    for (const Loss& loss : losses) {
+        if (loss.moves_alike()) {
+            nothing_lost.push_back(code(loss.other.label()));
+        } else {
+            table.rows.push_back(row_of(loss));
+        }
+    }
+    if (!nothing_lost.empty()) {
+        draft.paragraph(fmt::format("Nothing is lost, bit by bit on every scene, by {}.", joined(nothing_lost)));
+    }
     table.note =
         "Most depth lost: on the scene where the worst tick is deeper by most; negative: less deep on every scene. "
         "Most "
         "force changed: on the scene where the largest force differs most, more or less. Moving alike: bit by bit, so "
         "that nothing is lost there. Near pairs are those within the reach that the contact source asks for; n/a: it "
-        "works from pairs that meet.";
+        "works from pairs that meet, or the study judges no pairs of this row.";
     draft.add(std::move(table));
     draft.add(by_scene(losses));
 }

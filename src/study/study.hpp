@@ -81,7 +81,8 @@ struct WorkPrecisionPart {
 };
 
 /// What each switch between two settings of a response changes: turned on alone in `from`, turned off alone in `to`. An
-/// option, which neither setting turns on, is turned on alone in both.
+/// option, which neither setting turns on, is turned on alone in both. Without `to` all switches are options of `from`.
+/// Contacts are of the source that `from` works from by itself; a switch `source` turns that.
 struct AblationPart {
     struct Switch {
         std::string parameter;
@@ -96,14 +97,17 @@ struct AblationPart {
     std::vector<std::string> scenes;
     StudyMethod detector;
     StudyMethod from;
-    StudyMethod to;
+    StudyMethod to;  ///< without a text: none
     std::vector<Switch> switches;
     std::int64_t ticks = 0;
     std::int64_t repetitions = 1;
     std::int64_t truth_stride = 1;
 };
 
-/// Methods on scenes, canonical contacts; which detector meets which response is told beside the part.
+/// The switch of an ablation that is no parameter: the contact source.
+inline constexpr const char* source_switch = "source";
+
+/// Methods on scenes, each response on the contact source that it works from by itself; which detector meets which response is told beside the part.
 struct LoopPart {
     std::vector<std::string> scenes;
     std::vector<StudyMethod> detectors;
@@ -114,7 +118,7 @@ struct LoopPart {
 };
 
 /// The hard cases (simulate/hard_case.hpp): every detector on every case of meshes and every family of triangle pairs,
-/// every response (on the contacts of the first detector) on every case that is a scene.
+/// every response (on the answer of the first detector, by its own contact source) on every case that is a scene.
 struct HardCasesPart {
     std::string folder;  ///< relative to the study file
     std::vector<HardCase> cases;

@@ -232,13 +232,15 @@ WorkPrecisionPart read_sweeps(const JsonNode& node, const std::filesystem::path&
 
 AblationPart read_ablation(const JsonNode& node, const std::filesystem::path& file, std::int64_t repetitions) {
     expect_object(node, {"scenes", "detector", "from", "to", "switches", "ticks", "repetitions", "truth_stride"},
-                  {"scenes", "detector", "from", "to", "switches"});
+                  {"scenes", "detector", "from", "switches"});
     AblationPart part;
     read_counts(node, repetitions, part);
     part.scenes = read_scenes(node.at("scenes"), file);
     part.detector = read_method(node.at("detector"), true);
     part.from = read_method(node.at("from"), false);
-    part.to = read_method(node.at("to"), false);
+    if (node.has("to")) part.to = read_method(node.at("to"), false);
+    std::vector<StudyMethod> ends{part.from};
+    if (!part.to.text.empty()) ends.push_back(part.to);
     for (const JsonNode& item : items_of(node.at("switches"))) {
         expect_object(item, {"parameter", "from", "to", "scenes", "with", "silent"}, {"parameter", "to"});
         AblationPart::Switch one{.parameter = item.at("parameter").text(),
@@ -252,14 +254,22 @@ AblationPart read_ablation(const JsonNode& node, const std::filesystem::path& fi
             const JsonNode with = item.at("with");
             try {
                 for (const auto& [key, value] : parse_method("method:" + one.with).parameters) {
-                    check_parameter(with, {part.from, part.to}, false, key, value);
+                    check_parameter(with, ends, false, key, value);
                 }
             } catch (const InputError& error) {
                 with.fail("key=value,… of trocar list", error.what());
             }
         }
-        check_parameter(item, {part.from}, false, one.parameter, one.to);
-        check_parameter(item, {part.to}, false, one.parameter, one.from.empty() ? one.to : one.from);
+        if (one.parameter == source_switch) {
+            (void)read_source(item.at("to"));
+            if (item.has("from")) (void)read_source(item.at("from"));
+        } else {
+            check_parameter(item, {part.from}, false, one.parameter, one.to);
+            if (ends.size() > 1)
+                check_parameter(item, {part.to}, false, one.parameter, one.from.empty() ? one.to : one.from);
+        }
+        if (ends.size() < 2 && item.has("from"))
+            item.at("from").fail("no such key: without 'to' all switches are options");
         if (const auto silent = item.find("silent")) {
             silent->expect_keys({"from", "to"});
             if (silent->has("from")) one.silent_from = silent->at("from").text();

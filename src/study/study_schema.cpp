@@ -61,15 +61,15 @@ std::string study_schema() {
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
         "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
     "ablation": {
-      "description": "What each switch between two settings of a response changes: each is turned alone in 'from', and back alone in 'to'. Records of these runs hold no single ticks",
-      "type": "object", "additionalProperties": false, "required": ["scenes", "detector", "from", "to", "switches"],
+      "description": "What each switch between two settings of a response changes: each is turned alone in 'from', and back alone in 'to'; without 'to' all are options of 'from'. Records of these runs hold no single ticks",
+      "type": "object", "additionalProperties": false, "required": ["scenes", "detector", "from", "switches"],
       "properties": {
         "scenes": {"$ref": "#/$defs/scenes"}, "detector": {"$ref": "#/$defs/method"},
         "from": {"$ref": "#/$defs/method"}, "to": {"$ref": "#/$defs/method"},
         "switches": {"type": "array", "minItems": 1, "items": {
           "type": "object", "additionalProperties": false, "required": ["parameter", "to"],
           "properties": {
-            "parameter": {"type": "string"},
+            "parameter": {"type": "string", "description": "Of trocar list, or 'source': the contact source"},
             "from": {"type": "string", "description": "What 'from' stands for; absent: an option, which neither setting turns on and which is turned on in both"},
             "to": {"type": "string", "description": "What 'to' stands for, or the option's value"},
             "with": {"type": "string", "description": "key=value,... set in both settings while this switch is turned: what it needs to act"},
