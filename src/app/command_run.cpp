@@ -81,7 +81,9 @@ Json row_json(const StepRow& row) {
     }
     return {{"tick", row.tick},
             {"time", number(row.time)},
+            {"reach", number(row.reach)},
             {"pairs", row.pairs},
+            {"missed", row.missed < 0 ? Json(nullptr) : Json(row.missed)},
             {"contacts", row.contacts},
             {"max_depth", number(row.max_depth)},
             {"side_undecided", row.side_undecided < 0 ? Json(nullptr) : Json(row.side_undecided)},

@@ -83,14 +83,18 @@ void BodySurface::follow() {
     swept_ = box_;
     box_ = Box{};
     const Range vertices = range_->vertices;
+    // Between detection and the step a body either moves or does not: what was built for it stands while it rests.
+    const bool rests =
+        now_->middleCols(vertices.first, vertices.count) == before_->middleCols(vertices.first, vertices.count);
     for (Index v = vertices.first; v < vertices.end(); ++v) box_.add(now_->col(v));
     if (vertices.count > 0) {
         swept_.add(box_.min);
         swept_.add(box_.max);
     }
-    grid_is_current_ = false;
-    distance_is_current_ = false;
+    grid_is_current_ = grid_is_current_ && rests;
+    distance_is_current_ = distance_is_current_ && rests;
     moved_rim_.clear();
+    if (rests) return;
     for (const RimEdge& edge : rim_) {
         if (now_->col(edge.from) != before_->col(edge.from) || now_->col(edge.to) != before_->col(edge.to)) {
             moved_rim_.push_back(edge);

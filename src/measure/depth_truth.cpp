@@ -103,15 +103,20 @@ DepthTruth::DepthTruth(const Topology& topology, const Frame& first, std::span<c
 
 DepthTruth::~DepthTruth() = default;
 
+void DepthTruth::follow(const Frame& frame) {
+    if (!frame.all_finite()) return;
+    state_->advance_to(frame.position);
+    for (Direction& direction : state_->directions) state_->judge(direction);
+}
+
 DepthTruth::Result DepthTruth::measure(const Frame& frame) {
     if (!frame.all_finite()) return {std::nan(""), std::nan(""), -1, -1, -1};
     State& s = *state_;
-    s.advance_to(frame.position);
+    follow(frame);
     Result result;
     double weighted_depth = 0.0;
     double weight = 0.0;
-    for (Direction& direction : s.directions) {
-        s.judge(direction);
+    for (const Direction& direction : s.directions) {
         if (!direction.counted) continue;
         const EdgeDepth edges = s.depth_of_edges(direction);
         result.wrong_side += edges.stretches;

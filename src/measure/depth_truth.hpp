@@ -40,6 +40,8 @@ public:
     /// Feed the frames in order: how often a body has gone round a rim is known from them alone. A frame with a
     /// non-finite number gives NaN and −1, and leaves what is known as it was.
     Result measure(const Frame& frame);
+    /// Takes the frame as measure() does and leaves out the Result, for who asks for depths of vertices alone.
+    void follow(const Frame& frame);
 
     /// Depth of one vertex against body `into` on the last measured frame, m; 0 when it is on the right side. NaN when
     /// its side is undecided, and when the two bodies are not tested against each other.

@@ -73,6 +73,16 @@ void add_pairs(std::vector<SummaryFigure>& list) {
         {"recall", "1", Better::higher, "Share of the true pairs that are reported, touches included", pair_truth},
         {"recall_without_touches", "1", Better::higher, "The same over pairs that do more than touch", pair_truth},
         {"f1", "1", Better::higher, "Harmonic mean of precision and recall", pair_truth},
+        {"reach_median_m", "m", Better::neither,
+         "Median reach: within which the contact source wanted pairs of triangles brought; n/a where it asks for those "
+         "that meet",
+         counters},
+        {"reach_max_m", "m", Better::neither, "Largest of the same", counters},
+        {"true_near", "1", Better::neither,
+         "Pairs of triangles that do not meet and are within reach, summed over the ticks judged in detail; n/a where "
+         "no source asks for them",
+         pair_truth},
+        {"missed", "1", Better::lower, "Of these: near pairs not brought", pair_truth},
         {"true_swept", "1", Better::neither, "Pairs that begin to touch between two frames, summed over the ticks",
          between},
         {"missing_swept", "1", Better::lower,

@@ -73,7 +73,15 @@ void add_pairs(const std::vector<StepRow>& rows, Figures& figures) {
     double missing = 0;
     double missing_touch = 0;
     double extra = 0;
+    double near = not_known;
+    double missed = not_known;
+    std::vector<double> reaches;
     for (const StepRow& row : rows) {
+        if (row.reach > 0.0) reaches.push_back(row.reach);
+        if (row.true_near >= 0) {
+            near = (std::isnan(near) ? 0.0 : near) + static_cast<double>(row.true_near);
+            missed = (std::isnan(missed) ? 0.0 : missed) + static_cast<double>(row.missed);
+        }
         work.push_back(static_cast<double>(row.work.work()));
         pair_sum += static_cast<double>(row.pairs);
         native_sum += static_cast<double>(row.native_contacts);
@@ -103,6 +111,10 @@ void add_pairs(const std::vector<StepRow>& rows, Figures& figures) {
     figures["missing"] = known ? missing : not_known;
     figures["missing_touch"] = known ? missing_touch : not_known;
     figures["extra"] = known ? extra : not_known;
+    figures["reach_median_m"] = median(reaches);
+    figures["reach_max_m"] = reaches.empty() ? not_known : largest(reaches);
+    figures["true_near"] = near;
+    figures["missed"] = missed;
     figures["precision"] = precision;
     figures["recall"] = recall;
     figures["recall_without_touches"] = ratio((truth - touch) - (missing - missing_touch), truth - touch);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace trocar {
 namespace {
@@ -23,6 +24,12 @@ std::array<Vector3, 13> make_directions() {
     return directions;
 }
 
+Box box_of(const BodyRange& body, const Matrix3X& at) {
+    Box box;
+    for (Index v = body.vertices.first; v < body.vertices.end(); ++v) box.add(at.col(v));
+    return box;
+}
+
 /// A rotation that turns `direction` to +z.
 Matrix3 turn_to_z(const Vector3& direction) {
     return Quaternion::FromTwoVectors(direction, Vector3::UnitZ()).toRotationMatrix();
@@ -30,15 +37,25 @@ Matrix3 turn_to_z(const Vector3& direction) {
 
 /// Twice the signed area of the projected triangle (p, u, v), the same but for its sign when u and v change places, so
 /// that two triangles never both claim or both lose a line through their common edge.
-double turn(const Matrix3X& turned, Index u, Index v, double x, double y) {
-    const bool swapped = u > v;
-    if (swapped) std::swap(u, v);
-    const double value = (turned(0, u) - x) * (turned(1, v) - y) - (turned(1, u) - y) * (turned(0, v) - x);
-    return swapped ? -value : value;
-}
+class Turn {
+public:
+    Turn(const Matrix3X& turned, Index u, Index v)
+        : sign_(u > v ? -1.0 : 1.0), first_(turned.col(std::min(u, v))), second_(turned.col(std::max(u, v))) {}
+    [[nodiscard]] double about(double x, double y) const {
+        return sign_ * ((first_.x() - x) * (second_.y() - y) - (first_.y() - y) * (second_.x() - x));
+    }
+
+private:
+    double sign_;
+    Vector3 first_;
+    Vector3 second_;
+};
 
 /// Moves the lines off the round coordinates on which the vertices of generated meshes lie.
 constexpr double line_shift = 0.4833333;
+
+/// The first line at or after `from` that a bundle of every stride-th line has.
+int next_line(int from, int stride) { return (from + stride - 1) / stride * stride; }
 
 double coordinate(double low, double high, int i) { return low + (high - low) * (i + line_shift) / overlap_lines; }
 
@@ -50,7 +67,7 @@ std::span<const Vector3> translation_directions() {
 }
 
 void OverlapTruth::pierce(const Triangles& triangles, Range range, const Matrix3X& turned, const Bundle& bundle,
-                          Lines& lines) {
+                          int stride, const Lines* met, Lines& lines) {
     lines.resize(static_cast<std::size_t>(overlap_lines) * overlap_lines);
     for (auto& line : lines) line.clear();
     const double scale_u = overlap_lines / (bundle.high_u - bundle.low_u);
@@ -67,23 +84,31 @@ void OverlapTruth::pierce(const Triangles& triangles, Range range, const Matrix3
         const Index c = triangles(2, t);
         const auto [low_u, high_u] = std::minmax({turned(0, a), turned(0, b), turned(0, c)});
         const auto [low_v, high_v] = std::minmax({turned(1, a), turned(1, b), turned(1, c)});
+        if (high_u < bundle.low_u || low_u > bundle.high_u || high_v < bundle.low_v || low_v > bundle.high_v) continue;
         const int last_u = last_at(high_u, bundle.low_u, scale_u);
         const int last_v = last_at(high_v, bundle.low_v, scale_v);
-        for (int j = first_at(low_v, bundle.low_v, scale_v); j <= last_v; ++j) {
+        const int first_u = next_line(first_at(low_u, bundle.low_u, scale_u), stride);
+        if (first_u > last_u) continue;
+        const Turn opposite_a(turned, b, c);
+        const Turn opposite_b(turned, c, a);
+        const Turn opposite_c(turned, a, b);
+        for (int j = next_line(first_at(low_v, bundle.low_v, scale_v), stride); j <= last_v; j += stride) {
             const double y = coordinate(bundle.low_v, bundle.high_v, j);
-            for (int i = first_at(low_u, bundle.low_u, scale_u); i <= last_u; ++i) {
+            for (int i = first_u; i <= last_u; i += stride) {
+                const std::size_t line = static_cast<std::size_t>(j) * overlap_lines + static_cast<std::size_t>(i);
+                if (met != nullptr && (*met)[line].empty()) continue;
                 const double x = coordinate(bundle.low_u, bundle.high_u, i);
-                const double at_a = turn(turned, b, c, x, y);
-                const double at_b = turn(turned, c, a, x, y);
-                const double at_c = turn(turned, a, b, x, y);
-                const bool left = at_a > 0.0 && at_b > 0.0 && at_c > 0.0;
-                const bool right = at_a < 0.0 && at_b < 0.0 && at_c < 0.0;
+                const double at_a = opposite_a.about(x, y);
+                const double at_b = opposite_b.about(x, y);
+                if (!(at_a > 0.0 && at_b > 0.0) && !(at_a < 0.0 && at_b < 0.0)) continue;
+                const double at_c = opposite_c.about(x, y);
+                const bool left = at_a > 0.0 && at_c > 0.0;
+                const bool right = at_a < 0.0 && at_c < 0.0;
                 if (!left && !right) continue;
                 const double height =
                     (at_a * turned(2, a) + at_b * turned(2, b) + at_c * turned(2, c)) / (at_a + at_b + at_c);
                 // A triangle that is counter-clockwise seen from above is left by the line going up.
-                lines[static_cast<std::size_t>(j) * overlap_lines + static_cast<std::size_t>(i)].push_back(
-                    {height, left ? -1 : 1});
+                lines[line].push_back({height, left ? -1 : 1});
             }
         }
     }
@@ -104,9 +129,10 @@ void OverlapTruth::intervals(std::vector<Crossing>& crossings, std::vector<Inter
     if (winding != 0 && !inside.empty()) inside.pop_back();
 }
 
-void OverlapTruth::cast(const Topology& topology, const BodyRange& a, const BodyRange& b, const Bundle& bundle) {
-    pierce(topology.triangles, a.triangles, turned_, bundle, lines_a_);
-    pierce(topology.triangles, b.triangles, turned_, bundle, lines_b_);
+void OverlapTruth::cast(const Topology& topology, const BodyRange& a, const BodyRange& b, const Bundle& bundle,
+                        int stride) {
+    pierce(topology.triangles, a.triangles, turned_, bundle, stride, nullptr, lines_a_);
+    pierce(topology.triangles, b.triangles, turned_, bundle, stride, &lines_a_, lines_b_);
 }
 
 double OverlapTruth::pass(const Topology& topology, const BodyRange& a, const BodyRange& b, Bundle& bundle) {
@@ -147,71 +173,92 @@ double OverlapTruth::pass(const Topology& topology, const BodyRange& a, const Bo
     return length * step_u * step_v;
 }
 
+std::optional<OverlapTruth::Bundle> OverlapTruth::turn_to(const Vector3& direction, const Matrix3X& position,
+                                                          const BodyRange& a, const BodyRange& b) {
+    const Matrix3 turn = turn_to_z(direction);
+    for (const BodyRange* body : {&a, &b}) {
+        const Range v = body->vertices;
+        turned_.middleCols(v.first, v.count) = turn * position.middleCols(v.first, v.count);
+    }
+    const Box one = box_of(a, turned_);
+    const Box other = box_of(b, turned_);
+    const Bundle shared{std::max(one.min.x(), other.min.x()), std::max(one.min.y(), other.min.y()),
+                        std::min(one.max.x(), other.max.x()), std::min(one.max.y(), other.max.y())};
+    if (!(shared.low_u < shared.high_u && shared.low_v < shared.high_v)) return std::nullopt;
+    return shared;
+}
+
+std::array<double, 2> OverlapTruth::ways_out(const Topology& topology, const BodyRange& a, const BodyRange& b,
+                                             const Bundle& bundle, int stride) {
+    cast(topology, a, b, bundle, stride);
+    // Moving the first body by t along the line brings [a0, a1] and [b0, b1] together for b0 - a1 < t < b1 - a0.
+    forbidden_.clear();
+    for (std::size_t line = 0; line < lines_a_.size(); ++line) {
+        if (lines_a_[line].empty() || lines_b_[line].empty()) continue;
+        intervals(lines_a_[line], inside_a_);
+        intervals(lines_b_[line], inside_b_);
+        for (const Interval& x : inside_a_) {
+            for (const Interval& y : inside_b_) forbidden_.push_back({y.low - x.high, y.high - x.low});
+        }
+    }
+    std::sort(forbidden_.begin(), forbidden_.end(), [](const Interval& x, const Interval& y) { return x.low < y.low; });
+    double up = 0.0;
+    for (const Interval& span : forbidden_) {
+        if (span.low < up || (up == 0.0 && span.low <= 0.0)) up = std::max(up, span.high);
+    }
+    std::sort(forbidden_.begin(), forbidden_.end(),
+              [](const Interval& x, const Interval& y) { return x.high > y.high; });
+    double down = 0.0;
+    for (const Interval& span : forbidden_) {
+        if (span.high > down || (down == 0.0 && span.high >= 0.0)) down = std::min(down, span.low);
+    }
+    return {up, -down};
+}
+
 Overlap OverlapTruth::measure(const Topology& topology, const Matrix3X& position, Index body_a, Index body_b) {
     Overlap result;
     const BodyRange& a = topology.bodies[static_cast<std::size_t>(body_a)];
     const BodyRange& b = topology.bodies[static_cast<std::size_t>(body_b)];
-    const auto box_of = [](const BodyRange& body, const Matrix3X& at) {
-        Box box;
-        for (Index v = body.vertices.first; v < body.vertices.end(); ++v) box.add(at.col(v));
-        return box;
-    };
     if (a.triangles.count == 0 || b.triangles.count == 0 || !box_of(a, position).overlaps(box_of(b, position))) {
         return result;
     }
     turned_.resize(3, position.cols());
-    double shortest = std::numeric_limits<double>::infinity();
     const std::span<const Vector3> directions = translation_directions();
-    for (std::size_t d = 0; d < directions.size(); ++d) {
-        // World z first: it gives the volume, and tells whether there is anything to come out of.
-        const Vector3& direction = directions[d];
-        const Matrix3 turn = turn_to_z(direction);
-        for (const BodyRange* body : {&a, &b}) {
-            const Range v = body->vertices;
-            turned_.middleCols(v.first, v.count) = turn * position.middleCols(v.first, v.count);
-        }
-        const Box one = box_of(a, turned_);
-        const Box other = box_of(b, turned_);
-        const Bundle shared{std::max(one.min.x(), other.min.x()), std::max(one.min.y(), other.min.y()),
-                            std::min(one.max.x(), other.max.x()), std::min(one.max.y(), other.max.y())};
-        if (!(shared.low_u < shared.high_u && shared.low_v < shared.high_v)) return {};
-        if (d == 0) {
-            Bundle narrowed = shared;
-            result.volume = pass(topology, a, b, narrowed);
-            if (!(result.volume > 0.0)) return {};
-            result.volume = pass(topology, a, b, narrowed);
-        }
-        cast(topology, a, b, shared);
-        // Moving the first body by t along the line brings [a0, a1] and [b0, b1] together for b0 - a1 < t < b1 - a0.
-        forbidden_.clear();
-        for (std::size_t line = 0; line < lines_a_.size(); ++line) {
-            if (lines_a_[line].empty() || lines_b_[line].empty()) continue;
-            intervals(lines_a_[line], inside_a_);
-            intervals(lines_b_[line], inside_b_);
-            for (const Interval& x : inside_a_) {
-                for (const Interval& y : inside_b_) forbidden_.push_back({y.low - x.high, y.high - x.low});
-            }
-        }
-        std::sort(forbidden_.begin(), forbidden_.end(),
-                  [](const Interval& x, const Interval& y) { return x.low < y.low; });
-        double up = 0.0;
-        for (const Interval& span : forbidden_) {
-            if (span.low < up || (up == 0.0 && span.low <= 0.0)) up = std::max(up, span.high);
-        }
-        std::sort(forbidden_.begin(), forbidden_.end(),
-                  [](const Interval& x, const Interval& y) { return x.high > y.high; });
-        double down = 0.0;
-        for (const Interval& span : forbidden_) {
-            if (span.high > down || (down == 0.0 && span.high >= 0.0)) down = std::min(down, span.low);
-        }
+    // World z gives the volume, and tells whether there is anything to come out of.
+    const auto upwards = turn_to(directions.front(), position, a, b);
+    if (!upwards) return {};
+    Bundle narrowed = *upwards;
+    result.volume = pass(topology, a, b, narrowed);
+    if (!(result.volume > 0.0)) return {};
+    result.volume = pass(topology, a, b, narrowed);
+
+    // A few lines of each bundle bound its ways out from below: most directions need no more.
+    constexpr int few = 6;  // every sixth line either way
+    least_.clear();
+    for (const Vector3& direction : directions) {
+        const auto shared = turn_to(direction, position, a, b);
+        if (!shared) return {};
+        const auto [up, down] = ways_out(topology, a, b, *shared, few);
+        least_.push_back(std::min(up, down));
+    }
+    const std::span<const double> least = least_;
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
+    std::stable_sort(order_.begin(), order_.end(),
+                     [least](std::size_t x, std::size_t y) { return least[x] < least[y]; });
+    double shortest = std::numeric_limits<double>::infinity();
+    std::size_t best = 0;
+    for (const std::size_t d : order_) {
+        if (least[d] > shortest) break;
+        const auto shared = turn_to(directions[d], position, a, b);
+        const auto [up, down] = ways_out(topology, a, b, *shared, 1);
         // A bundle whose lines all miss the overlap says nothing about its direction.
         if (up == 0.0 && down == 0.0) continue;
-        for (const auto& [way, sense] : {std::pair{up, 1.0}, std::pair{-down, -1.0}}) {
-            if (way < shortest) {
-                shortest = way;
-                result.direction = sense * direction;
-            }
-        }
+        const double way = std::min(up, down);
+        // Of equal ways the direction that is named first.
+        if (way > shortest || (way == shortest && d > best)) continue;
+        shortest = way;
+        best = d;
+        result.direction = (up <= down ? 1.0 : -1.0) * directions[d];
     }
     result.min_translation = std::isfinite(shortest) ? shortest : std::nan("");
     return result;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -51,12 +52,20 @@ private:
     };
     using Lines = std::vector<std::vector<Crossing>>;
 
+    /// Every stride-th line each way, and of these, where `met` is given, those that something there has met.
     static void pierce(const Triangles& triangles, Range range, const Matrix3X& turned, const Bundle& bundle,
-                       Lines& lines);
+                       int stride, const Lines* met, Lines& lines);
     static void intervals(std::vector<Crossing>& crossings, std::vector<Interval>& inside);
     /// Volume between the two bodies along the bundle's lines, m³; narrows `bundle` to the lines that overlap.
     double pass(const Topology& topology, const BodyRange& a, const BodyRange& b, Bundle& bundle);
-    void cast(const Topology& topology, const BodyRange& a, const BodyRange& b, const Bundle& bundle);
+    void cast(const Topology& topology, const BodyRange& a, const BodyRange& b, const Bundle& bundle, int stride = 1);
+    /// Turned so that the direction points along the bundle's lines; nothing when the two miss each other.
+    [[nodiscard]] std::optional<Bundle> turn_to(const Vector3& direction, const Matrix3X& position, const BodyRange& a,
+                                                const BodyRange& b);
+    /// Way out along the lines in either sense, m, 0 where they miss the overlap; from every stride-th line each way,
+    /// which is a lower bound.
+    [[nodiscard]] std::array<double, 2> ways_out(const Topology& topology, const BodyRange& a, const BodyRange& b,
+                                                 const Bundle& bundle, int stride);
 
     Matrix3X turned_;
     Lines lines_a_;
@@ -64,6 +73,8 @@ private:
     std::vector<Interval> inside_a_;
     std::vector<Interval> inside_b_;
     std::vector<Interval> forbidden_;
+    std::vector<double> least_;            ///< m, per direction: lower bound of its way out
+    std::array<std::size_t, 13> order_{};  ///< directions by that bound
 };
 
 }  // namespace trocar

@@ -50,7 +50,7 @@ private:
     [[nodiscard]] Stretch within_row(const Vector3& p, const Vector3& way, Index row) const;
     /// Monotone in the coordinate: a point within a triangle's range of coordinates is within its range of cells.
     [[nodiscard]] Index index(double coordinate, int axis) const {
-        const double cell = std::floor((coordinate - box_.min[axis]) * scale_[axis]);
+        const double cell = (coordinate - box_.min[axis]) * scale_[axis];
         return static_cast<Index>(std::clamp(cell, 0.0, static_cast<double>(cells_ - 1)));
     }
     [[nodiscard]] std::size_t cell_at(Index x, Index y) const {

@@ -53,6 +53,7 @@ void visit_row(Row& row, Visit&& visit) {
     for (std::size_t stage = 0; stage < stage_count; ++stage) {
         visit(fmt::format("{}_ns", stage_names.at(stage)), row.stage_ns.at(stage));
     }
+    visit("reach", row.reach);
     visit("pairs", row.pairs);
     visit("contacts", row.contacts);
     visit("native_contacts", row.native_contacts);
@@ -61,6 +62,8 @@ void visit_row(Row& row, Visit&& visit) {
     visit("missing", row.missing);
     visit("extra", row.extra);
     visit("missing_touch", row.missing_touch);
+    visit("true_near", row.true_near);
+    visit("missed", row.missed);
     visit("swept", row.swept);
     visit("true_swept", row.true_swept);
     visit("missing_swept", row.missing_swept);
@@ -364,6 +367,7 @@ std::string to_json_line(const Record& record) {
               {"environment", record.environment},
               {"summary", summary},
               {"rows", rows_to_json(record.rows)}};
+    if (record.spec.detail_stride != 1) json["spec"]["detail_stride"] = record.spec.detail_stride;
     if (record.spec.between_ticks) {
         json["spec"]["between_ticks"] = true;
         json["events"] = events_to_json(record.events);
@@ -395,6 +399,10 @@ Record record_from_json_line(const std::string& line, const std::string& file, s
     known.emplace_back("between_ticks");  // written only where it is true
     if (spec.contains("between_ticks")) {
         reader.read(spec["between_ticks"], "/spec/between_ticks", record.spec.between_ticks);
+    }
+    known.emplace_back("detail_stride");  // written only where it is not 1
+    if (spec.contains("detail_stride")) {
+        reader.read(spec["detail_stride"], "/spec/detail_stride", record.spec.detail_stride);
     }
     visit_optional_spec(record.spec, [&](const char* name, std::string& value) {
         known.emplace_back(name);

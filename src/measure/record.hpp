@@ -33,6 +33,9 @@ struct RunSpec {
     std::int64_t ticks = 0;
     /// Truth (pairs and depth) is computed on every n-th tick, since it costs more than any method; 0 = never.
     std::int64_t truth_stride = 1;
+    /// Of the judged ticks, every n-th is judged in detail too: near pairs, depth errors of contacts, overlap of closed
+    /// bodies. Nothing is ranked by these, and they cost more than the rest.
+    std::int64_t detail_stride = 1;
     /// The space-time oracle follows every tick: contacts that begin between frames, and events.
     bool between_ticks = false;
     /// Changes to the scene, "KEY=VALUE,…" as simulate/overrides.hpp reads them; empty: as the file says.

@@ -29,6 +29,8 @@ struct StepRow {
     std::int64_t missing = -1;        ///< true pairs not reported
     std::int64_t extra = -1;          ///< reported pairs that are not true
     std::int64_t missing_touch = -1;  ///< of `missing`: pairs that only touch
+    std::int64_t true_near = -1;      ///< pairs that do not meet, within `reach`; -1: not asked for, or not computed
+    std::int64_t missed = -1;         ///< of these: not brought
     std::int64_t swept = 0;           ///< contacts that the detector says begin since the frame before
     std::int64_t true_swept = -1;     ///< pairs that do (space_time.hpp); -1: not computed
     std::int64_t missing_swept = -1;  ///< of these: told neither as swept contact nor as pair of this frame

@@ -179,7 +179,7 @@ std::optional<Ablation> gather(const std::vector<Record>& records) {
         const std::size_t more = head.find("; ");
         if (more != std::string::npos) one.with = head.substr(more + 2);
         const std::string other_side = (one.in_from ? "to" : "from") + head.substr(one.in_from ? 4 : 2);
-        one.option = runs.contains({parameter, other_side + " with " + one.value});
+        one.option = ablation.to.empty() || runs.contains({parameter, other_side + " with " + one.value});
         const ByScene& base = runs[{"", head}];
         std::vector<double> ratios;
         for (const auto& [scene, record] : by_scene) {
@@ -248,8 +248,9 @@ std::vector<std::string> silent_switches(const Ablation& ablation, bool to_the_b
 std::string sentence_of(const Ablation& ablation) {
     std::set<std::string> all;
     for (const Turned& one : ablation.turned) all.insert(one.parameter);
-    std::string text =
-        fmt::format("Of {} switches between {} and {}, ", all.size(), code(ablation.from), code(ablation.to));
+    std::string text = fmt::format("Of {} switches ", all.size());
+    text += ablation.to.empty() ? fmt::format("of {}, ", code(ablation.from))
+                                : fmt::format("between {} and {}, ", code(ablation.from), code(ablation.to));
     std::set<std::string> told;
     std::vector<std::string> parts;
     constexpr std::size_t most = 3;
@@ -270,14 +271,15 @@ std::string sentence_of(const Ablation& ablation) {
 std::string effects_chart(const Ablation& ablation) {
     BarChart chart;
     chart.x_title = "largest factor between without and with the switch, decades (log10)";
-    chart.parts = {"rest as in " + ablation.from, "rest as in " + ablation.to};
+    chart.parts = {"rest as in " + ablation.from};
+    if (!ablation.to.empty()) chart.parts.push_back("rest as in " + ablation.to);
     constexpr double failed = 4.0;  // decades; a bar that leaves all others behind
     std::vector<std::string> order;
     for (const Turned& one : ablation.turned) {
         if (std::find(order.begin(), order.end(), one.parameter) == order.end()) order.push_back(one.parameter);
     }
     for (const std::string& parameter : order) {
-        BarChart::Bar bar{.name = parameter, .parts = {not_known, not_known}};
+        BarChart::Bar bar{.name = parameter, .parts = std::vector<double>(chart.parts.size(), not_known)};
         for (const Turned& one : ablation.turned) {
             if (one.parameter != parameter || one.changes.empty()) continue;
             bar.parts[one.in_from ? 0 : 1] = std::min(failed, std::log10(one.changes.front().factor));

@@ -38,6 +38,9 @@ constexpr std::array sources{Source{&RunFigures::substeps, "substeps"},
                              Source{&RunFigures::extra, "extra"},
                              Source{&RunFigures::contacts_between, "contact_events"},
                              Source{&RunFigures::contacts_untold, "contact_events_missed"},
+                             Source{&RunFigures::reach_max, "reach_max_m"},
+                             Source{&RunFigures::true_near, "true_near"},
+                             Source{&RunFigures::missed_near, "missed"},
                              Source{&RunFigures::depth_error_p50, "depth_error_median_m"},
                              Source{&RunFigures::depth_error_max, "depth_error_max_m"},
                              Source{&RunFigures::left_p50, "residual_median_m"},
@@ -82,6 +85,24 @@ constexpr std::array sources{Source{&RunFigures::substeps, "substeps"},
                              Source{&RunFigures::ruptures, "ruptures"},
                              Source{&RunFigures::repairs, "repairs"},
                              Source{&RunFigures::truncated_ticks, "truncated_ticks"}};
+
+/// What truth says of a motion, whoever made it.
+constexpr std::array outcome_figures{&RunFigures::left_p50,
+                                     &RunFigures::left_max,
+                                     &RunFigures::left_last,
+                                     &RunFigures::left_settled,
+                                     &RunFigures::overlap_volume,
+                                     &RunFigures::min_translation,
+                                     &RunFigures::ticks_to_clear_p50,
+                                     &RunFigures::ticks_to_clear_max,
+                                     &RunFigures::uncleared,
+                                     &RunFigures::re_penetrations,
+                                     &RunFigures::overshoot,
+                                     &RunFigures::wrong_vertices_max,
+                                     &RunFigures::wrong_vertices_last,
+                                     &RunFigures::undecided_max,
+                                     &RunFigures::undecided_ticks,
+                                     &RunFigures::strain_over};
 
 double summary_of(const Record& record, const std::string& key) {
     const auto found = record.summary.find(key);
@@ -160,6 +181,16 @@ RunFigures figures_of(const Record& record) {
         }
     }
     return figures;
+}
+
+bool same_motion(const RunFigures& a, const RunFigures& b) {
+    const Record& first = *a.record;
+    const Record& second = *b.record;
+    const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
+    // A state knows nothing of forces where scripts lead all bodies.
+    return first.spec.scene == second.spec.scene && a.ok() && b.ok() && !first.state_hash.empty() &&
+           first.state_hash == second.state_hash && same(a.force_max, b.force_max) &&
+           same(a.force_jump_max, b.force_jump_max);
 }
 
 double as_printed(double value) {
@@ -260,8 +291,28 @@ Results::Results(const std::vector<Record>& records) {
             });
         }
     }
+    judge_by_twins();
     noise_floor_ = noise_between(runs_);
     for (const std::string& scene : scenes("replay")) resample_ticks(scene);
+}
+
+void Results::judge_by_twins() {
+    for (auto& [contestant, scenes] : by_contestant_) {
+        if (contestant.mode != "closed_loop") continue;
+        for (auto& [scene, result] : scenes) {
+            for (RunFigures& run : result.runs) {
+                if (run.judged() || !run.ok()) continue;
+                for (const RunFigures& twin : runs_) {
+                    const RunSpec& spec = twin.record->spec;
+                    if (spec.mode != contestant.mode || !twin.judged() || !same_motion(run, twin)) {
+                        continue;
+                    }
+                    for (const auto figure : outcome_figures) run.*figure = twin.*figure;
+                    break;
+                }
+            }
+        }
+    }
 }
 
 void Results::resample_ticks(const std::string& scene) {

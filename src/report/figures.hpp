@@ -45,6 +45,9 @@ struct RunFigures {
     double extra = not_known;
     double contacts_between = not_known;  ///< contacts of two bodies that the space-time oracle sees
     double contacts_untold = not_known;   ///< of these
+    double reach_max = not_known;         ///< m; NaN where no source asks for near pairs
+    double true_near = not_known;         ///< near pairs within reach, sum over the ticks judged in detail
+    double missed_near = not_known;       ///< of these: not brought
     double depth_error_p50 = not_known;   ///< m, over ticks with a contact
     double depth_error_max = not_known;   ///< m
     double left_p50 = not_known;          ///< m, over ticks with a pair or a depth
@@ -90,6 +93,8 @@ struct RunFigures {
     double repairs = not_known;  ///< NaN: the response keeps no sides
     double truncated_ticks = not_known;
     [[nodiscard]] bool ok() const { return record->outcome.ok(); }
+    /// False where the study wanted this run timed only: see Results.
+    [[nodiscard]] bool judged() const { return record->spec.truth_stride > 0; }
     /// The response told a rupture where the hard reference passes the strain limit: the right answer, whatever is deep
     /// in torn tissue.
     [[nodiscard]] bool tears_when_due() const { return ruptures > 0.0 && reference_clears == 0.0; }
@@ -151,6 +156,11 @@ struct SceneResult {
     [[nodiscard]] bool repeatable() const;
 };
 
+/// Two runs of one scene that moved alike, bit by bit, under the same forces.
+bool same_motion(const RunFigures& a, const RunFigures& b);
+
+/// A closed-loop run that a study leaves unjudged and that moved as a judged one did is told with what truth says of
+/// that one's outcome; what truth says of its own pairs stays unknown.
 class Results {
 public:
     explicit Results(const std::vector<Record>& records);
@@ -174,6 +184,7 @@ public:
     [[nodiscard]] double noise_floor() const { return noise_floor_; }
 
 private:
+    void judge_by_twins();
     /// Fills the resamples of every contestant that replayed the scene.
     void resample_ticks(const std::string& scene);
 

@@ -35,7 +35,7 @@ const VerdictRow* winner(const Verdict& verdict, const Rule& rule, bool own_only
         const Contestant& who = row.contestant;
         if (!without.empty() && (method_name(who.detector) == without || method_name(who.response) == without))
             continue;
-        if ((own_only && !row.own) || (foreign_only && row.own)) continue;
+        if ((own_only && !row.ours) || (foreign_only && !row.rival)) continue;
         if (row.control || row.failed_runs > 0 || std::isnan(row.p50.value)) continue;
         if (rule.error == nullptr) return &row;
         if (std::isnan(rule.error(row))) continue;

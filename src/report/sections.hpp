@@ -75,6 +75,10 @@ void add_frames(Draft& draft);
 void add_detection(Draft& draft);
 void add_contacts_and_forces(Draft& draft);
 
+// loss_section.cpp
+/// Rows with a detector that is not exact against the same with one that is.
+void add_lost_by_the_detector(Draft& draft);
+
 // between_ticks_section.cpp
 void add_between_ticks(Draft& draft);
 // outcome_section.cpp

@@ -38,12 +38,21 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
     row.contestant = contestant;
     row.own = results.fact(contestant, "detector.own") == "yes" &&
               (contestant.response.empty() || results.fact(contestant, "response.own") == "yes");
+    const std::string ours = results.fact(contestant, "study.ours");
+    row.ours = row.own && (contestant.response.empty() || ours.empty() || contestant.response == ours);
+    row.rival = ours.empty() || contestant.response.empty() ? !row.own : contestant.response != ours;
     row.control = results.fact(contestant, "detector.control") == "yes" ||
                   (!contestant.response.empty() && results.fact(contestant, "response.control") == "yes");
     row.reference = !reference.empty() && contestant.detector == reference;
     Contestant yardstick = contestant;
     yardstick.detector = reference;
-    if (contestant.mode == "closed_loop") yardstick.contacts = "canonical";
+    // Of another source's rows, which the reference may have none of, canonical contacts are the yardstick.
+    const auto has_rows = [&] {
+        return std::any_of(scenes.begin(), scenes.end(),
+                           [&](const std::string& scene) { return results.find(yardstick, scene) != nullptr; });
+    };
+    if (contestant.mode == "closed_loop" && (contestant.contacts == "native" || !has_rows()))
+        yardstick.contacts = "canonical";
 
     std::vector<ProcessSample> p50;
     std::vector<ProcessSample> p99;
@@ -121,7 +130,8 @@ std::string method_name(const std::string& text) { return text.substr(0, text.fi
 std::string kind_text(const VerdictRow& row) {
     if (row.control) return "control";
     if (row.reference) return "reference";
-    return row.own ? "own" : "foreign";
+    if (row.ours) return "own";
+    return row.own ? "rival, our code" : "foreign";
 }
 
 /// An answer that a limit cut is unknown, never free of contact: told wherever missed pairs are.
@@ -260,6 +270,32 @@ Verdict make_verdict(const Results& results, const std::string& reference, const
 
 namespace {
 
+/// Number in the table of every row: those that move as an earlier one share its number.
+std::vector<int> numbers_of(const std::vector<VerdictRow>& rows) {
+    std::vector<int> numbers;
+    int next = 0;
+    for (const VerdictRow& row : rows) {
+        numbers.push_back(row.identical_to < 0 ? ++next : numbers[static_cast<std::size_t>(row.identical_to)]);
+    }
+    return numbers;
+}
+
+/// ", moving alike: `ohc` (70.9 / 163 µs)" for all rows that do; empty without any.
+std::string twins_text(const std::vector<VerdictRow>& rows, std::size_t head) {
+    std::vector<std::string> twins;
+    const Contestant& first = rows[head].contestant;
+    for (const VerdictRow& row : rows) {
+        if (row.identical_to != static_cast<int>(head)) continue;
+        const Contestant& twin = row.contestant;
+        const bool by_detector_alone = twin.response == first.response && twin.contacts == first.contacts;
+        const std::string p50 = time_text(row, row.p50, false);
+        const std::string p99 = time_text(row, row.p99, true);
+        twins.push_back(
+            fmt::format("{} ({} / {} µs)", by_detector_alone ? "`" + twin.detector + "`" : who_text(twin), p50, p99));
+    }
+    return twins.empty() ? std::string() : fmt::format(", moving alike: {}", fmt::join(twins, ", "));
+}
+
 Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std::string& caption, double noise_floor,
                bool name_scenes) {
     Table table;
@@ -280,19 +316,18 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
     const bool between = looks_between(rows);
     if (between) table.columns.insert(table.columns.begin() + 4, {"contacts between frames never told", true});
     if (name_scenes) table.columns.insert(table.columns.begin() + 1, {"scenes", false});
-    int number = 0;
-    for (const VerdictRow& row : rows) {
-        ++number;
-        std::string left = left_text(row);
-        if (row.identical_to >= 0) left = fmt::format("identical to {}", row.identical_to + 1);
-        std::vector<std::string> cells{std::to_string(number) + (row.dominated ? "†" : "")};
+    const std::vector<int> numbers = numbers_of(rows);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const VerdictRow& row = rows[i];
+        if (row.identical_to >= 0) continue;
+        std::vector<std::string> cells{std::to_string(numbers[i]) + (row.dominated ? "†" : "")};
         if (name_scenes) cells.push_back(fmt::format("{}", fmt::join(row.scene_names, ", ")));
-        std::vector<std::string> figures{who_text(row.contestant),
+        std::vector<std::string> figures{who_text(row.contestant) + twins_text(rows, i),
                                          kind_text(row),
                                          pairs_text(row),
                                          two_numbers(row.depth_error_p50, row.depth_error_max, mm),
                                          std::isnan(row.error) ? "n/a" : format_number(row.error * mm),
-                                         left,
+                                         left_text(row),
                                          forces_text(row, closed_loop),
                                          time_text(row, row.p50, false),
                                          time_text(row, row.p99, true),
@@ -307,7 +342,7 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
             printed.style = TableRow::Style::failed;
         } else if (row.dominated) {
             printed.style = TableRow::Style::dominated;
-        } else if (row.own) {
+        } else if (row.ours) {
             printed.style = TableRow::Style::own;
         }
         if (row.undecided_max > 0.0) table.note = undecided_note;
@@ -345,7 +380,7 @@ std::string verdict_chart(const Verdict& verdict) {
     int next = 0;
     for (const bool own : {true, false}) {
         for (const VerdictRow& row : verdict.rows) {
-            if (row.own != own) continue;
+            if (row.ours != own) continue;
             if (colours.emplace(method_name(row.contestant.detector), next).second) ++next;
             shapes.emplace(row.contestant.response, 0);
         }
@@ -355,9 +390,10 @@ std::string verdict_chart(const Verdict& verdict) {
 
     ScatterChart chart;
     std::vector<std::pair<double, double>> all;
-    int number = 0;
+    const std::vector<int> numbers = numbers_of(verdict.rows);
+    std::size_t next_row = 0;
     for (const VerdictRow& row : verdict.rows) {
-        ++number;
+        const int number = numbers[next_row++];
         const double error = error_of(row, depth);
         const double time = (p99 ? row.p99.value : row.p50.value) * us;
         if (std::isnan(error) || std::isnan(time)) continue;
@@ -402,9 +438,12 @@ std::string verdict_sentence(const Verdict& verdict, const std::string& where, c
     const VerdictRow* foreign = nullptr;
     for (const VerdictRow& row : verdict.rows) {
         if (row.control || std::isnan(row.p50.value) || std::isnan(error_of(row, depth))) continue;
-        if (row.own && own == nullptr) own = &row;
-        if (!row.own && foreign == nullptr) foreign = &row;
+        if (row.ours && own == nullptr) own = &row;
+        if (row.rival && foreign == nullptr) foreign = &row;
     }
+    const bool by_response = std::any_of(verdict.rows.begin(), verdict.rows.end(),
+                                         [](const VerdictRow& row) { return row.rival && row.own; });
+    const std::string best = by_response ? "the best response that is not ours" : "the best foreign row";
     const auto tell = [depth](const VerdictRow& row) {
         const std::string time = std::isnan(row.p99.value) ? format_number(row.p50.value * us) + " µs median per tick"
                                                            : format_number(row.p99.value * us) + " µs p99 per tick";
@@ -444,13 +483,12 @@ std::string verdict_sentence(const Verdict& verdict, const std::string& where, c
     };
     if (own != nullptr && foreign != nullptr && motion(*own) == motion(*foreign)) {
         const bool tail = !std::isnan(foreign->p99.value);
-        text +=
-            fmt::format("; the best foreign row, `{}`, moves identically, bit by bit, at {} µs {} per tick",
-                        foreign->contestant.label(),
-                        format_number((tail ? foreign->p99.value : foreign->p50.value) * us), tail ? "p99" : "median");
+        text += fmt::format(
+            "; {}, `{}`, moves identically, bit by bit, at {} µs {} per tick", best, foreign->contestant.label(),
+            format_number((tail ? foreign->p99.value : foreign->p50.value) * us), tail ? "p99" : "median");
     } else if (foreign != nullptr) {
-        text += (own != nullptr ? "; the best foreign row, `" : "`") + foreign->contestant.label() + "`, " +
-                tell(*foreign) + total(*foreign);
+        text += (own != nullptr ? "; " + best + ", `" : "`") + foreign->contestant.label() + "`, " + tell(*foreign) +
+                total(*foreign);
     }
     if (own != nullptr && foreign != nullptr) {
         const double ratio = foreign->p50.value / own->p50.value;

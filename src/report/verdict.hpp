@@ -13,7 +13,9 @@ namespace trocar {
 /// One contestant over a set of scenes. Times: geometric mean over the scenes, per process, then across processes.
 struct VerdictRow {
     Contestant contestant;
-    bool own = false;        ///< every method of it is ours
+    bool own = false;        ///< every method of it is written by us
+    bool ours = false;       ///< our contestant: own, and with the response that the study calls ours if it names one
+    bool rival = false;      ///< it stands against ours: of another response where the study names ours, else foreign
     bool control = false;    ///< a method of it holds the others to account: told last, never ranked
     bool reference = false;  ///< its detector is the one that ratios are taken to
     int scenes = 0;          ///< scenes it was planned on and that could be run
@@ -65,12 +67,14 @@ struct Verdict {
 Verdict make_verdict(const Results& results, const std::string& reference, const std::string& mode,
                      const std::vector<std::string>& scenes);
 
+/// Rows that move alike are printed as one, which names them all with their times.
 Table verdict_table(const Verdict& verdict, const std::string& caption, double noise_floor);
 /// Verdict::partial, sorted by scenes and error; without rows when there is none.
 Table partial_table(const Verdict& verdict, const std::string& caption, double noise_floor);
 /// Empty when no row has both a time and an error.
 std::string verdict_chart(const Verdict& verdict);
-/// The best own row against the best foreign row, each the first of its kind in the table.
+/// The best row of ours against the best of another: of another response where the study names ours, else the best
+/// foreign row; each the first of its kind in the table.
 std::string verdict_sentence(const Verdict& verdict, const std::string& where, const std::string& reference);
 
 /// "12.3 [11.9–12.8]"; without brackets for one process.

@@ -11,18 +11,15 @@ namespace {
 constexpr double least_error = 1.0e-6;  // m
 constexpr double alike = 1.1;           // factor between depths
 
-bool same_motion(const Results& results, const VerdictRow& a, const VerdictRow& b,
-                 const std::vector<std::string>& scenes) {
-    if (a.contestant.response != b.contestant.response) return false;
+bool move_alike(const Results& results, const VerdictRow& a, const VerdictRow& b,
+                const std::vector<std::string>& scenes) {
     bool any = false;
     for (const std::string& scene : scenes) {
         const SceneResult* first = results.find(a.contestant, scene);
         const SceneResult* second = results.find(b.contestant, scene);
         if ((first == nullptr) != (second == nullptr)) return false;
         if (first == nullptr) continue;
-        if (!first->ok() || !second->ok()) return false;
-        const std::string& hash = first->runs.front().record->state_hash;
-        if (hash.empty() || hash != second->runs.front().record->state_hash) return false;
+        if (!first->ok() || !second->ok() || !same_motion(first->runs.front(), second->runs.front())) return false;
         any = true;
     }
     return any;
@@ -75,7 +72,7 @@ void compare_rows(const Results& results, const std::vector<std::string>& scenes
     for (std::size_t i = 0; i < rows.size(); ++i) {
         VerdictRow& row = rows[i];
         for (std::size_t j = 0; j < i && row.identical_to < 0; ++j) {
-            if (rows[j].identical_to < 0 && same_motion(results, row, rows[j], scenes)) {
+            if (rows[j].identical_to < 0 && move_alike(results, row, rows[j], scenes)) {
                 row.identical_to = static_cast<int>(j);
             }
         }

@@ -90,14 +90,24 @@ std::string substeps_note(const Draft& draft) {
 /// Between judged ticks nobody has looked: a worst value is one of those that were.
 std::string judged_note(const Draft& draft) {
     std::int64_t stride = 1;
+    std::int64_t detail = 1;
     for (const Record& record : draft.records) {
-        if (record.spec.mode == draft.mode) stride = std::max(stride, record.spec.truth_stride);
+        if (record.spec.mode != draft.mode) continue;
+        stride = std::max(stride, record.spec.truth_stride);
+        detail = std::max(detail, record.spec.detail_stride);
     }
-    return stride == 1 ? std::string()
-                       : fmt::format(
-                             " Pairs and depths are judged on every {}th tick (truth_stride of the study): a peak "
-                             "between two of them is not seen, a single run (`trocar run`) judges every tick.",
-                             stride);
+    std::string text =
+        stride == 1 ? std::string(" Pairs and depths are judged on every tick")
+                    : fmt::format(
+                          " Pairs and depths are judged on every {}th tick (truth_stride of the study): a peak between "
+                          "two of them is not seen, a single run (`trocar run`) judges every tick",
+                          stride);
+    if (detail > 1) {
+        text += fmt::format(
+            "; near pairs, depth errors of contacts and overlaps, by which nothing is ranked, on every {}th of these",
+            detail);
+    }
+    return text + ".";
 }
 
 std::string verdict_note(const Draft& draft) {
@@ -113,10 +123,13 @@ std::string verdict_note(const Draft& draft) {
            "scenes whose reference can tell; ≤: all lie within the references' own bound. " +
            draft.interval_note(draft.mode) +
            fmt::format(
-               " Ratio: median tick over that of {} with the same response and canonical contacts, process "
-               "by process; {}. \"identical to\": the same motion, bit by bit. n/a = does not apply; "
-               "\"no reference\" = no reference solution in this study. The rule for the sentence: first own "
-               "against first foreign row.",
+               " Ratio: median tick over that of {} with the same response and source (of native contacts: "
+               "with canonical ones), process by process; {}. Moving alike: the same motion and forces on every scene, "
+               "bit "
+               "by bit; such rows stand once, with the tick p50 / p99 of each that is named. n/a = does not apply; "
+               "\"no reference\" = no reference solution in this study. The rule for the sentence: our first "
+               "row against the first of another response where the study names ours, else against the first foreign "
+               "row.",
                code(draft.reference),
                std::isnan(draft.results.noise_floor())
                    ? "with one process per contestant the noise of the machine is not known, and ratios near 1 say "

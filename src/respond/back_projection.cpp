@@ -20,8 +20,7 @@ Vector3 came_from(const ThesisState& state, const Frame& frame, Index vertex) {
 
 }  // namespace
 
-void BackProjection::respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts,
-                             Effect& effect) {
+void BackProjection::respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts, Effect& effect) {
     collect_met(state, frame, contacts);
     for (auto first = met_.begin(); first != met_.end();) {
         const Index body = first->body;

@@ -61,7 +61,8 @@ void Grasp::detach(std::size_t position) {
     held_.erase(held_.begin() + static_cast<std::ptrdiff_t>(position));
 }
 
-void Grasp::update(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts) {
+void Grasp::update(const Topology& topology, const Materials& materials, const Frame& frame,
+                   const ContactSet& contacts) {
     if (frame.pose.size() != group_of_body_.size()) return;
     for (Index g = 0; g < static_cast<Index>(groups_.size()); ++g) {
         Group& group = groups_[at(g)];

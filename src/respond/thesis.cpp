@@ -99,8 +99,8 @@ private:
             return;
         }
         const CollisionClass pair_class = state_.laws.kind(contact.body_a, contact.body_b);
-        if (pair_class == CollisionClass::none || (pair_class == CollisionClass::rigid_tissue &&
-                                                   !settings().all_rigid_cases && !enters_with_b(contact))) {
+        if (pair_class == CollisionClass::none ||
+            (pair_class == CollisionClass::rigid_tissue && !settings().all_rigid_cases && !enters_with_b(contact))) {
             ++effect.skipped;
             return;
         }
@@ -365,9 +365,10 @@ ResponseEntry thesis_response() {
     entry.why_unreadable = [](const ParameterValues& values, std::string_view source) -> std::string {
         if (source == "canonical") return {};
         if (values.is("profile", "corrected") && !values.is("tissue_tissue", "exchange")) return {};
-        return fmt::format("the printed equations of thesis need pairs of triangles, contacts 'canonical'; from '{}' "
-                           "work profile=corrected and tissue_tissue=impulse",
-                           source);
+        return fmt::format(
+            "the printed equations of thesis need pairs of triangles, contacts 'canonical'; from '{}' "
+            "work profile=corrected and tissue_tissue=impulse",
+            source);
     };
     entry.parameters = thesis_parameters();
     for (const char* setting :

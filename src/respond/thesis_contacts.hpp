@@ -16,8 +16,8 @@ struct VertexInFace {
     Index vertex = -1;
     Index vertex_body = -1;
     Index face_body = -1;
-    Index triangle = -1;  ///< the pierced face; -1 where the source tells a point of the surface alone
-    LoadPoint face;       ///< its loaded point
+    Index triangle = -1;               ///< the pierced face; -1 where the source tells a point of the surface alone
+    LoadPoint face;                    ///< its loaded point
     Vector3 normal = Vector3::Zero();  ///< unit, outer, of the face
     Index nearest = -1;                ///< the face's vertex that the printed equations use
     double depth = 0.0;                ///< m

@@ -52,10 +52,9 @@ std::vector<Parameter> thesis_parameters() {
         number("f_max", "N", "5", 0.0, 1e6, "largest spring force of one contact with clamp=on"),
         choice("edges", {"interval", "normal"},
                "crossing edges: along the interval by its length (faithful), or along their common normal (corrected)"),
-        choice(
-            "path", {"absolute", "relative"},
-            "contact position of a tissue vertex: its own path (faithful), or as seen from the face, else "
-            "the closest point (corrected)"),
+        choice("path", {"absolute", "relative"},
+               "contact position of a tissue vertex: its own path (faithful), or as seen from the face, else "
+               "the closest point (corrected)"),
         choice("reaction", {"equilibrium", "impulse"},
                "force on the tool of a placed vertex: equilibrium of A2 (faithful), or momentum (corrected)"),
         restitution,
@@ -80,7 +79,8 @@ std::vector<Parameter> thesis_parameters() {
                "with grasp=spring, time in which the force on a vertex that slips or is let go falls evenly to zero "
                "(eight vertices at 2 N each: 0.32 N per tick of 1 ms); 0: at once, as grasp=follow always does"),
         choice("tip_proxy", {"on", "off"},
-               "tip against bone: by a god-object, as the thesis leaves it to GHOST (faithful, §3.4.2), or by the equations "
+               "tip against bone: by a god-object, as the thesis leaves it to GHOST (faithful, §3.4.2), or by the "
+               "equations "
                "(corrected)"),
         {.name = "contacts",
          .type = Parameter::Type::choice,

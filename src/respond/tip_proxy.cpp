@@ -303,7 +303,8 @@ void TipProxies::collect_around(const Topology& topology, const Frame& frame, co
         for (const TrianglePair& pair : *pairs) {
             const Index body = topology.body_of_triangle[at(pair.a)];
             if (topology.bodies[at(topology.body_of_triangle[at(pair.b)])].kind != BodyKind::rigid) continue;
-            const bool same = body == tip.body || (!instrument.empty() && topology.bodies[at(body)].instrument == instrument);
+            const bool same =
+                body == tip.body || (!instrument.empty() && topology.bodies[at(body)].instrument == instrument);
             if (!same || reached_[at(pair.b)] == look_) continue;
             add(pair.b);
             const Box box = box_of(topology, frame.position, pair.b);

@@ -57,7 +57,7 @@ double Judge::worst_error(std::span<const Contact> contacts) const {
     return worst;
 }
 
-void Judge::judge_detection(const Frame& seen, const ContactSet& contacts, StepRow& row) {
+void Judge::judge_detection(const Frame& seen, const ContactSet& contacts, StepRow& row, bool in_detail) {
     true_pairs(*topology_, seen, truth_);
     touches_ = touching_pairs(*topology_, seen, truth_);
     const PairErrors errors = compare_pairs(contacts.pairs, truth_, touches_);
@@ -66,7 +66,13 @@ void Judge::judge_detection(const Frame& seen, const ContactSet& contacts, StepR
     row.missing = errors.missing;
     row.extra = errors.extra;
     row.missing_touch = errors.missing_touch;
-    depth_.measure(seen);
+    if (!in_detail) return;
+    if (row.reach > 0.0) {
+        true_near_pairs(*topology_, seen, row.reach, near_truth_);
+        row.true_near = static_cast<std::int64_t>(near_truth_.size());
+        row.missed = compare_pairs(contacts.near, near_truth_, {}).missing;
+    }
+    depth_.follow(seen);
     row.depth_error = worst_error(contacts.contacts);
     row.native_depth_error = worst_error(contacts.native);
 }
@@ -89,7 +95,7 @@ void Judge::judge_overlap(const Frame& after, StepRow& row) {
     row.min_translation = worst.min_translation;
 }
 
-void Judge::judge_outcome(const Frame& after, StepRow& row, double scripted_path) {
+void Judge::judge_outcome(const Frame& after, StepRow& row, double scripted_path, bool in_detail) {
     const DepthTruth::Result left = depth_.measure(after);
     if (materials_ != nullptr && !materials_->springs.empty()) {
         row.strain_over = 0.0;
@@ -104,7 +110,7 @@ void Judge::judge_outcome(const Frame& after, StepRow& row, double scripted_path
     row.wrong_side = left.wrong_side;
     row.wrong_side_vertices = left.wrong_side_vertices;
     row.side_undecided = left.side_undecided;
-    judge_overlap(after, row);
+    if (in_detail) judge_overlap(after, row);
     if (left.wrong_side != 0 || left.side_undecided != 0 || row.pairs > 0) {
         if (left.wrong_side > 0) {
             last_depth_tick_ = row.tick;

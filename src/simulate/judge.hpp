@@ -20,12 +20,12 @@ public:
     Judge(const Topology& topology, const Frame& first, std::span<const std::uint8_t> yielding,
           const Materials* materials = nullptr);
 
-    /// Fills the pair errors and the depth errors of the row.
-    void judge_detection(const Frame& seen, const ContactSet& contacts, StepRow& row);
-    /// Fills what is left over: depth, wrong sides, overlap, overshoot, strain over the limit; leaves depths unset when
-    /// no body pair yields. `scripted_path`: how far scripts alone have moved bodies since the start, m, so that a gap
+    /// Fills the pair errors of the row; in detail also those of near pairs and the depth errors of contacts.
+    void judge_detection(const Frame& seen, const ContactSet& contacts, StepRow& row, bool in_detail = true);
+    /// Fills what is left over: depth, wrong sides, overshoot, strain over the limit, in detail also the overlap; leaves
+    /// depths unset when no body pair yields. `scripted_path`: how far scripts alone have moved bodies since the start, m, so that a gap
     /// which the script opened is no overshoot.
-    void judge_outcome(const Frame& after, StepRow& row, double scripted_path = 0.0);
+    void judge_outcome(const Frame& after, StepRow& row, double scripted_path = 0.0, bool in_detail = true);
 
     /// Ticks after the last depth in which a gap counts as overshoot.
     static constexpr std::int64_t overshoot_window = 20;
@@ -43,6 +43,7 @@ private:
     bool anything_yields_ = false;
     DepthTruth depth_;
     std::vector<TrianglePair> truth_;
+    std::vector<TrianglePair> near_truth_;
     std::vector<Index> touches_;
     OverlapTruth overlap_;
     std::int64_t last_depth_tick_ = -1;  ///< -1: nothing has been inside yet

@@ -64,6 +64,10 @@ bool is_judged(const RunSpec& spec, std::int64_t tick, std::int64_t ticks) {
     return spec.truth_stride > 0 && (tick % spec.truth_stride == 0 || tick + 1 == ticks);
 }
 
+bool is_judged_in_detail(const RunSpec& spec, std::int64_t tick, std::int64_t ticks) {
+    return is_judged(spec, tick, ticks) && (tick / spec.truth_stride % spec.detail_stride == 0 || tick + 1 == ticks);
+}
+
 /// A tick whose list of pairs was cut is always judged, whatever the stride: what a limit took away counts as missed.
 bool is_cut(const RunSpec& spec, const StepRow& row) { return spec.truth_stride > 0 && row.truncated; }
 
@@ -240,8 +244,9 @@ Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limi
         StepRow row = simulation.replay(frame);
         if (simulation.outcome().ok()) between.judge(simulation.seen(), simulation.contacts(), row);
         if (simulation.outcome().ok() && (is_judged(spec, tick, ticks) || is_cut(spec, row))) {
-            judge.judge_detection(simulation.seen(), simulation.contacts(), row);
-            native.judge(frame, judge, row);
+            const bool in_detail = is_judged_in_detail(spec, tick, ticks);
+            judge.judge_detection(simulation.seen(), simulation.contacts(), row, in_detail);
+            if (in_detail) native.judge(frame, judge, row);
         }
         if (record.outcome.ok()) record.outcome = simulation.outcome();
         record.rows.push_back(row);
@@ -276,8 +281,9 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
         if (record.outcome.ok()) row.passed_through = passages.follow(simulation.frame());
         const bool judged = is_judged(spec, tick, ticks);
         if (record.outcome.ok() && (judged || is_cut(spec, row))) {
-            judge.judge_detection(simulation.seen(), simulation.contacts(), row);
-            if (judged) judge.judge_outcome(simulation.frame(), row, script.up_to(row.time));
+            const bool in_detail = is_judged_in_detail(spec, tick, ticks);
+            judge.judge_detection(simulation.seen(), simulation.contacts(), row, in_detail);
+            if (judged) judge.judge_outcome(simulation.frame(), row, script.up_to(row.time), in_detail);
         }
         if (record.outcome.ok()) {
             // Held before it crosses, what touches has no pair.

@@ -22,6 +22,13 @@ struct StudyMethod {
     std::string setting = "default";  ///< "default" | "recommended" | "tuned"
     std::string basis;                ///< who recommends the setting, or how it was searched and with what budget
     std::vector<std::string> scenes;  ///< of the part's scenes, those it runs on; empty: all
+    /// Of a response in the closed loop: those of the part's detectors and contact sources that it runs with; empty:
+    /// all.
+    std::vector<std::string> detectors = {};
+    std::vector<std::string> contacts = {};
+    /// Of a detector in the closed loop: false, its runs are not judged; they are timed, and what truth says of the same
+    /// motion is told of them too.
+    bool judged = true;
     std::optional<std::string> absent_reason;  ///< set when this build lacks the method: its runs become rows `absent`
 };
 
@@ -45,6 +52,7 @@ struct ClosedLoopPart {
     std::int64_t ticks = 0;
     std::int64_t repetitions = 1;
     std::int64_t truth_stride = 1;
+    std::int64_t detail_stride = 1;  ///< as RunSpec::detail_stride
 };
 
 /// The thesis' own table: time of the response per triangle pair and per iteration, without and with the triangle test.
@@ -73,7 +81,8 @@ struct WorkPrecisionPart {
 };
 
 /// What each switch between two settings of a response changes: turned on alone in `from`, turned off alone in `to`. An
-/// option, which neither setting turns on, is turned on alone in both.
+/// option, which neither setting turns on, is turned on alone in both. Without `to` all switches are options of `from`.
+/// Contacts are of the source that `from` works from by itself; a switch `source` turns that.
 struct AblationPart {
     struct Switch {
         std::string parameter;
@@ -88,14 +97,17 @@ struct AblationPart {
     std::vector<std::string> scenes;
     StudyMethod detector;
     StudyMethod from;
-    StudyMethod to;
+    StudyMethod to;  ///< without a text: none
     std::vector<Switch> switches;
     std::int64_t ticks = 0;
     std::int64_t repetitions = 1;
     std::int64_t truth_stride = 1;
 };
 
-/// Methods on scenes, canonical contacts; which detector meets which response is told beside the part.
+/// The switch of an ablation that is no parameter: the contact source.
+inline constexpr const char* source_switch = "source";
+
+/// Methods on scenes, each response on the contact source that it works from by itself; which detector meets which response is told beside the part.
 struct LoopPart {
     std::vector<std::string> scenes;
     std::vector<StudyMethod> detectors;
@@ -106,7 +118,7 @@ struct LoopPart {
 };
 
 /// The hard cases (simulate/hard_case.hpp): every detector on every case of meshes and every family of triangle pairs,
-/// every response (on the contacts of the first detector) on every case that is a scene.
+/// every response (on the answer of the first detector, by its own contact source) on every case that is a scene.
 struct HardCasesPart {
     std::string folder;  ///< relative to the study file
     std::vector<HardCase> cases;
@@ -126,6 +138,7 @@ struct Study {
     double time_limit_s = 60.0;  ///< s, per run
     std::string device;          ///< of every closed loop, as RunSpec::device
     std::string reference;       ///< detector that ratios of times are taken to; empty: no ratios
+    std::string ours;            ///< response that page one sets against all others; empty: methods written by us
     std::optional<ReplayPart> replay;
     std::optional<ClosedLoopPart> closed_loop;
     std::optional<TrianglePairPart> triangle_pair;

@@ -112,6 +112,7 @@ std::map<std::string, std::string> method_facts(const Study& study, const Planne
     facts["study.file"] = (outside ? study.file.filename() : study.file).generic_string();
     facts["study.device"] = study.device;
     facts["study.reference"] = study.reference;
+    if (!study.ours.empty()) facts["study.ours"] = study.ours;
     facts["study.time_limit_s"] = fmt::format("{}", study.time_limit_s);
     const Registry& all = registry();
     for (const AbsentMethod& method : all.absent_detectors()) facts["absent.detector." + method.name] = method.reason;

@@ -60,10 +60,13 @@ StudyMethod check_method(const JsonNode& node, const std::string& text, const st
     return method;
 }
 
-StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes = {}) {
+StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes = {},
+                        const std::vector<std::string>& more_keys = {}) {
     const bool plain = node.is_text();
-    if (!plain && scenes.empty()) expect_object(node, {"method", "setting", "basis"}, {"method"});
-    if (!plain && !scenes.empty()) expect_object(node, {"method", "setting", "basis", "scenes"}, {"method"});
+    std::vector<std::string> keys{"method", "setting", "basis"};
+    if (!scenes.empty()) keys.emplace_back("scenes");
+    keys.insert(keys.end(), more_keys.begin(), more_keys.end());
+    if (!plain) expect_object(node, keys, {"method"});
     const JsonNode name = plain ? node : node.at("method");
     StudyMethod method =
         is_detector ? check_method(name, name.text(), registry().absent_detectors(),
@@ -84,11 +87,12 @@ StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vecto
     return method;
 }
 
-std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes) {
+std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes,
+                                      const std::vector<std::string>& more_keys = {}) {
     std::vector<StudyMethod> methods;
     std::set<std::string> seen;
     for (const JsonNode& item : items_of(node)) {
-        methods.push_back(read_method(item, is_detector, scenes));
+        methods.push_back(read_method(item, is_detector, scenes, more_keys));
         if (!seen.insert(methods.back().text).second) item.fail("each method once", methods.back().text + " again");
     }
     return methods;
@@ -184,6 +188,28 @@ std::string read_device_of(const JsonNode& node) {
     return text_of(read_device(given));
 }
 
+/// What only a closed loop's lists know: which detectors run unjudged, and what each response runs with.
+void read_choices(const JsonNode& node, ClosedLoopPart& part) {
+    const std::vector<JsonNode> detectors = items_of(node.at("detectors"));
+    for (std::size_t i = 0; i < detectors.size(); ++i) {
+        if (!detectors[i].is_text() && detectors[i].has("judged"))
+            part.detectors[i].judged = detectors[i].at("judged").flag();
+    }
+    std::vector<std::string> names;
+    for (const StudyMethod& detector : part.detectors) names.push_back(detector.text);
+    const std::vector<JsonNode> responses = items_of(node.at("responses"));
+    for (std::size_t i = 0; i < responses.size(); ++i) {
+        if (responses[i].is_text()) continue;
+        StudyMethod& response = part.responses[i];
+        if (const auto chosen = responses[i].find("detectors")) {
+            for (const JsonNode& item : items_of(*chosen)) response.detectors.push_back(item.word(names));
+        }
+        if (const auto chosen = responses[i].find("contacts")) {
+            for (const JsonNode& item : items_of(*chosen)) response.contacts.push_back(item.word(part.contacts));
+        }
+    }
+}
+
 WorkPrecisionPart read_sweeps(const JsonNode& node, const std::filesystem::path& file, std::int64_t repetitions) {
     expect_object(node, {"sweeps", "ticks", "repetitions", "truth_stride"}, {"sweeps"});
     WorkPrecisionPart part;
@@ -229,13 +255,15 @@ WorkPrecisionPart read_sweeps(const JsonNode& node, const std::filesystem::path&
 
 AblationPart read_ablation(const JsonNode& node, const std::filesystem::path& file, std::int64_t repetitions) {
     expect_object(node, {"scenes", "detector", "from", "to", "switches", "ticks", "repetitions", "truth_stride"},
-                  {"scenes", "detector", "from", "to", "switches"});
+                  {"scenes", "detector", "from", "switches"});
     AblationPart part;
     read_counts(node, repetitions, part);
     part.scenes = read_scenes(node.at("scenes"), file);
     part.detector = read_method(node.at("detector"), true);
     part.from = read_method(node.at("from"), false);
-    part.to = read_method(node.at("to"), false);
+    if (node.has("to")) part.to = read_method(node.at("to"), false);
+    std::vector<StudyMethod> ends{part.from};
+    if (!part.to.text.empty()) ends.push_back(part.to);
     for (const JsonNode& item : items_of(node.at("switches"))) {
         expect_object(item, {"parameter", "from", "to", "scenes", "with", "silent"}, {"parameter", "to"});
         AblationPart::Switch one{.parameter = item.at("parameter").text(),
@@ -249,14 +277,22 @@ AblationPart read_ablation(const JsonNode& node, const std::filesystem::path& fi
             const JsonNode with = item.at("with");
             try {
                 for (const auto& [key, value] : parse_method("method:" + one.with).parameters) {
-                    check_parameter(with, {part.from, part.to}, false, key, value);
+                    check_parameter(with, ends, false, key, value);
                 }
             } catch (const InputError& error) {
                 with.fail("key=value,… of trocar list", error.what());
             }
         }
-        check_parameter(item, {part.from}, false, one.parameter, one.to);
-        check_parameter(item, {part.to}, false, one.parameter, one.from.empty() ? one.to : one.from);
+        if (one.parameter == source_switch) {
+            (void)read_source(item.at("to"));
+            if (item.has("from")) (void)read_source(item.at("from"));
+        } else {
+            check_parameter(item, {part.from}, false, one.parameter, one.to);
+            if (ends.size() > 1)
+                check_parameter(item, {part.to}, false, one.parameter, one.from.empty() ? one.to : one.from);
+        }
+        if (ends.size() < 2 && item.has("from"))
+            item.at("from").fail("no such key: without 'to' all switches are options");
         if (const auto silent = item.find("silent")) {
             silent->expect_keys({"from", "to"});
             if (silent->has("from")) one.silent_from = silent->at("from").text();
@@ -311,7 +347,7 @@ Study read_study(const std::filesystem::path& file) {
     const Json document = parse_json(read_whole(file, "a study file"), file_name);
     const JsonNode root(document, file_name);
     expect_object(root,
-                  {"format", "name", "seed", "repetitions", "time_limit_s", "device", "reference", "replay",
+                  {"format", "name", "seed", "repetitions", "time_limit_s", "device", "reference", "ours", "replay",
                    "closed_loop", "triangle_pair", "work_precision", "ablation", "paced", "hard_cases", "certificate"},
                   {"format", "name"});
     root.at("format").expect_word(study_format);
@@ -341,13 +377,14 @@ Study read_study(const std::filesystem::path& file) {
     }
     if (root.has("closed_loop")) {
         const JsonNode node = root.at("closed_loop");
-        expect_object(
-            node, {"scenes", "detectors", "responses", "contacts", "steppers", "ticks", "repetitions", "truth_stride"},
-            {"scenes", "detectors", "responses"});
+        expect_object(node,
+                      {"scenes", "detectors", "responses", "contacts", "steppers", "ticks", "repetitions",
+                       "truth_stride", "detail_stride"},
+                      {"scenes", "detectors", "responses"});
         ClosedLoopPart part;
         part.scenes = read_scenes(node.at("scenes"), file);
-        part.detectors = read_methods(node.at("detectors"), true, part.scenes);
-        part.responses = read_methods(node.at("responses"), false, part.scenes);
+        part.detectors = read_methods(node.at("detectors"), true, part.scenes, {"judged"});
+        part.responses = read_methods(node.at("responses"), false, part.scenes, {"detectors", "contacts"});
         if (node.has("contacts")) {
             for (const JsonNode& item : items_of(node.at("contacts"))) {
                 const std::string contacts = read_source(item);
@@ -360,6 +397,8 @@ Study read_study(const std::filesystem::path& file) {
             part.contacts = {"canonical"};
         }
         if (node.has("steppers")) part.steppers = read_steppers(node.at("steppers"));
+        read_choices(node, part);
+        if (node.has("detail_stride")) part.detail_stride = count_of(node.at("detail_stride"));
         read_counts(node, repetitions, part);
         study.closed_loop = std::move(part);
     }
@@ -393,6 +432,14 @@ Study read_study(const std::filesystem::path& file) {
             "at least one of the keys replay, closed_loop, triangle_pair, work_precision, ablation, paced, hard_cases, "
             "certificate",
             "none of them");
+    }
+    if (root.has("ours")) {
+        study.ours = read_method(root.at("ours"), false).text;
+        const auto& part = study.closed_loop;
+        if (!part || std::none_of(part->responses.begin(), part->responses.end(),
+                                  [&study](const StudyMethod& m) { return m.text == study.ours; })) {
+            root.at("ours").fail("one of the closed loop's responses");
+        }
     }
     if (root.has("reference")) {
         study.reference = read_method(root.at("reference"), true).text;

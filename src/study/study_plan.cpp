@@ -84,9 +84,11 @@ PlannedRun planned(const Study& study, const std::string& mode, const std::strin
     return run;
 }
 
-bool runs_on(const StudyMethod& method, const std::string& scene) {
-    return method.scenes.empty() || std::find(method.scenes.begin(), method.scenes.end(), scene) != method.scenes.end();
+bool is_among(const std::vector<std::string>& chosen, const std::string& one) {
+    return chosen.empty() || std::find(chosen.begin(), chosen.end(), one) != chosen.end();
 }
+
+bool runs_on(const StudyMethod& method, const std::string& scene) { return is_among(method.scenes, scene); }
 
 void add_sweeps(const Study& study, std::int64_t repetition, std::vector<PlannedRun>& runs) {
     if (!study.work_precision || repetition >= study.work_precision->repetitions) return;
@@ -123,7 +125,7 @@ void add_ablation(const Study& study, std::int64_t repetition, std::vector<Plann
     if (!study.ablation || repetition >= study.ablation->repetitions) return;
     const AblationPart& part = *study.ablation;
     const auto surrounded = [](StudyMethod method, const std::string& with) {
-        if (with.empty()) return method;
+        if (with.empty() || method.text.empty()) return method;
         for (const auto& [key, value] : parse_method("method:" + with).parameters) {
             method = with_parameter(method, key, value);
         }
@@ -131,9 +133,10 @@ void add_ablation(const Study& study, std::int64_t repetition, std::vector<Plann
     };
     for (const std::string& scene : part.scenes) {
         const auto add = [&](const StudyMethod& response, const std::string& knob, const std::string& point,
-                             const std::string& silent) {
+                             const std::string& silent, const std::string& source = {}) {
+            if (response.text.empty()) return;
             PlannedRun run = planned(study, "ablation", scene, part.ticks, part.truth_stride, repetition, part.detector,
-                                     response, "canonical");
+                                     response, source.empty() ? own_source(part.from) : source);
             run.spec.knob = knob;
             run.spec.point = point;
             if (!silent.empty()) run.facts["ablation.silent"] = silent;
@@ -154,10 +157,14 @@ void add_ablation(const Study& study, std::int64_t repetition, std::vector<Plann
                 add(to, "", "to" + ending, {});
             }
             const std::string& back = one.from.empty() ? one.to : one.from;
-            add(with_parameter(from, one.parameter, one.to), one.parameter,
-                fmt::format("from{} with {}", ending, one.to), one.silent_from);
-            add(with_parameter(to, one.parameter, back), one.parameter, fmt::format("to{} with {}", ending, back),
-                one.silent_to);
+            const bool is_source = one.parameter == source_switch;
+            const auto turned = [&one, is_source](const StudyMethod& method, const std::string& value) {
+                return is_source || method.text.empty() ? method : with_parameter(method, one.parameter, value);
+            };
+            add(turned(from, one.to), one.parameter, fmt::format("from{} with {}", ending, one.to), one.silent_from,
+                is_source ? one.to : std::string());
+            add(turned(to, back), one.parameter, fmt::format("to{} with {}", ending, back), one.silent_to,
+                is_source ? back : std::string());
         }
     }
 }
@@ -184,7 +191,7 @@ void add_hard_cases(const Study& study, std::int64_t repetition, std::vector<Pla
                          const StudyMethod& detector, const StudyMethod& response,
                          std::map<std::string, std::string> facts, const std::optional<Outcome>& settled) {
         PlannedRun run = planned(study, "hard_case", file, ticks, part.truth_stride, repetition, detector, response,
-                                 response.text.empty() ? "" : "canonical");
+                                 response.text.empty() ? "" : own_source(response));
         run.spec.scene = name;
         run.facts = std::move(facts);
         if (settled) run.settled = settled;
@@ -203,7 +210,6 @@ void add_hard_cases(const Study& study, std::int64_t repetition, std::vector<Pla
         } else {
             const std::filesystem::path scene = std::filesystem::path(part.folder) / one.name / one.scene;
             for (const StudyMethod& response : part.responses) {
-                if (!unreadable(response, "canonical").empty()) continue;
                 add(scene.lexically_normal().generic_string(), one.name, one.ticks, part.detectors.front(), response,
                     facts, std::nullopt);
             }
@@ -221,16 +227,14 @@ void add_certificates(const Study& study, std::int64_t repetition, std::vector<P
     for (const std::string& scene : part.scenes) {
         const auto add = [&](const StudyMethod& detector, const StudyMethod& response) {
             PlannedRun run = planned(study, "certificate", scene, part.ticks, 0, repetition, detector, response,
-                                     response.text.empty() ? "" : "canonical");
+                                     response.text.empty() ? "" : own_source(response));
             if (!run.settled || repetition == 0) runs.push_back(std::move(run));
         };
         for (const StudyMethod& detector : part.detectors) {
             if (runs_on(detector, scene)) add(detector, {});
         }
         for (const StudyMethod& response : part.responses) {
-            if (runs_on(response, scene) && unreadable(response, "canonical").empty()) {
-                add(part.detectors.front(), response);
-            }
+            if (runs_on(response, scene)) add(part.detectors.front(), response);
         }
     }
 }
@@ -255,7 +259,7 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
         for (const std::string& contacts : part.contacts) {
             for (const StudyMethod& response : part.responses) {
                 const std::string reason = unreadable(response, contacts);
-                if (reason.empty() || repetition > 0) continue;
+                if (reason.empty() || repetition > 0 || !is_among(response.contacts, contacts)) continue;
                 PlannedRun run = planned(study, "closed_loop", "", part.ticks, part.truth_stride, 0, StudyMethod{},
                                          response, contacts);
                 run.settled = Outcome{OutcomeKind::unsupported, reason};
@@ -271,11 +275,14 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
                     continue;
                 }
                 for (const StudyMethod& response : part.responses) {
-                    if (!unreadable(response, contacts).empty()) continue;
+                    if (!unreadable(response, contacts).empty() || !is_among(response.contacts, contacts)) continue;
+                    if (!is_among(response.detectors, detector.text)) continue;
                     for (const std::string& scene : part.scenes) {
                         if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
-                        PlannedRun run = planned(study, "closed_loop", scene, part.ticks, part.truth_stride, repetition,
-                                                 detector, response, contacts);
+                        PlannedRun run =
+                            planned(study, "closed_loop", scene, part.ticks, detector.judged ? part.truth_stride : 0,
+                                    repetition, detector, response, contacts);
+                        run.spec.detail_stride = part.detail_stride;
                         if (!wanted(run)) continue;
                         for (const std::string& stepper : part.steppers) {
                             runs.push_back(run);

@@ -29,6 +29,7 @@ std::string study_schema() {
            "filter": {"type": "number", "minimum": 0, "maximum": 1e6, "default": 0, "description": "Low-pass, Hz; 0: off"},
            "ramp": {"type": "number", "minimum": 0, "maximum": 10, "default": 0, "description": "Time in which the force rises after contact begins, s; 0: off"}}}]},
     "reference": {"$ref": "#/$defs/method", "description": "Detector that ratios of times are taken to"},
+    "ours": {"$ref": "#/$defs/method", "description": "Response of the closed loop that page one sets against the best of the others; absent: methods written by us against foreign ones"},
     "replay": {
       "description": "Every detector on the same frames: accuracy and speed of detection",
       "type": "object", "additionalProperties": false, "required": ["scenes", "detectors"],
@@ -41,12 +42,14 @@ std::string study_schema() {
       "description": "Every detector with every response and contact source, each driving its own copy of the scene",
       "type": "object", "additionalProperties": false, "required": ["scenes", "detectors", "responses"],
       "properties": {
-        "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
-        "responses": {"$ref": "#/$defs/methods"},
+        "scenes": {"$ref": "#/$defs/scenes"},
+        "detectors": {"$ref": "#/$defs/methods", "description": "An entry that is an object may also hold 'judged': false, its runs are timed and not judged; what truth says of a run that moves alike, bit by bit, is told of them too"},
+        "responses": {"$ref": "#/$defs/methods", "description": "An entry that is an object may also hold 'detectors' and 'contacts': those of the part's that it runs with; default all"},
         "contacts": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["canonical"], "items": {"enum": ["native", "canonical", "near", "tracked"]}},
         "steppers": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["semi_implicit"], "items": {"type": "string", "description": "NAME[:key=value,...] as in trocar list"}},
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
-        "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
+        "truth_stride": {"$ref": "#/$defs/truth_stride"},
+        "detail_stride": {"type": "integer", "minimum": 1, "default": 1, "description": "Of the judged ticks, every n-th is judged in detail too: near pairs missed, depth errors of contacts, overlap of closed bodies"}}},
     "triangle_pair": {
       "description": "Time of the response per triangle pair and per iteration, without and with the triangle test",
       "type": "object", "additionalProperties": false, "required": ["scenes", "response"],
@@ -69,15 +72,15 @@ std::string study_schema() {
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
         "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
     "ablation": {
-      "description": "What each switch between two settings of a response changes: each is turned alone in 'from', and back alone in 'to'. Records of these runs hold no single ticks",
-      "type": "object", "additionalProperties": false, "required": ["scenes", "detector", "from", "to", "switches"],
+      "description": "What each switch between two settings of a response changes: each is turned alone in 'from', and back alone in 'to'; without 'to' all are options of 'from'. Records of these runs hold no single ticks",
+      "type": "object", "additionalProperties": false, "required": ["scenes", "detector", "from", "switches"],
       "properties": {
         "scenes": {"$ref": "#/$defs/scenes"}, "detector": {"$ref": "#/$defs/method"},
         "from": {"$ref": "#/$defs/method"}, "to": {"$ref": "#/$defs/method"},
         "switches": {"type": "array", "minItems": 1, "items": {
           "type": "object", "additionalProperties": false, "required": ["parameter", "to"],
           "properties": {
-            "parameter": {"type": "string"},
+            "parameter": {"type": "string", "description": "Of trocar list, or 'source': the contact source"},
             "from": {"type": "string", "description": "What 'from' stands for; absent: an option, which neither setting turns on and which is turned on in both"},
             "to": {"type": "string", "description": "What 'to' stands for, or the option's value"},
             "with": {"type": "string", "description": "key=value,... set in both settings while this switch is turned: what it needs to act"},
@@ -118,6 +121,9 @@ std::string study_schema() {
        "properties": {
          "method": {"type": "string", "minLength": 1},
          "setting": {"enum": ["default", "recommended", "tuned"], "default": "default"},
+         "judged": {"type": "boolean", "default": true, "description": "Closed loop, detectors"},
+         "detectors": {"type": "array", "minItems": 1, "items": {"type": "string"}, "description": "Closed loop, responses"},
+         "contacts": {"type": "array", "minItems": 1, "items": {"type": "string"}, "description": "Closed loop, responses"},
          "basis": {"type": "string", "minLength": 1, "description": "Who recommends the setting, or how it was searched and with what budget; required unless default"},
          "scenes": {"$ref": "#/$defs/scenes", "description": "In lists of detectors and responses: those of the part's scenes it runs on; default all"}}}]},
     "ticks": {"type": "integer", "minimum": 1, "description": "Instead of the scene's own number; p99 needs 1000, after the warm-up"},
