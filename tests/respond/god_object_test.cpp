@@ -22,10 +22,10 @@ struct Bone {
     Topology topology;
     Matrix3X position;
     GodObject object;
+    std::vector<Index> all;
 
     explicit Bone(const Mesh& mesh, bool closed = true) {
         Triangles triangles(3, static_cast<Eigen::Index>(mesh.triangles.size()));
-        std::vector<Index> all;
         for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
             for (int i = 0; i < 3; ++i) {
                 triangles(i, static_cast<Eigen::Index>(t)) = mesh.triangles[t][static_cast<std::size_t>(i)];
@@ -41,10 +41,10 @@ struct Bone {
         for (std::size_t v = 0; v < mesh.points.size(); ++v) {
             position.col(static_cast<Eigen::Index>(v)) = mesh.points[v];
         }
-        object.prepare(all, r);
+        object.prepare(r);
     }
 
-    Vector3 follow(const Vector3& device) { return object.follow(topology, position, device); }
+    Vector3 follow(const Vector3& device) { return object.follow(topology, position, all, device); }
 
     /// How often the surface winds around a point: 1 inside, 0 outside.
     [[nodiscard]] double winding(const Vector3& x) const {
@@ -147,8 +147,8 @@ TEST(GodObject, RestsInAConcaveEdgeAndInACorner) {
     const Vector3 device(-0.053, -0.052, -0.004);
     const Vector3 beside(-0.053, -0.021, -0.004);
     for (const bool at_once : {true, false}) {
-        two.object.reset();
-        three.object.reset();
+        two.object.prepare(r);
+        three.object.prepare(r);
         for (int step = at_once ? 40 : 0; step <= 40; ++step) {
             if (at_once) {
                 two.follow(start);
@@ -282,7 +282,7 @@ TEST(GodObject, RestIsALocalMinimumOfTheDistanceToTheDevice) {
     std::mt19937_64 generator(5);
     std::normal_distribution<double> normal(0.0, 1.0);
     for (int trial = 0; trial < 60; ++trial) {
-        bone.object.reset();
+        bone.object.prepare(r);
         const double angle = 0.1 * trial;
         bone.follow(Vector3(0.02 * std::cos(angle), 0.02 * std::sin(angle), 0.02));
         const Vector3 device(0.004 * std::cos(angle + 0.3), 0.004 * std::sin(angle + 0.3), 0.021);

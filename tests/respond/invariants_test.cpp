@@ -154,8 +154,8 @@ TEST(Projection, LeavesNoApproachAfter38And311) {
     std::mt19937_64 generator(6);
     std::normal_distribution<double> normal(0.0, 0.3);
     for (const BodyKind kind : {BodyKind::instrument, BodyKind::rigid}) {
-        for (const char* method : {"thesis", "thesis:profile=corrected,projection=place,resolution=none",
-                                   "thesis:e=0.5", "thesis:path=relative,closest_point=on"}) {
+        for (const char* method : {"thesis", "thesis:profile=corrected,resolution=none", "thesis:e=0.5",
+                                   "thesis:path=relative,closest_point=on"}) {
             for (int i = 0; i < 300; ++i) {
                 PairSample s = vertex_of_b_in_a(kind, BodyKind::tissue);
                 s.frame.velocity.col(3) = Vector3(normal(generator), normal(generator), normal(generator));
@@ -491,26 +491,6 @@ double pressed_on_bone(const std::string& method) {
     return loop.shown_force(0).norm();
 }
 
-/// Largest force on a shaft that presses a sheet 4 mm into a bone's point, N.
-double squeezed_force(const std::string& method) {
-    Mesh spike = make_shaft(0.004, 0.06, 8, 0.01);
-    for (Vector3& point : spike.points) point = Vector3(point.x(), -point.y(), -0.001 - point.z());
-    ClosedLoop loop(
-        {LoopBody{.name = "tool",
-                  .kind = BodyKind::instrument,
-                  .mesh = make_shaft(0.004, 0.06, 8, 0.002),
-                  .offset = [](double t) { return Vector3(0.0011, 0.0007, 0.002 - 0.1 * std::min(t, 0.07)); }},
-         LoopBody{.name = "spike", .mesh = spike},
-         LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(10, 0.005)}},
-        method);
-    double largest = 0.0;
-    for (int tick = 0; tick < 100; ++tick) {
-        EXPECT_TRUE(loop.step()) << loop.outcome.message;
-        largest = std::max(largest, loop.tool_force(0).norm());
-    }
-    return largest;
-}
-
 struct Switch {
     std::string name;
     std::string base;     ///< method without the switch
@@ -520,38 +500,6 @@ struct Switch {
 };
 
 void PrintTo(const Switch& one, std::ostream* out) { *out << one.base << " with " << one.name << "=" << one.flipped; }
-
-/// Ruptures while a pin goes 30 mm into a sheet whose rim is 10 mm away, in the first 100 ms.
-double torn_ticks(const std::string& method) {
-    ClosedLoop loop(
-        {LoopBody{.name = "pin",
-                  .kind = BodyKind::instrument,
-                  .mesh = test::make_shaft(0.0015, 0.06, 6, 0.01),
-                  .offset = [](double t) { return Vector3(0.0003, 0.0002, 0.001 - 0.3 * t); }},
-         LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(4, 0.005)}},
-        method + ",d_max=1");
-    double ruptures = 0.0;
-    for (int tick = 0; tick < 100; ++tick) {
-        if (!loop.step()) return std::nan("");
-        ruptures += static_cast<double>(loop.effect.ruptures);
-    }
-    return ruptures;
-}
-
-/// Lowest point of a sheet, m, 20 ms after a bar thinner than its mesh has fallen across it and stopped 3 mm below.
-double sheet_under_bar(const std::string& method) {
-    ClosedLoop loop(
-        {LoopBody{.name = "bar",
-                  .kind = BodyKind::instrument,
-                  .mesh = test::make_box(Vector3(0.0006, 0.05, 0.0006)),
-                  .offset = [](double t) { return Vector3(0.0013, 0.0011, 0.002 - std::min(0.5 * t, 0.005)); }},
-         LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(4, 0.01)}},
-        method);
-    for (int tick = 0; tick < 30; ++tick) {
-        if (!loop.step()) return std::nan("");
-    }
-    return tissue_height(loop);
-}
 
 std::vector<Switch> switches() {
     const auto instrument = BodyKind::instrument;
@@ -571,12 +519,6 @@ std::vector<Switch> switches() {
         s.frame.position.col(4) = Vector3(0.004, 0.005, -0.05);
         s.materials.springs = {Spring{.i = 3, .j = 4, .rest = 0.04, .k = 40.0}};
     };
-    const auto rigid_stiffness_met = measured(
-        vertex_of_b_in_a, instrument, instrument,
-        [](PairSample& s) {
-            s.materials.device = {Device{.mass = 0.1, .damping = 1.0}, std::nullopt};
-        },
-        [](const PairSample& s) { return s.effect.contacts.at(0).k; });
     return {
         {"profile", "thesis:mu=0.5,resolution=none", "printed", "sign of the damper on the tool",
          tip(vertex_of_a_in_b, instrument, tissue, speed, 0)},
@@ -616,8 +558,6 @@ std::vector<Switch> switches() {
              edges_crossing, instrument, instrument,
              [](PairSample& s) { s.contacts.contacts[0].normal = Vector3(0.6, 0.8, 0); },
              [](const PairSample& s) { return s.effect.contacts.at(0).normal.y(); })},
-        {"projection", "thesis", "hold", "a contact instead of a placement",
-         measured(vertex_of_b_in_a, instrument, tissue, none, contacts)},
         {"path", "thesis", "relative", "place of a still tissue vertex under a moving face",
          measured(vertex_of_b_in_a, instrument, tissue, none, placed)},
         {"reaction", "thesis", "impulse", "force on the tool that stops a vertex on a spring",
@@ -636,34 +576,9 @@ std::vector<Switch> switches() {
                       return std::nan("");
                   })},
         {"resolution", "thesis", "none", "the tissue after a stab", stabbed(30, tissue_height)},
-        {"resolution", "thesis", "ledger", "the tissue after a stab", stabbed(30, tissue_height)},
         {"resolution", "thesis:profile=corrected", "none", "the tissue after a stab", stabbed(30, tissue_height)},
         {"n_back", "thesis", "1", "how far back surfaces attract the tool", attraction},
         {"l_max", "thesis", "0.0005", "how far back surfaces attract the tool", attraction},
-        {"settle_time", "thesis:profile=corrected", "0.02", "damping of a held vertex",
-         measured(vertex_of_b_in_a, instrument, tissue, none,
-                  [](const PairSample& s) { return s.effect.contacts.at(0).mu; })},
-        {"clear_speed", "thesis:profile=corrected", "1e-3", "depth of a held vertex that is cleared at once",
-         measured(vertex_of_b_in_a, instrument, tissue, none,
-                  [](const PairSample& s) { return s.effect.contacts.at(0).gap; })},
-        {"rigid", "thesis:profile=corrected", "contact", "force of a vertex that enters twice",
-         tip(
-             vertex_of_b_in_a, instrument, instrument,
-             [](PairSample& s) { s.frame.position.col(5) = Vector3(0.007, 0.004, -0.0002); }, 1)},
-        {"rigid", "thesis:profile=corrected", "hold", "stiffness that meets a hand", rigid_stiffness_met},
-        {"rigid_settle", "thesis:profile=corrected,rigid=hold", "0.01", "stiffness that meets a hand",
-         rigid_stiffness_met},
-        {"squeeze", "thesis:profile=corrected", "hold", "force of a tool that presses tissue into a bone's point",
-         squeezed_force},
-        {"d_max", "thesis:profile=corrected", "0.0001", "the tissue after a fast stab that counts as too deep",
-         stabbed(30, tissue_height)},
-        {"slip_damping", "thesis:profile=corrected,anchor=blend", "0", "the tissue after a stab",
-         stabbed(30, tissue_height)},
-        {"anchor", "thesis:profile=corrected", "blend", "the tissue after a stab", stabbed(30, tissue_height)},
-        {"samples", "thesis:profile=corrected", "vertices", "the tissue under a thin bar", sheet_under_bar},
-        {"approach", "thesis:profile=corrected", "off", "the tissue under a thin bar", sheet_under_bar},
-        {"tear_time", "thesis:profile=corrected", "10", "ruptures of a sheet stretched twice as far as it can be",
-         torn_ticks},
         {"grasp", "thesis", "off", "the lifted tissue", lifted},
         {"grasp", "thesis:profile=corrected", "off", "force on two jaws that lift a fold", grasped_force},
         {"grasp", "thesis:profile=corrected", "follow", "the lifted tissue", lifted},
@@ -671,12 +586,6 @@ std::vector<Switch> switches() {
         {"grasp_slip", "thesis:profile=corrected", "0.001", "force on two jaws that lift a fold", grasped_force},
         {"jaw_length", "thesis:profile=corrected", "0.0001", "force on two jaws that lift a fold", grasped_force},
         {"release_time", "thesis:profile=corrected", "0", "force on two jaws that let go of a fold", released_force},
-        {"friction", "thesis:resolution=none", "0.1", "friction of a pressed vertex",
-         measured(vertex_of_a_in_b, instrument, tissue, none,
-                  [](const PairSample& s) { return s.effect.contacts.at(0).friction; })},
-        {"friction_k", "thesis:resolution=none,friction=0.1", "200", "tangential spring of a pressed vertex",
-         measured(vertex_of_a_in_b, instrument, tissue, none,
-                  [](const PairSample& s) { return s.effect.contacts.at(0).tangent_k; })},
         {"tip_proxy", "thesis", "off", "force of a tip pressed into bone", pressed_on_bone},
         {"contacts", "thesis", "explicit", "the tissue after a stab", stabbed(12, tissue_height)},
         {"contacts", "thesis", "hold", "the tissue after a stab", stabbed(12, tissue_height)},

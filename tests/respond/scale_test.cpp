@@ -47,9 +47,7 @@ Scene stab_in_size(double s, double depth) {
 }
 
 TEST(SameSceneInAnotherSize, TearsNowhereElseAndHasTheSameForceAndDepth) {
-    const auto run_in_size = [](double s) {
-        return run_scene_with(stab_in_size(s, 0.008), "hold");
-    };
+    const auto run_in_size = [](double s) { return run_scene_with(stab_in_size(s, 0.008), "hold"); };
     const Record here = run_in_size(1.0);
     ASSERT_TRUE(here.outcome.ok()) << here.outcome.message;
     double largest = 0.0;

@@ -306,8 +306,7 @@ TEST(StabScenes, TearInHoldExactlyWhereTheHardReferenceDoesNotClearWithinTheStra
         const Reference reference = read_reference(
             reference_file(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / (std::string(name) + ".json")));
         ASSERT_TRUE(reference.hard.clears_within_strain_limit.has_value()) << name;
-        EXPECT_EQ(run_scene(name, "hold").ruptures > 0, !*reference.hard.clears_within_strain_limit)
-            << name;
+        EXPECT_EQ(run_scene(name, "hold").ruptures > 0, !*reference.hard.clears_within_strain_limit) << name;
         torn += *reference.hard.clears_within_strain_limit ? 0 : 1;
     }
     EXPECT_EQ(torn, 1);

@@ -120,8 +120,7 @@ double drag_share(double friction) {
         const double down = 0.03 * std::min(t, press_until);
         return Vector3(-0.003 + 0.02 * std::max(0.0, t - press_until), 0.0013, 0.0022 - down);
     };
-    ClosedLoop loop =
-        loop_of(bar, offset, make_sheet(8, 0.01), fmt::format("hold:friction={}", friction));
+    ClosedLoop loop = loop_of(bar, offset, make_sheet(8, 0.01), fmt::format("hold:friction={}", friction));
     double along = 0.0;
     double across = 0.0;
     for (int tick = 0; tick < 400; ++tick) {
