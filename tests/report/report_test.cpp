@@ -615,6 +615,37 @@ TEST(Report, SettledScenesAreTheWorstOverTheDetectorsAndMotionsAreToldOnce) {
     EXPECT_NE(markdown.find("Sub-steps of the integrator per tick (n_sub): 16 on poke."), std::string::npos);
 }
 
+TEST(Report, ABlindDetectorSaysNothingOfWhatAResponseClears) {
+    std::vector<Record> records{synthetic({.left_mm = 4.0, .state_hash = "a1"}),
+                                synthetic({.detector = "blind", .left_mm = 9.0, .state_hash = "b1"})};
+    for (Record& record : records) {
+        record.summary["reference_clears_hard"] = 1.0;
+        record.summary["residual_settled_m"] = record.spec.detector == "blind" ? 9.0e-3 : 0.0;
+    }
+    const auto row = [&records] {
+        const std::string markdown = make_report(records).files.at("report.md");
+        const std::size_t at = markdown.find("\n| poke | yes | ");
+        return at == std::string::npos ? markdown : markdown.substr(at + 1, markdown.find('\n', at + 1) - at - 1);
+    };
+    EXPECT_EQ(row(), "| poke | yes | not cleared (9.00 mm left) |");
+    records[1].environment["detector.control"] = "yes";
+    EXPECT_EQ(row(), "| poke | yes | cleared (4.00 mm at worst before) |");
+}
+
+TEST(Report, OutcomesOfOneMotionStandInOneRowThatNamesAll) {
+    const std::string markdown =
+        make_report({synthetic({}), synthetic({.detector = "twin"}), synthetic({.response = "shove"})})
+            .files.at("report.md");
+    EXPECT_NE(
+        markdown.find("| poke | `mine + push (canonical)`, moving alike: `mine + shove (canonical)`, `twin + push "
+                      "(canonical)` |"),
+        std::string::npos)
+        << markdown;
+    const std::size_t outcomes = markdown.find("**Outcome of every closed-loop run");
+    const std::string table = markdown.substr(outcomes, markdown.find("<sub>", outcomes) - outcomes);
+    EXPECT_EQ(table.find("| poke | `twin"), std::string::npos);
+}
+
 TEST(Report, WorkAndPrecisionMarksDominatedPoints) {
     const Report report = make_report(sweep());
     const std::string& markdown = report.files.at("report.md");
