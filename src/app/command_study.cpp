@@ -80,6 +80,7 @@ int child(const Study& study, const CommonOptions& common, const StudyOptions& o
             return row.true_pairs < 0 && row.outcome == OutcomeKind::ok && !row.truncated;
         });
     }
+    thin_rows(record);
     shorten_rows(record);
     write_whole(*options.child_output, to_json_line(record) + "\n");
     return done;

@@ -287,21 +287,21 @@ void add_contacts_and_forces(Draft& draft) {
                      {"same state in every process", false}};
     bool any_undecided = false;
     for (const std::string& scene : draft.results.scenes("closed_loop")) {
-        std::map<std::string, std::string> seen;  // state hash -> label
+        std::vector<std::pair<const RunFigures*, std::size_t>> seen;  // of a motion, and its row
         for (const Contestant& contestant : contestants) {
             const SceneResult* result = draft.results.find(contestant, scene);
             if (result == nullptr || !result->ok()) continue;
             const RunFigures& f = result->runs.front();
             const std::string same = result->runs.size() < 2 ? "n/a (one process)" : yes_no(result->repeatable());
-            const std::string& hash = f.record->state_hash;
-            const auto twin = hash.empty() ? seen.end() : seen.find(contestant.response + hash);
+            const auto twin =
+                std::find_if(seen.begin(), seen.end(), [&f](const auto& one) { return same_motion(*one.first, f); });
             if (twin != seen.end()) {
-                force.rows.push_back({.cells = {scene, code(contestant.label()),
-                                                format_number(f.pairs_mean) + " / " + count_text(f.pairs_max),
-                                                "identical to " + code(twin->second), "", "", "", "", "", "", same}});
+                std::string& names = force.rows[twin->second].cells.at(1);
+                names += (names.find(", moving alike: ") == std::string::npos ? ", moving alike: " : ", ") +
+                         code(contestant.label());
                 continue;
             }
-            if (!hash.empty()) seen.emplace(contestant.response + hash, contestant.label());
+            seen.emplace_back(&f, force.rows.size());
             any_undecided = any_undecided || f.undecided_max > 0.0;
             force.rows.push_back(
                 {.cells = {scene, code(contestant.label()),
@@ -319,7 +319,8 @@ void add_contacts_and_forces(Draft& draft) {
     }
     force.note =
         "Sides put right: a response that keeps the side of every sample by counting crossings asks the winding number "
-        "of closed tissue now and then; this is how often the count was wrong. n/a: it keeps no sides.";
+        "of closed tissue now and then; this is how often the count was wrong. n/a: it keeps no sides. Who moves "
+        "alike, bit by bit, stands in one row; its pairs are those of the first.";
     if (any_undecided) force.note += " " + std::string(undecided_note);
     draft.add(std::move(force));
     course_charts(draft, contestants);

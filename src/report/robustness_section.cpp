@@ -64,8 +64,8 @@ void add_rank_robustness(Draft& draft) {
     Table table;
     table.columns = {{"what is changed", false},
                      {"winner", false},
-                     {"best own", false},
-                     {"best foreign", false},
+                     {"best of ours", false},
+                     {"best of the others", false},
                      {"winner as on page 1", false}};
     std::set<std::string> winners;
     const auto add = [&](const std::string& what, const Verdict& verdict, const Rule& rule,

@@ -138,6 +138,27 @@ void shorten_rows(Record& record) {
     }
 }
 
+void thin_rows(Record& record) {
+    const auto stretch = static_cast<std::size_t>(record.spec.detail_stride);
+    if (record.spec.mode != "closed_loop" || stretch < 2) return;
+    const std::vector<StepRow>& rows = record.rows;
+    std::vector<StepRow> kept;
+    for (std::size_t first = 0; first < rows.size(); first += stretch) {
+        const std::size_t end = std::min(first + stretch, rows.size());
+        std::size_t deepest = first;
+        std::size_t strongest = first;
+        for (std::size_t i = first; i < end; ++i) {
+            if (rows[i].max_depth > rows[deepest].max_depth) deepest = i;
+            if (rows[i].tool_force.norm() > rows[strongest].tool_force.norm()) strongest = i;
+        }
+        for (std::size_t i = first; i < end; ++i) {
+            const bool wrong = rows[i].outcome != OutcomeKind::ok || rows[i].truncated;
+            if (i == first || i == deepest || i == strongest || wrong) kept.push_back(rows[i]);
+        }
+    }
+    record.rows = std::move(kept);
+}
+
 RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& options) {
     RunnerResult result;
     const std::filesystem::path all_runs = options.directory / "runs";

@@ -102,9 +102,10 @@ TEST_F(RunCommand, JsonIsOneDocumentOfTheStatedShape) {
         // What the format fixes, and beside it what a device shows, a grasp holds and truth leaves open.
         for (const char* more : {"tool_moment", "tip_force", "device_force"})
             EXPECT_EQ(row.at(more).size(), 3U) << more;
-        for (const char* more : {"roll_torque", "saturated", "grasped", "detached", "side_undecided", "passed_through"})
+        for (const char* more :
+             {"roll_torque", "saturated", "grasped", "detached", "side_undecided", "passed_through", "reach", "missed"})
             EXPECT_TRUE(row.contains(more)) << more;
-        EXPECT_EQ(row.size(), 8U + 9U);
+        EXPECT_EQ(row.size(), 8U + 11U);
         deepest = std::max(deepest, row.at("max_depth").get<double>());
     }
     EXPECT_GT(json.at("rows").at(49).at("pairs"), 0);

@@ -145,6 +145,102 @@ TEST(Verdict, AControlIsToldLastAndNeverRanked) {
     EXPECT_EQ(verdict_sentence(verdict, "", "theirs").find("blind"), std::string::npos);
 }
 
+TEST(Verdict, RowsThatMoveAlikeArePrintedAsOneThatNamesThemAll) {
+    const std::vector<Record> records = three_contestants();
+    const Results results(records);
+    const Table table = verdict_table(verdict_of(results), "", 1.0);
+    ASSERT_EQ(table.rows.size(), 2U);
+    EXPECT_EQ(table.rows[0].cells.at(1),
+              "`mine` + `push` (canonical), moving alike: `theirs` (600 [400–800] / 600 [400–800] µs)");
+    EXPECT_EQ(table.rows[1].cells.at(0).substr(0, 1), "2") << "numbers count the printed rows";
+    EXPECT_EQ(table.rows[1].cells.at(1), "`theirs` + `push` (native)");
+}
+
+TEST(Verdict, RowsOfOneStateUnderOtherForcesAreTwo) {
+    std::vector<Record> records{synthetic({.response = "push"}), synthetic({.response = "shove"})};
+    const auto printed = [&records] {
+        const Results results(records);
+        return verdict_table(verdict_of(results), "", 1.0).rows.size();
+    };
+    EXPECT_EQ(printed(), 1U);
+    records[1].summary["force_max_n"] = 2.0;  // where scripts lead all bodies a state knows nothing of forces
+    EXPECT_EQ(printed(), 2U);
+}
+
+TEST(Verdict, OursIsSetAgainstTheBestResponseThatIsNotOurs) {
+    // All written by us: only the study can say which response is ours.
+    std::vector<Record> records{
+        synthetic({.response = "ours", .left_mm = 0.1, .state_hash = "a"}),
+        synthetic({.response = "other", .left_mm = 0.3, .state_hash = "b"}),
+        synthetic({.response = "worse", .left_mm = 0.9, .state_hash = "c"}),
+        synthetic({.detector = "theirs", .response = "ours", .own = false, .left_mm = 0.2, .state_hash = "d"})};
+    const auto sentence = [&records] {
+        const Results results(records);
+        return verdict_sentence(verdict_of(results), "the scenes", "");
+    };
+    EXPECT_NE(sentence().find("the best foreign row, `theirs + ours (canonical)`"), std::string::npos) << sentence();
+    for (Record& record : records) record.environment["study.ours"] = "ours";
+    EXPECT_NE(sentence().find("On the scenes, `mine + ours (canonical)` leaves 0.100 mm"), std::string::npos);
+    EXPECT_NE(sentence().find("the best response that is not ours, `mine + other (canonical)`, leaves 0.300 mm"),
+              std::string::npos)
+        << sentence();
+}
+
+TEST(Results, AnUnjudgedRunIsToldWithWhatTruthSaysOfTheSameMotion) {
+    std::vector<Record> records{synthetic({.left_mm = 0.7}), synthetic({.detector = "fast", .left_mm = 0.7}),
+                                synthetic({.detector = "astray", .left_mm = 0.7, .state_hash = "b"})};
+    for (std::size_t i : {1U, 2U}) {
+        records[i].spec.truth_stride = 0;
+        for (const char* judged : {"residual_max_m", "residual_median_m", "missing", "true_pairs", "extra"}) {
+            records[i].summary[judged] = not_known;
+        }
+    }
+    const Results results(records);
+    const auto left = [&results](const char* detector) {
+        return results.find({"closed_loop", detector, "push", "canonical"}, "poke")->first(&RunFigures::left_max);
+    };
+    EXPECT_DOUBLE_EQ(left("fast"), 0.7e-3);
+    EXPECT_TRUE(std::isnan(left("astray"))) << "moved otherwise: nobody has judged that";
+    const SceneResult* fast = results.find({"closed_loop", "fast", "push", "canonical"}, "poke");
+    EXPECT_TRUE(std::isnan(fast->first(&RunFigures::missing))) << "pairs are its own";
+}
+
+/// mine is exact; theirs misses half of the pairs and is 2 mm deeper with 3 N more; twin moves as mine does.
+std::vector<Record> detectors_of_one_response() {
+    std::vector<Record> records{
+        synthetic({.left_mm = 0.5}),
+        synthetic({.detector = "theirs", .own = false, .left_mm = 2.5, .missing = 2, .state_hash = "bb"}),
+        synthetic({.detector = "twin", .own = false, .left_mm = 0.5})};
+    records[0].environment["detector.claims_exact"] = "yes";
+    records[1].summary["force_max_n"] = 4.0;
+    records[1].summary["true_near"] = 20.0;
+    records[1].summary["missed"] = 7.0;
+    return records;
+}
+
+TEST(Report, LostByTheDetectorIsToldAsDepthAndForceAgainstAnExactOne) {
+    const std::string markdown = make_report(detectors_of_one_response()).files.at("report.md");
+    EXPECT_NE(markdown.find("## Lost by the detector"), std::string::npos);
+    EXPECT_NE(markdown.find("| `theirs + push (canonical)` | `mine` | 2220 of 4440 | 7 of 20 | 0.500 → 2.50 | 2.00 "
+                            "(poke: 0.500 → 2.50) | 3.00 (poke: 1.00 → 4.00) | 0 of 1 |"),
+              std::string::npos)
+        << markdown.substr(markdown.find("## Lost by the detector"), 1500);
+    EXPECT_NE(markdown.find("Nothing is lost, bit by bit on every scene, by `twin + push (canonical)`."),
+              std::string::npos);
+}
+
+TEST(Report, WithoutAnExactRowNothingIsSaidToBeLost) {
+    std::vector<Record> records = detectors_of_one_response();
+    records[0].environment["detector.claims_exact"] = "no";
+    EXPECT_EQ(make_report(records).files.at("report.md").find("## Lost by the detector"), std::string::npos);
+}
+
+TEST(Report, ARowThatFailsWithAnotherDetectorHasLostThatScene) {
+    std::vector<Record> records = detectors_of_one_response();
+    records[1] = synthetic({.detector = "theirs", .own = false, .outcome = {OutcomeKind::not_finite, "a vertex"}});
+    EXPECT_NE(make_report(records).files.at("report.md").find("| 0 of 0, fails on 1 |"), std::string::npos);
+}
+
 TEST(Verdict, RowsAreSortedByErrorThenTime) {
     const std::vector<Record> records = three_contestants();
     const Results results(records);
@@ -517,6 +613,37 @@ TEST(Report, SettledScenesAreTheWorstOverTheDetectorsAndMotionsAreToldOnce) {
               std::string::npos);
     EXPECT_EQ(markdown.find("| I2T | poke | `twin"), std::string::npos);
     EXPECT_NE(markdown.find("Sub-steps of the integrator per tick (n_sub): 16 on poke."), std::string::npos);
+}
+
+TEST(Report, ABlindDetectorSaysNothingOfWhatAResponseClears) {
+    std::vector<Record> records{synthetic({.left_mm = 4.0, .state_hash = "a1"}),
+                                synthetic({.detector = "blind", .left_mm = 9.0, .state_hash = "b1"})};
+    for (Record& record : records) {
+        record.summary["reference_clears_hard"] = 1.0;
+        record.summary["residual_settled_m"] = record.spec.detector == "blind" ? 9.0e-3 : 0.0;
+    }
+    const auto row = [&records] {
+        const std::string markdown = make_report(records).files.at("report.md");
+        const std::size_t at = markdown.find("\n| poke | yes | ");
+        return at == std::string::npos ? markdown : markdown.substr(at + 1, markdown.find('\n', at + 1) - at - 1);
+    };
+    EXPECT_EQ(row(), "| poke | yes | not cleared (9.00 mm left) |");
+    records[1].environment["detector.control"] = "yes";
+    EXPECT_EQ(row(), "| poke | yes | cleared (4.00 mm at worst before) |");
+}
+
+TEST(Report, OutcomesOfOneMotionStandInOneRowThatNamesAll) {
+    const std::string markdown =
+        make_report({synthetic({}), synthetic({.detector = "twin"}), synthetic({.response = "shove"})})
+            .files.at("report.md");
+    EXPECT_NE(
+        markdown.find("| poke | `mine + push (canonical)`, moving alike: `mine + shove (canonical)`, `twin + push "
+                      "(canonical)` |"),
+        std::string::npos)
+        << markdown;
+    const std::size_t outcomes = markdown.find("**Outcome of every closed-loop run");
+    const std::string table = markdown.substr(outcomes, markdown.find("<sub>", outcomes) - outcomes);
+    EXPECT_EQ(table.find("| poke | `twin"), std::string::npos);
 }
 
 TEST(Report, WorkAndPrecisionMarksDominatedPoints) {

@@ -170,6 +170,56 @@ TEST(ClosedLoop, DifferentExactDetectorsLeadToTheSameState) {
     EXPECT_EQ(states.size(), 1U);
 }
 
+TEST(ClosedLoop, NearPairsThatADetectorDoesNotBringAreCountedWhereASourceAsksForThem) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    const auto summary = [&scene](const std::string& detector, const std::string& source) {
+        RunSpec spec = spec_of("closed_loop", detector, "none");
+        spec.contacts = source;
+        return make_run(scene, spec).summary;
+    };
+    const auto exact = summary(own_exact_detectors().front(), "tracked");
+    EXPECT_GT(exact.at("true_near"), 0.0);
+    EXPECT_EQ(exact.at("missed"), 0.0);
+    EXPECT_GE(exact.at("reach_max_m"), exact.at("reach_median_m"));
+    EXPECT_GT(exact.at("reach_median_m"), 0.0);
+    // Less is asked of it, since edges that it never tells of cannot ask for more; all of that is missed.
+    const auto blind = summary("blind", "tracked");
+    EXPECT_GT(blind.at("true_near"), 0.0);
+    EXPECT_EQ(blind.at("missed"), blind.at("true_near"));
+    const auto hidden = summary("blind:hide=0.5", "tracked");
+    EXPECT_GT(hidden.at("missed"), 0.0);
+    EXPECT_LT(hidden.at("missed"), hidden.at("true_near"));
+    const auto meeting = summary("blind", "canonical");
+    EXPECT_TRUE(std::isnan(meeting.at("missed"))) << "nobody asks for near pairs";
+    EXPECT_TRUE(std::isnan(meeting.at("reach_max_m")));
+}
+
+TEST(ClosedLoop, DetailsAreJudgedOnEveryNthJudgedTickAndChangeNothingElse) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    RunSpec spec = spec_of("closed_loop", own_exact_detectors().front(), "none");
+    spec.contacts = "tracked";
+    spec.truth_stride = 2;
+    const Record all = make_run(scene, spec);
+    spec.detail_stride = 5;
+    const Record some = make_run(scene, spec);
+    ASSERT_EQ(all.rows.size(), some.rows.size());
+    for (std::size_t i = 0; i < all.rows.size(); ++i) {
+        const bool judged = i % 2 == 0 || i + 1 == all.rows.size();
+        const bool in_detail = i % 10 == 0 || i + 1 == all.rows.size();
+        EXPECT_EQ(all.rows[i].true_near >= 0, judged) << i;
+        EXPECT_EQ(some.rows[i].true_near >= 0, in_detail) << i;
+        EXPECT_EQ(all.rows[i].missing, some.rows[i].missing) << i;
+        EXPECT_EQ(all.rows[i].wrong_side, some.rows[i].wrong_side) << i;
+        if (!judged) continue;
+        EXPECT_EQ(all.rows[i].max_depth, some.rows[i].max_depth) << i;
+    }
+    const Record back = record_from_json_line(to_json_line(some), "f", 1);
+    EXPECT_EQ(back.spec.detail_stride, 5);
+    EXPECT_EQ(back.rows[10].true_near, some.rows[10].true_near);
+    EXPECT_EQ(back.rows[10].missed, some.rows[10].missed);
+    EXPECT_EQ(back.rows[10].reach, some.rows[10].reach);
+}
+
 TEST(ClosedLoop, ScriptedBodiesLeaveNothingThatAMethodCouldAnswerFor) {
     std::string text = test::press_text(0.001);
     text.replace(text.find("operator"), 8, "prescribed");

@@ -216,6 +216,28 @@ TEST(ShortenRows, KeepsFiveDigitsOfGeometryAndForce) {
     EXPECT_EQ(record.summary["residual_max_m"], 0.00123456789);
 }
 
+TEST(ThinRows, KeepThePeaksOfEveryStretchAndWhatWentWrong) {
+    Record record;
+    record.spec.mode = "closed_loop";
+    record.spec.detail_stride = 10;
+    for (std::int64_t tick = 0; tick < 25; ++tick) {
+        StepRow row;
+        row.tick = tick;
+        row.max_depth = tick == 4 ? 2e-3 : 1e-3;
+        row.tool_force = Vector3(tick == 17 ? -3.0 : 1.0, 0.0, 0.0);
+        row.truncated = tick == 21;
+        record.rows.push_back(row);
+    }
+    Record whole = record;
+    thin_rows(record);
+    std::vector<std::int64_t> ticks;
+    for (const StepRow& row : record.rows) ticks.push_back(row.tick);
+    EXPECT_EQ(ticks, (std::vector<std::int64_t>{0, 4, 10, 17, 20, 21}));
+    whole.spec.detail_stride = 1;
+    thin_rows(whole);
+    EXPECT_EQ(whole.rows.size(), 25U);
+}
+
 TEST(BinaryIdentity, IsStableWithinABinary) {
     EXPECT_EQ(binary_identity(), binary_identity());
     EXPECT_EQ(binary_identity().size(), 16U);

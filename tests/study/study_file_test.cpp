@@ -309,6 +309,50 @@ TEST_F(StudyFile, MethodRunsOnItsOwnScenesOnly) {
     }
 }
 
+TEST_F(StudyFile, AResponseMayChooseItsDetectorsAndSources) {
+    const Study study = read(R"({"format":"trocar-study-1","name":"s","ours":"hold","closed_loop":{"scenes":["a.json"],
+        "detectors":["ohc",{"method":"brute_force","judged":false}],"contacts":["canonical","tracked"],
+        "detail_stride":7,"responses":[{"method":"hold","contacts":["tracked"]},
+        {"method":"penalty","detectors":["ohc"],"contacts":["canonical"]}]}})");
+    std::set<std::string> runs;
+    for (const PlannedRun& run : make_plan(study)) {
+        EXPECT_FALSE(run.settled) << "what was not chosen is no row";
+        EXPECT_EQ(run.spec.detail_stride, 7);
+        EXPECT_EQ(run.spec.truth_stride, run.spec.detector == "brute_force" ? 0 : 1);
+        runs.insert(run.spec.detector + " " + run.spec.response + " " + run.spec.contacts);
+        EXPECT_EQ(method_facts(study, run).at("study.ours"), "hold");
+    }
+    EXPECT_EQ(runs, (std::set<std::string>{"ohc hold tracked", "brute_force hold tracked", "ohc penalty canonical"}));
+    const std::string head = R"({"format":"trocar-study-1","name":"s","closed_loop":{"scenes":["a.json"],)";
+    EXPECT_NE(
+        complaint(head + R"("detectors":["ohc"],"responses":[{"method":"penalty","detectors":["brute_force"]}]}})")
+            .find("/closed_loop/responses/0/detectors/0"),
+        std::string::npos);
+    EXPECT_NE(complaint(head + R"("detectors":["ohc"],"responses":[{"method":"penalty","contacts":["near"]}]}})")
+                  .find("/closed_loop/responses/0/contacts/0"),
+              std::string::npos);
+    EXPECT_NE(complaint(R"({"format":"trocar-study-1","name":"s","ours":"hold","closed_loop":{"scenes":["a.json"],
+        "detectors":["ohc"],"responses":["penalty"]}})")
+                  .find("/ours"),
+              std::string::npos);
+}
+
+TEST_F(StudyFile, AnAblationOfOneSettingTurnsItsOptionsAndItsSource) {
+    const std::string head = R"({"format":"trocar-study-1","name":"s","ablation":{"scenes":["a.json"],
+        "detector":"ohc","from":"hold","switches":[)";
+    const Study study = read(head + R"({"parameter":"source","to":"near"},{"parameter":"skin","to":"0.05"}]}})");
+    std::map<std::string, std::pair<std::string, std::string>> runs;  // by knob: response and source
+    for (const PlannedRun& run : make_plan(study)) runs[run.spec.knob] = {run.spec.response, run.spec.contacts};
+    ASSERT_EQ(runs.size(), 3U);
+    EXPECT_EQ(runs.at(""), (std::pair<std::string, std::string>("hold", "tracked")));
+    EXPECT_EQ(runs.at("source"), (std::pair<std::string, std::string>("hold", "near")));
+    EXPECT_EQ(runs.at("skin"), (std::pair<std::string, std::string>("hold:skin=0.05", "tracked")));
+    EXPECT_NE(complaint(head + R"({"parameter":"source","to":"nobody"}]}})").find("/ablation/switches/0/to"),
+              std::string::npos);
+    EXPECT_NE(complaint(head + R"({"parameter":"skin","from":"0.001","to":"0.05"}]}})").find("/switches/0/from"),
+              std::string::npos);
+}
+
 TEST_F(StudyFile, AbsentMethodBecomesRowsWithItsReason) {
     if (registry().absent_detectors().empty()) GTEST_SKIP() << "this build has every detector";
     const AbsentMethod& absent = registry().absent_detectors().front();
@@ -400,14 +444,43 @@ TEST_F(StudyFile, ASwitchMayNeedSomethingElseToBeSet) {
     EXPECT_NE(complaint(bad).find("/ablation/switches/0/with"), std::string::npos) << complaint(bad);
 }
 
-TEST(ShippedAblation, TurnsEveryParameterThatTheListTellsForThesis) {
-    const Study study = read_study(std::filesystem::path(TROCAR_SOURCE_DIR) / "bench" / "studies" / "ablation.json");
-    ASSERT_TRUE(study.ablation);
-    std::set<std::string> turned{"profile"};  // the two ends
+/// Names that an ablation of the project turns, and those that the list tells for its response.
+std::pair<std::set<std::string>, std::set<std::string>> turned_and_declared(const std::string& file,
+                                                                            const std::string& response) {
+    const Study study = read_study(std::filesystem::path(TROCAR_SOURCE_DIR) / "bench" / "studies" / file);
+    std::set<std::string> turned;
     for (const AblationPart::Switch& one : study.ablation->switches) turned.insert(one.parameter);
     std::set<std::string> declared;
-    for (const Parameter& parameter : registry().response("thesis").parameters) declared.insert(parameter.name);
+    for (const Parameter& parameter : registry().response(response).parameters) declared.insert(parameter.name);
+    return {turned, declared};
+}
+
+TEST(ShippedAblation, TurnsEveryParameterThatTheListTellsForThesis) {
+    auto [turned, declared] = turned_and_declared("ablation.json", "thesis");
+    turned.insert("profile");  // the two ends
     EXPECT_EQ(turned, declared);
+}
+
+TEST(ShippedAblation, TurnsEveryParameterThatTheListTellsForHoldAndItsSource) {
+    auto [turned, declared] = turned_and_declared("ablation_hold.json", "hold");
+    declared.insert(source_switch);
+    EXPECT_EQ(turned, declared);
+}
+
+TEST(ShippedDefaultStudy, RunsEveryResponseOnEveryOneOfItsScenesAndJudgesEveryTick) {
+    const Study study = read_study(std::filesystem::path(TROCAR_SOURCE_DIR) / "bench" / "studies" / "default.json");
+    ASSERT_TRUE(study.closed_loop);
+    std::map<std::string, std::set<std::string>> judged;  // by response: scenes judged with an exact detector
+    for (const PlannedRun& run : make_plan(study)) {
+        if (run.spec.mode != "closed_loop" || run.settled || run.spec.truth_stride != 1) continue;
+        const DetectorEntry& detector = registry().detector(parse_method(run.spec.detector).name);
+        if (detector.claims_exact && !detector.control) {
+            judged[parse_method(run.spec.response).name].insert(run.spec.scene);
+        }
+    }
+    for (const ResponseEntry& entry : registry().responses()) {
+        EXPECT_EQ(judged[entry.name].size(), study.closed_loop->scenes.size()) << entry.name;
+    }
 }
 
 }  // namespace
