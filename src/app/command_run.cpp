@@ -223,6 +223,13 @@ int run(const CommonOptions& common, const RunOptions& options) {
     spec.contacts = registry().source(options.contacts.empty() ? response.sources.front() : options.contacts).name;
     spec.stepper = checked_stepper(options.stepper);
     spec.device = text_of(read_device(options.device));
+    if (options.reach_margin) {
+        if (!(*options.reach_margin > 0.0 && *options.reach_margin <= 100.0)) {
+            throw InputError("--reach-margin", "", "a number above 0, at most 100",
+                             fmt::format("{}", *options.reach_margin));
+        }
+        spec.reach_margin = fmt::format("{}", *options.reach_margin);
+    }
     const Scene scene = read_scene(options.scene, common.data);
     for (const std::string& note : scene.notes) {
         fmt::print(stderr, "trocar: {}: {}\n", options.scene.string(), note);

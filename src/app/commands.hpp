@@ -60,11 +60,12 @@ int respond(const CommonOptions& common, const RespondOptions& options);
 
 struct RunOptions {
     std::filesystem::path scene;
-    std::string detector = "ohc";
-    std::string response = "thesis:profile=faithful";
-    std::string contacts;  ///< contact source; empty: the response's own
-    std::string stepper;   ///< NAME[:key=value…]; empty: the default one
-    std::string device;    ///< key=value,…; empty: the default one
+    std::string detector = "ohc_clustered";
+    std::string response = "hold";
+    std::string contacts;                ///< contact source; empty: the response's own
+    std::string stepper;                 ///< NAME[:key=value…]; empty: the default one
+    std::string device;                  ///< key=value,…; empty: the default one
+    std::optional<double> reach_margin;  ///< mean edges, see simulate/reach.hpp
     std::optional<std::int64_t> ticks;
     std::optional<std::filesystem::path> record;
     bool paced = false;  ///< released by the clock, not judged

@@ -61,7 +61,7 @@ int run_command(int argc, char** argv) {
 
     RunOptions run_options;
     CLI::App* sub = line.add("run", "Run one scene with one detector and one response",
-                             "trocar run scenes/i2t_poke.json --detector ohc --response thesis:profile=faithful");
+                             "trocar run scenes/i2t_poke.json --detector ohc_clustered --response hold");
     sub->add_option("scene", run_options.scene, "Scene file (JSON)")->required();
     sub->add_option("--detector", run_options.detector, "NAME[:key=value,...]")->capture_default_str();
     sub->add_option("--response", run_options.response, "NAME[:key=value,...]")->capture_default_str();
@@ -72,6 +72,9 @@ int run_command(int argc, char** argv) {
     sub->add_option("--device", run_options.device,
                     "key=value,...: what shows the force on the tool, the same for every response; settings as in "
                     "trocar list (default: tip=fulcrum,saturation=8.5)");
+    sub->add_option("--reach-margin", run_options.reach_margin,
+                    "How much further than things move in a tick detectors look, in mean edges of what moves, for "
+                    "sources that ask for what is near (default: 0.1)");
     sub->add_option("--ticks", run_options.ticks, "Ticks to run instead of the scene's number");
     sub->add_option("--record", run_options.record, "Write the frames as a recording");
     sub->add_flag("--paced", run_options.paced,

@@ -16,8 +16,6 @@ void Effect::clear() {
     std::fill(wrench.begin(), wrench.end(), Wrench{});
     skipped = 0;
     no_hit = 0;
-    ruptures = 0;
-    repairs = -1;
     detached = 0;
     grasped = 0;
     contacts_held = false;

@@ -82,8 +82,6 @@ struct Effect {
     std::vector<Wrench> wrench;      ///< per body: forces that no linear contact carries (reactions to placements …)
     std::int64_t skipped = 0;        ///< pairs without a response (touch, coplanar, degenerate, class not handled)
     std::int64_t no_hit = 0;         ///< projections without a contact point (METHODS §6)
-    std::int64_t ruptures = 0;       ///< ruptures in this tick
-    std::int64_t repairs = -1;       ///< sides of samples put right in this tick; -1: the response keeps no sides
     std::int64_t detached = 0;       ///< grasped vertices that slipped in this tick
     std::int64_t grasped = 0;        ///< vertices held by a grasp in this tick
     bool contacts_held = false;      ///< setting `hold`: integrate the forces of the frame over the whole tick

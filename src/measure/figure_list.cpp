@@ -167,10 +167,9 @@ void add_outcome(std::vector<SummaryFigure>& list) {
         {"grasped_max", "1", Better::neither, "Most tissue vertices held by a grasp in a tick", told},
         {"detached", "1", Better::neither, "Grasped vertices that slipped or tore loose", told},
         {"max_strain", "1", Better::lower, "Largest edge strain of the tissue (1 = doubled length)", told},
-        {"ruptures", "1", Better::neither, "Ruptures that the response declared", told},
-        {"repairs", "1", Better::lower,
-         "Samples whose side, kept by counting crossings, the response found wrong by the winding number and put right "
-         "(closed tissue alone has one; every sample is asked once in 64 ticks); n/a where it keeps no sides",
+        {"ruptures", "1", Better::neither,
+         "Places where tissue gave way: pressed for 5 ms with all that a contact's limit allows, or deeper than 0.1 mm "
+         "at its strain limit",
          told},
         {"skipped", "1", Better::neither, "Contacts without a response, summed over the ticks", told},
         {"no_hit", "1", Better::lower, "Projections for which no contact point was found, summed over the ticks", told},

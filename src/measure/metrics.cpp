@@ -274,7 +274,6 @@ void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
     std::vector<Vector3> forces;
     double flips = 0.0;
     double ruptures = 0.0;
-    double repairs = not_known;
     double skipped = 0.0;
     double no_hit = 0.0;
     double passed_through = not_known;
@@ -282,7 +281,6 @@ void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
     for (std::size_t i = 0; i < rows.size(); ++i) {
         const StepRow& row = rows[i];
         ruptures += static_cast<double>(row.ruptures);
-        if (row.repairs >= 0) repairs = std::fmax(repairs, 0.0) + static_cast<double>(row.repairs);
         if (row.passed_through >= 0) {
             passed_through = std::fmax(passed_through, 0.0) + static_cast<double>(row.passed_through);
         }
@@ -309,7 +307,6 @@ void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
     figures["force_above_30hz_rms_n"] = fast.rms;
     figures["force_above_30hz_share"] = fast.share;
     figures["ruptures"] = ruptures;
-    figures["repairs"] = repairs;
     figures["skipped"] = skipped;
     figures["no_hit"] = no_hit;
     figures["passed_through"] = passed_through;

@@ -39,6 +39,7 @@ template <typename Spec, typename Visit>
 void visit_optional_spec(Spec& spec, Visit&& visit) {
     visit("stepper", spec.stepper);
     visit("device", spec.device);
+    visit("reach_margin", spec.reach_margin);
     visit("overrides", spec.overrides);
     visit("knob", spec.knob);
     visit("point", spec.point);
@@ -86,7 +87,6 @@ void visit_row(Row& row, Visit&& visit) {
     visit("saturated", row.saturated);
     visit("max_strain", row.max_strain);
     visit("ruptures", row.ruptures);
-    visit("repairs", row.repairs);
     visit("detached", row.detached);
     visit("grasped", row.grasped);
     visit("skipped", row.skipped);

@@ -25,10 +25,11 @@ struct RunSpec {
     std::string detector;    ///< NAME[:key=value…]
     std::string response;    ///< empty in replay
     std::string contacts;    ///< contact source; empty in replay
-    std::string stepper = {};     ///< empty: the default one
-    std::string device = {};      ///< "key=value,…" with all settings; empty in replay, else the default one
-    std::string setting;          ///< "default" | "recommended" | "tuned"
-    std::int64_t repetition = 0;  ///< process number
+    std::string stepper = {};       ///< empty: the default one
+    std::string reach_margin = {};  ///< mean edges; empty: the default one
+    std::string device = {};        ///< "key=value,…" with all settings; empty in replay, else the default one
+    std::string setting;            ///< "default" | "recommended" | "tuned"
+    std::int64_t repetition = 0;    ///< process number
     std::uint64_t seed = 1;
     std::int64_t ticks = 0;
     /// Truth (pairs and depth) is computed on every n-th tick, since it costs more than any method; 0 = never.

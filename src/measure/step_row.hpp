@@ -64,7 +64,6 @@ struct StepRow {
     bool saturated = false;                                           ///< device_force was cut to the device's largest
     double max_strain = std::numeric_limits<double>::quiet_NaN();     ///< 1
     std::int64_t ruptures = 0;
-    std::int64_t repairs = -1;       ///< sides of samples that the response put right; -1: it keeps none
     std::int64_t detached = 0;       ///< grasped vertices that slipped
     std::int64_t grasped = 0;        ///< vertices held by a grasp
     std::int64_t skipped = 0;        ///< contacts without a response (touch, coplanar, degenerate, class not handled)

@@ -283,7 +283,6 @@ void add_contacts_and_forces(Draft& draft) {
                      {"force flips (ticks)", true},
                      {"largest strain", true},
                      {"ruptures", true},
-                     {"sides put right", true},
                      {"same state in every process", false}};
     bool any_undecided = false;
     for (const std::string& scene : draft.results.scenes("closed_loop")) {
@@ -313,14 +312,10 @@ void add_contacts_and_forces(Draft& draft) {
                            format_number(f.force_max),
                            (std::isnan(f.force_jump_p99) ? "n too small" : format_number(f.force_jump_p99)) + " / " +
                                format_number(f.force_jump_max),
-                           count_text(f.force_flips), format_number(f.strain_max), count_text(f.ruptures),
-                           count_text(f.repairs), same}});
+                           count_text(f.force_flips), format_number(f.strain_max), count_text(f.ruptures), same}});
         }
     }
-    force.note =
-        "Sides put right: a response that keeps the side of every sample by counting crossings asks the winding number "
-        "of closed tissue now and then; this is how often the count was wrong. n/a: it keeps no sides. Who moves "
-        "alike, bit by bit, stands in one row; its pairs are those of the first.";
+    force.note = "Who moves alike, bit by bit, stands in one row; its pairs are those of the first.";
     if (any_undecided) force.note += " " + std::string(undecided_note);
     draft.add(std::move(force));
     course_charts(draft, contestants);

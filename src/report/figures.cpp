@@ -83,7 +83,6 @@ constexpr std::array sources{Source{&RunFigures::substeps, "substeps"},
                              Source{&RunFigures::strain_max, "max_strain"},
                              Source{&RunFigures::strain_over, "strain_over_max"},
                              Source{&RunFigures::ruptures, "ruptures"},
-                             Source{&RunFigures::repairs, "repairs"},
                              Source{&RunFigures::truncated_ticks, "truncated_ticks"}};
 
 /// What truth says of a motion, whoever made it.

@@ -90,7 +90,6 @@ struct RunFigures {
     double strain_max = not_known;
     double strain_over = not_known;
     double ruptures = not_known;
-    double repairs = not_known;  ///< NaN: the response keeps no sides
     double truncated_ticks = not_known;
     [[nodiscard]] bool ok() const { return record->outcome.ok(); }
     /// False where the study wanted this run timed only: see Results.

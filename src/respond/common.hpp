@@ -14,6 +14,7 @@
 #include "geometry/types.hpp"
 #include "method/entry.hpp"
 #include "respond/equations.hpp"
+#include "scene/vertex_springs.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
@@ -61,23 +62,6 @@ private:
 inline constexpr double rigid_stiffness = 1000.0;
 /// ResponseEntry::without_tissue of responses that have springs alone where nothing has a mass.
 inline constexpr const char* acts_as_penalty = "acts as penalty between bodies without tissue";
-
-/// Springs at each vertex, so that the force on one vertex costs its own springs only.
-class VertexSprings {
-public:
-    void prepare(const Topology& topology, const Materials& materials);
-    /// Numbers of the springs at a vertex.
-    [[nodiscard]] std::span<const Index> of(Index vertex) const {
-        const auto v = static_cast<std::size_t>(vertex);
-        return {spring_.data() + first_[v], static_cast<std::size_t>(first_[v + 1] - first_[v])};
-    }
-    /// Largest strain (1 = doubled length) of the springs at a vertex; 0 without any.
-    [[nodiscard]] double largest_strain(const Materials& materials, const Matrix3X& position, Index vertex) const;
-
-private:
-    std::vector<Index> first_;  ///< N + 1
-    std::vector<Index> spring_;
-};
 
 /// A contact on one point of a body: up to three vertices with weights.
 struct LoadPoint {

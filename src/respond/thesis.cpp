@@ -220,7 +220,7 @@ private:
     /// `corrected` also a bone's vertex, which takes no reaction.
     void press_tissue_face(const Frame& frame, const VertexInFace& v, Effect& effect) const {
         LinearContact linear;
-        linear.k = state_.stiffness(v.vertex_body, v.face_body, materials_->mean_stiffness[at(v.nearest)], v.nearest);
+        linear.k = state_.stiffness(v.vertex_body, v.face_body, materials_->mean_stiffness[at(v.nearest)], v.vertex);
         // Literal 3.6: F on A1 = (k d - mu (V2 - V1)·n2) n2, which as a damper on the tissue is -mu.
         linear.mu = (settings().printed_damper ? -1.0 : 1.0) * state_.laws.mu(v.vertex_body, v.face_body);
         linear.gap = -v.depth;

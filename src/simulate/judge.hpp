@@ -22,9 +22,9 @@ public:
 
     /// Fills the pair errors of the row; in detail also those of near pairs and the depth errors of contacts.
     void judge_detection(const Frame& seen, const ContactSet& contacts, StepRow& row, bool in_detail = true);
-    /// Fills what is left over: depth, wrong sides, overshoot, strain over the limit, in detail also the overlap; leaves
-    /// depths unset when no body pair yields. `scripted_path`: how far scripts alone have moved bodies since the start, m, so that a gap
-    /// which the script opened is no overshoot.
+    /// Fills what is left over: depth, wrong sides, overshoot, strain over the limit, in detail also the overlap;
+    /// leaves depths unset when no body pair yields. `scripted_path`: how far scripts alone have moved bodies since the
+    /// start, m, so that a gap which the script opened is no overshoot.
     void judge_outcome(const Frame& after, StepRow& row, double scripted_path = 0.0, bool in_detail = true);
 
     /// Ticks after the last depth in which a gap counts as overshoot.

@@ -46,6 +46,7 @@ std::unique_ptr<Response> response_of(const RunSpec& spec) {
 
 SimulationSettings settings_of(const RunSpec& spec) {
     return {.stepper = spec.stepper.empty() ? MethodSpec{} : parse_method(spec.stepper),
+            .reach_margin = spec.reach_margin.empty() ? default_reach_margin : std::stod(spec.reach_margin),
             .device = read_device(spec.device)};
 }
 
@@ -262,7 +263,8 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     const SourceEntry& source = registry().source(spec.contacts);
     Record record = start_record(spec, ticks);
     const DetectorEntry& detector = registry().detector(parse_method(spec.detector).name);
-    for (const std::string& reason : {why_untold(detector, source), why_unreadable(source, parse_method(spec.response))}) {
+    for (const std::string& reason :
+         {why_untold(detector, source), why_unreadable(source, parse_method(spec.response))}) {
         if (!reason.empty() && record.outcome.ok()) record.outcome = {OutcomeKind::unsupported, reason};
     }
     Simulation simulation(scene, detector_of(spec), response_of(spec), source, settings_of(spec));

@@ -14,7 +14,10 @@ Index heaviest(const LinearContact& contact) {
 
 }  // namespace
 
-void Rupture::prepare(const Topology& topology) {
+void Rupture::prepare(const Topology& topology, const Materials& materials) {
+    topology_ = &topology;
+    materials_ = &materials;
+    springs_.prepare(topology, materials);
     strained_.assign(at(topology.vertex_count), {});
     touched_.clear();
     touched_.reserve(1024);
@@ -23,26 +26,32 @@ void Rupture::prepare(const Topology& topology) {
     tick_ = 0;
 }
 
-std::int64_t Rupture::judge(const Effect& effect, std::span<const ContactLoad> loads, double dt) {
+bool Rupture::is_at_strain_limit(const Frame& frame, Index vertex) const {
+    constexpr double at_limit = 0.999;  // the limiter leaves an edge a rounding below it
+    return springs_.largest_strain(*materials_, frame.position, vertex) >= at_limit * materials_->strain_limit;
+}
+
+std::int64_t Rupture::judge(const Frame& frame, const Effect& effect, std::span<const ContactLoad> loads, double dt) {
     ++tick_;
     touched_now_.clear();
     for (std::size_t c = 0; c < std::min(effect.contacts.size(), loads.size()); ++c) {
         const LinearContact& contact = effect.contacts[c];
-        if (contact.role != ContactRole::constraint || loads[c].normal == 0.0) continue;
+        if (contact.bilateral() || !(loads[c].normal > 0.0)) continue;
         const Index vertex = heaviest(contact);
-        if (vertex < 0) continue;
+        if (vertex < 0 || topology_->bodies[at(topology_->body_of_vertex(vertex))].kind != BodyKind::tissue) continue;
         Strained& one = strained_[at(vertex)];
         if (one.tick != tick_) {
             one.tick = tick_;
-            one.at_limit = false;
+            one.gives_way = false;
             touched_now_.push_back(vertex);
         }
-        one.at_limit = one.at_limit || loads[c].at_limit;
+        one.gives_way =
+            one.gives_way || loads[c].at_limit || (contact.gap < -deep && is_at_strain_limit(frame, vertex));
     }
     std::int64_t torn = 0;
     for (const Index vertex : touched_now_) {
         Strained& one = strained_[at(vertex)];
-        one.time = one.at_limit ? one.time + dt : 0.0;
+        one.time = one.gives_way ? one.time + dt : 0.0;
         if (one.time <= tear_time || one.torn) continue;
         one.torn = true;
         ++torn;

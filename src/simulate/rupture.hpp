@@ -1,5 +1,5 @@
-// When tissue counts as torn, told for every response by the same code, from what its contacts gave: a constraint that
-// gives its limit for longer than a moment no longer holds, so that something passes through the tissue.
+// When tissue counts as torn, told for every response by the same code, from what its contacts gave: what presses for
+// longer than a moment with all that it may, or deep inside tissue that is at its strain limit, passes through it.
 #pragma once
 
 #include <cstdint>
@@ -7,26 +7,35 @@
 #include <vector>
 
 #include "contact/effect.hpp"
+#include "scene/vertex_springs.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
 
 class Rupture {
 public:
-    void prepare(const Topology& topology);
-    /// Once per tick of dt (s), with the effect of the tick and what its contacts gave: how many features of tissue
-    /// have torn in it. A feature counts at the vertex that carries most of it, once until it is no longer in contact.
-    std::int64_t judge(const Effect& effect, std::span<const ContactLoad> loads, double dt);
+    /// Topology and materials outlive it.
+    void prepare(const Topology& topology, const Materials& materials);
+    /// Once per tick of dt (s), with the frame after it, its effect and what its contacts gave: how many features of
+    /// tissue have torn in it. A feature counts at the vertex that carries most of it, once until it is no longer in
+    /// contact.
+    std::int64_t judge(const Frame& frame, const Effect& effect, std::span<const ContactLoad> loads, double dt);
 
-    static constexpr double tear_time = 0.005;  ///< s, at the limit without a break
+    static constexpr double tear_time = 0.005;  ///< s, without a break
+    static constexpr double deep = 1e-4;        ///< m, more than what counts as clear
 
 private:
     struct Strained {
-        double time = 0.0;  ///< s, at the limit so far
+        double time = 0.0;  ///< s, giving way so far
         std::int64_t tick = -1;
         bool torn = false;
-        bool at_limit = false;
+        bool gives_way = false;
     };
+    [[nodiscard]] bool is_at_strain_limit(const Frame& frame, Index vertex) const;
+
+    const Topology* topology_ = nullptr;
+    const Materials* materials_ = nullptr;
+    VertexSprings springs_;
     std::vector<Strained> strained_;  ///< per vertex
     std::vector<Index> touched_;      ///< vertices in contact in the last tick
     std::vector<Index> touched_now_;

@@ -174,8 +174,7 @@ struct Simulation::State {
         row.outcome = outcome.kind;
         if (!response || !outcome.ok()) return;
         show_load(row);
-        row.ruptures = effect.ruptures + rupture.judge(effect, loads, scene.dt);
-        row.repairs = effect.repairs;
+        row.ruptures = rupture.judge(frame, effect, loads, scene.dt);
         row.detached = effect.detached;
         row.grasped = effect.grasped;
         row.skipped = effect.skipped;
@@ -272,7 +271,7 @@ Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, s
     s.effect.contacts.reserve(4 * room);
     s.effect.placements.reserve(room);
     s.loads.reserve(4 * room);
-    s.rupture.prepare(scene.topology);
+    s.rupture.prepare(scene.topology, scene.materials);
     s.reaction.resize(scene.topology.bodies.size());
     s.load.resize(scene.topology.bodies.size());
     s.contacts.native_wanted = source.wants_native;

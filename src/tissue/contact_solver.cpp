@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "geometry/triangle_distance.hpp"
 
@@ -9,6 +10,20 @@ namespace trocar {
 namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+int count_of(const std::array<Index, 3>& vertices) {
+    return static_cast<int>(std::count_if(vertices.begin(), vertices.end(), [](Index v) { return v >= 0; }));
+}
+
+/// Of the points on two lines that are nearest to each other, how far along each, in [0, 1].
+std::pair<double, double> closest_on_edges(const Vector3& a0, const Vector3& along_a, const Vector3& b0,
+                                           const Vector3& along_b) {
+    const Vector3 across = along_a.cross(along_b);
+    const double square = across.squaredNorm();
+    const Vector3 between = b0 - a0;
+    return {std::clamp(between.cross(along_b).dot(across) / square, 0.0, 1.0),
+            std::clamp(between.cross(along_a).dot(across) / square, 0.0, 1.0)};
+}
 
 auto velocity_of(const TissueState& state, Index local) { return state.velocity.col(local).head<3>(); }
 auto velocity_of(TissueState& state, Index local) { return state.velocity.col(local).head<3>(); }
@@ -96,11 +111,13 @@ bool ContactSolver::enter(const LinearContact& contact, const Frame& frame, cons
     }
     if (entry.count == 0) return false;
     // Only what a source's contact is held by tells where the other side is at the start of the tick (reaction_point).
-    entry.turns = contact.role == ContactRole::constraint && contact.source_id != 0 && contact.reaction_vertices[0] < 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const Index vertex = contact.vertices[i];
-        const bool is_corner = vertex >= 0 && state.place[at(vertex)] >= 0;
-        entry.turns = entry.turns && (is_corner || (i == 2 && vertex < 0 && !contact.other_edge.isZero()));
+    entry.turns = contact.role == ContactRole::constraint && contact.source_id != 0;
+    const int corners = count_of(contact.vertices);
+    const int others = count_of(contact.reaction_vertices);
+    if (others == 0) {
+        entry.turns = entry.turns && (corners == 3 || (corners == 2 && !contact.other_edge.isZero()));
+    } else {
+        entry.turns = entry.turns && corners + others == 4;  // a vertex and a face, or two edges
     }
     entry.held = entry.stiffness * entry.depth - contact.mu * (entry.fixed_rate + speed);
     if (!entry.adhesive && !entry.bilateral) entry.held = std::max(entry.held, 0.0);
@@ -277,6 +294,10 @@ void ContactSolver::turn(const TissueState& state) {
     for (Active& contact : active_) {
         if (!contact.turns) continue;
         const LinearContact& given = effect_->contacts[contact.source];
+        if (given.reaction_vertices[0] >= 0) {
+            turn_tissues(state, contact);
+            continue;
+        }
         const auto corner = [&](std::size_t i) -> Vector3 {
             return state.position.col(state.place[at(given.vertices[i])]).head<3>();
         };
@@ -300,35 +321,78 @@ void ContactSolver::turn(const TissueState& state) {
         } else {
             weights = closest_point_on_triangle({first, second, third}, point);
         }
-        take_weights(state, weights, normal, contact);
+        take_weights(state, weights, Vector3::Zero(), normal, contact);
     }
 }
 
-/// Nothing changes where none of the weights is on a vertex that moves.
-void ContactSolver::take_weights(const TissueState& state, const Vector3& weights, const Vector3& normal,
-                                 Active& contact) const {
+/// Of two tissues, a vertex and a face or two edges: both sides are where the last sub-step left them.
+void ContactSolver::turn_tissues(const TissueState& state, Active& contact) const {
     const LinearContact& given = effect_->contacts[contact.source];
-    const auto local = [&](int i) {
-        const Index vertex = given.vertices[at(i)];
-        return vertex < 0 ? -1 : state.place[at(vertex)];
+    const auto corners = [&](const std::array<Index, 3>& vertices) {
+        Matrix3 places = Matrix3::Zero();
+        for (int i = 0; i < count_of(vertices); ++i) {
+            places.col(i) = state.position.col(state.place[at(vertices[at(i)])]).head<3>();
+        }
+        return places;
     };
-    const auto yields = [&](int i) { return weights[i] > 0.0 && local(i) >= 0 && state.moves(local(i)); };
-    if (!yields(0) && !yields(1) && !yields(2)) return;
+    const Matrix3 pushed = corners(given.vertices);
+    const Matrix3 other = corners(given.reaction_vertices);
+    Vector3 normal;
+    Vector3 weights = Vector3::UnitX();
+    Vector3 other_weights = Vector3::UnitX();
+    if (count_of(given.vertices) == 2) {
+        const Vector3 along = pushed.col(1) - pushed.col(0);
+        const Vector3 other_along = other.col(1) - other.col(0);
+        normal = along.cross(other_along);
+        if (normal.isZero(0.0)) return;
+        const auto [way, other_way] = closest_on_edges(pushed.col(0), along, other.col(0), other_along);
+        weights = {1.0 - way, way, 0.0};
+        other_weights = {1.0 - other_way, other_way, 0.0};
+    } else {
+        const bool is_face = count_of(given.vertices) == 3;
+        const Matrix3& face = is_face ? pushed : other;
+        normal = (face.col(1) - face.col(0)).cross(face.col(2) - face.col(0));
+        (is_face ? weights : other_weights) =
+            closest_point_on_triangle({face.col(0), face.col(1), face.col(2)}, is_face ? other.col(0) : pushed.col(0));
+    }
+    const double size = normal.norm();
+    if (size == 0.0) return;
+    normal /= normal.dot(contact.normal) < 0.0 ? -size : size;
+    take_weights(state, weights, other_weights, normal, contact);
+}
+
+/// Nothing changes where none of the weights is on a vertex that moves. `other_weights` count where the other side is
+/// tissue.
+void ContactSolver::take_weights(const TissueState& state, const Vector3& weights, const Vector3& other_weights,
+                                 const Vector3& normal, Active& contact) const {
+    const LinearContact& given = effect_->contacts[contact.source];
+    const auto each = [&](const auto& act) {
+        for (int i = 0; i < 3; ++i) {
+            if (given.vertices[at(i)] >= 0) act(state.place[at(given.vertices[at(i)])], weights[i]);
+        }
+        for (int i = 0; i < 3; ++i) {
+            if (given.reaction_vertices[at(i)] >= 0) {
+                act(state.place[at(given.reaction_vertices[at(i)])], -other_weights[i]);
+            }
+        }
+    };
+    bool yields = false;
+    each([&](Index local, double weight) { yields = yields || (weight != 0.0 && state.moves(local)); });
+    if (!yields) return;
     contact.normal = normal;
-    contact.surface = given.surface_velocity;
+    contact.surface = given.reaction_vertices[0] < 0 ? given.surface_velocity : Vector3(Vector3::Zero());
     contact.mobility = 0.0;
     contact.count = 0;
-    for (int i = 0; i < 3; ++i) {
-        if (local(i) < 0) continue;
-        if (!state.moves(local(i))) {
-            contact.surface -= weights[i] * velocity_of(state, local(i));
-            continue;
+    each([&](Index local, double weight) {
+        if (!state.moves(local)) {
+            contact.surface -= weight * velocity_of(state, local);
+            return;
         }
-        contact.vertex[at(contact.count)] = local(i);
-        contact.weight[at(contact.count)] = weights[i];
-        contact.mobility += weights[i] * weights[i] * state.inverse_mass[at(local(i))];
+        contact.vertex[at(contact.count)] = local;
+        contact.weight[at(contact.count)] = weight;
+        contact.mobility += weight * weight * state.inverse_mass[at(local)];
         ++contact.count;
-    }
+    });
     contact.fixed_rate = -contact.surface.dot(normal);
 }
 

@@ -85,7 +85,9 @@ private:
     static bool reaches_limit(const Active& contact, double force);
     static bool leaves_limit(const Active& contact, double force);
     bool enter(const LinearContact& contact, const Frame& frame, const TissueState& state, Active& entry);
-    void take_weights(const TissueState& state, const Vector3& weights, const Vector3& normal, Active& contact) const;
+    void turn_tissues(const TissueState& state, Active& contact) const;
+    void take_weights(const TissueState& state, const Vector3& weights, const Vector3& other_weights,
+                      const Vector3& normal, Active& contact) const;
     void remember_slip(const LinearContact& contact, Active& entry);
     void gather_grip();
     [[nodiscard]] double rate(const Active& contact, const TissueState& state) const;

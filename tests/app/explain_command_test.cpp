@@ -28,7 +28,8 @@ TEST_F(ExplainCommand, AllDetectorsAnswerOnTheVeryFrameOfTheRun) {
     ASSERT_EQ(result.status, 0) << result.err;
     const Json json = Json::parse(result.out);
     EXPECT_EQ(json.at("tick"), 38);
-    const Json run = Json::parse(run_program("run " + scene_ + " --ticks 39 --json").out);
+    const Json run = Json::parse(
+        run_program("run " + scene_ + " --ticks 39 --json --detector ohc --response thesis:profile=faithful").out);
     const auto pairs = run.at("rows").at(38).at("pairs").get<std::size_t>();
     ASSERT_GT(pairs, 0U);
     EXPECT_EQ(json.at("truth").at("pairs").size(), pairs);

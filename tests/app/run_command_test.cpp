@@ -80,7 +80,7 @@ TEST_F(RunCommand, JsonIsOneDocumentOfTheStatedShape) {
     ASSERT_EQ(result.status, 0) << result.err;
     const Json json = Json::parse(result.out);
     EXPECT_EQ(json.at("scene"), "poke");
-    EXPECT_EQ(json.at("contacts"), "canonical");
+    EXPECT_EQ(json.at("contacts"), "tracked");
     EXPECT_EQ(json.at("outcome"), "ok");
     EXPECT_EQ(json.at("message"), "");
     EXPECT_TRUE(json.at("detector").is_string());
@@ -108,7 +108,7 @@ TEST_F(RunCommand, JsonIsOneDocumentOfTheStatedShape) {
         EXPECT_EQ(row.size(), 8U + 11U);
         deepest = std::max(deepest, row.at("max_depth").get<double>());
     }
-    EXPECT_GT(json.at("rows").at(49).at("pairs"), 0);
+    EXPECT_GT(json.at("rows").at(49).at("contacts"), 0);
     EXPECT_GT(json.at("rows").at(49).at("tool_force").at(2).get<double>(), 0.0) << "tissue pushes the tool up";
     EXPECT_LT(deepest, 0.0021) << "the script goes 2 mm below the rest plane";
 }
@@ -196,7 +196,7 @@ TEST_F(RunCommand, ResponseThatCannotReadNativeContactsEndsWithThree) {
     EXPECT_EQ(thesis.status, 3) << thesis.err;
     const Json json = Json::parse(thesis.out);
     EXPECT_EQ(json.at("outcome"), "unsupported");
-    EXPECT_NE(json.at("message").get<std::string>().find("from contacts canonical, not from 'native'"),
+    EXPECT_NE(json.at("message").get<std::string>().find("from contacts canonical, near, tracked, not from 'native'"),
               std::string::npos);
     EXPECT_TRUE(json.at("rows").empty());
     const test::ProgramResult penalty = run_program(arguments + " --response penalty");

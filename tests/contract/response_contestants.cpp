@@ -42,7 +42,9 @@ std::vector<ResponseContestant> response_contestants() {
         }
         for (const std::string& method : methods) {
             for (const std::string& source : entry.sources) {
-                if (!detector_for(registry().source(source)).empty()) list.push_back({method, source});
+                const SourceEntry& from = registry().source(source);
+                if (!why_unreadable(from, parse_method(method)).empty() || detector_for(from).empty()) continue;
+                list.push_back({method, source});
             }
         }
     }

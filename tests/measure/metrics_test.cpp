@@ -54,7 +54,7 @@ TEST(Summary, NothingJudgedIsNotZero) {
     for (const char* name :
          {"precision", "recall", "missing", "extra", "residual_max_m", "depth_error_max_m", "ticks_to_clear_max",
           "uncleared", "overshoot_max_m", "force_flips", "force_above_30hz_share", "force_jump_max_n", "max_strain",
-          "wrong_side_last", "side_undecided_max", "side_undecided_ticks", "repairs"}) {
+          "wrong_side_last", "side_undecided_max", "side_undecided_ticks"}) {
         EXPECT_TRUE(std::isnan(figures.at(name))) << name;
     }
 }
@@ -66,15 +66,6 @@ TEST(Summary, UndecidedSidesAreCountedOverJudgedTicks) {
     rows[3].side_undecided = 2;
     EXPECT_EQ(summarize(rows).at("side_undecided_max"), 7.0);
     EXPECT_EQ(summarize(rows).at("side_undecided_ticks"), 2.0);
-}
-
-TEST(Summary, SidesPutRightAreSummedWhereAResponseKeepsSides) {
-    std::vector<StepRow> rows(3);
-    rows[0].repairs = 0;
-    EXPECT_EQ(summarize(rows).at("repairs"), 0.0);
-    rows[1].repairs = 2;
-    rows[2].repairs = 3;
-    EXPECT_EQ(summarize(rows).at("repairs"), 5.0);
 }
 
 TEST(Summary, TimesLeaveOutTheWarmUpAndFailedTicks) {

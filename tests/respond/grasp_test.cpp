@@ -13,6 +13,7 @@
 #include "method/registry.hpp"
 #include "scene/scene.hpp"
 #include "simulate/simulation.hpp"
+#include "support/told_contacts.hpp"
 #include "tissue/mass_spring.hpp"
 
 namespace trocar {
@@ -96,6 +97,7 @@ struct Bench {
         }
         frame.pose[0].translation = now;
         frame.pose[0].jaw = jaw;
+        test::tell_at_tick_start(topology, frame, contacts);
         response->respond(frame, 1e-3, contacts, {}, effect);
         reaction.assign(2, {});
         ASSERT_TRUE(tissue->advance(effect, 1e-3, frame, reaction).ok());

@@ -100,7 +100,7 @@ TEST_P(DragAgainstRim, LeavesNoPartOfTheSheetInsideTheShaft) {
     double force = 0.0;
     for (int tick = 0; tick < 300; ++tick) {
         ASSERT_TRUE(loop.step()) << loop.outcome.message;
-        ASSERT_EQ(loop.effect.ruptures, 0) << tick;
+        ASSERT_EQ(loop.ruptures, 0) << tick;
         EXPECT_LE(depth_in_shaft(loop, drag.place(loop.frame.time), drag.inscribed()), clear) << tick;
         EXPECT_LE(truth.measure(loop.frame).max_depth, clear) << tick;
         force = std::max(force, loop.tool_force(0).norm());
@@ -124,7 +124,7 @@ TEST_P(FarDragAgainstRim, EndsWithNoPartOfTheSheetInsideTheShaft) {
     const double settled = drag.way() / Drag::speed + 0.2;
     while (loop.frame.time < settled + 0.1) {
         ASSERT_TRUE(loop.step()) << loop.outcome.message;
-        ASSERT_EQ(loop.effect.ruptures, 0) << loop.frame.time;
+        ASSERT_EQ(loop.ruptures, 0) << loop.frame.time;
         const double depth = truth.measure(loop.frame).max_depth;
         if (loop.frame.time < settled) continue;
         EXPECT_LE(depth_in_shaft(loop, drag.place(loop.frame.time), drag.inscribed()), clear) << loop.frame.time;

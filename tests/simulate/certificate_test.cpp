@@ -43,22 +43,22 @@ TEST(Certificate, AFreshRunHasTheSameHashAndAnotherAnswerAnother) {
     EXPECT_NE(once.state_hash, certificate(scene, "brute_force", "", 400).state_hash);
 }
 
-TEST(Certificate, FaithfulDependsOnTheOrderOfTrianglesAndCorrectedDoesNot) {
+TEST(Certificate, FaithfulDependsOnTheOrderOfTrianglesAndHoldDoesNot) {
     // METHODS §13: faithful responds once per triangle pair, one after the other in sorted order, each from what the
-    // last has left; corrected once per vertex. It takes the whole stab until a vertex lies behind two faces.
+    // last has left; hold once per pair of features, all at once. It takes the whole stab until a vertex lies behind two faces.
     const Scene scene = scene_named("i2t_stab");
     const Record faithful = certificate(scene, "ohc", "thesis:profile=faithful", 600);
-    const Record corrected = certificate(scene, "ohc", "thesis:profile=corrected", 600);
-    for (const Record* record : {&faithful, &corrected}) {
+    const Record hold = certificate(scene, "ohc", "hold", 600);
+    for (const Record* record : {&faithful, &hold}) {
         EXPECT_EQ(record->summary.at("certificate_twice_m"), 0.0);
         EXPECT_EQ(record->summary.at("certificate_twice_n"), 0.0);
         EXPECT_TRUE(std::isnan(record->summary.at("certificate_bodies_m"))) << "no two bodies of a kind";
         EXPECT_TRUE(std::isnan(record->summary.at("certificate_twice_pairs")));
     }
     EXPECT_GT(faithful.summary.at("certificate_triangles_m"), 1e-6);
-    EXPECT_LT(corrected.summary.at("certificate_triangles_m"), 1e-9);
-    EXPECT_LT(corrected.summary.at("certificate_unit_m"), 1e-9);
-    EXPECT_LT(corrected.summary.at("certificate_origin_m"), 1e-9);
+    EXPECT_LT(hold.summary.at("certificate_triangles_m"), 1e-9);
+    EXPECT_LT(hold.summary.at("certificate_unit_m"), 1e-9);
+    EXPECT_LT(hold.summary.at("certificate_origin_m"), 1e-9);
 }
 
 }  // namespace

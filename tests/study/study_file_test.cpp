@@ -64,7 +64,7 @@ constexpr const char* knobs = R"({"format":"trocar-study-1","name":"s",
    {"scenes":["a.json"],"detectors":["ohc"],"responses":["thesis:profile=corrected"],"knob":"response.kappa","values":[1e6]}]},
  "ablation":{"scenes":["a.json","b.json"],"detector":"ohc","from":"thesis:profile=faithful",
    "to":"thesis:profile=corrected","switches":[{"parameter":"clamp","from":"off","to":"on","scenes":["a.json"]},
-   {"parameter":"friction","to":"0.3","scenes":["b.json"]}]},
+   {"parameter":"e","to":"0.3","scenes":["b.json"]}]},
  "paced":{"scenes":["b.json"],"detectors":["ohc"],"responses":["penalty"],"ticks":50}})";
 
 TEST_F(StudyFile, KnobsBecomeRunsOfTheirOwn) {
@@ -89,8 +89,8 @@ TEST_F(StudyFile, KnobsBecomeRunsOfTheirOwn) {
         "ablation|a|ohc|thesis:profile=corrected|||to",
         "ablation|b|ohc|thesis:profile=faithful|||from",
         "ablation|b|ohc|thesis:profile=corrected|||to",
-        "ablation|b|ohc|thesis:friction=0.3,profile=faithful||friction|from with 0.3",
-        "ablation|b|ohc|thesis:friction=0.3,profile=corrected||friction|to with 0.3",
+        "ablation|b|ohc|thesis:e=0.3,profile=faithful||e|from with 0.3",
+        "ablation|b|ohc|thesis:e=0.3,profile=corrected||e|to with 0.3",
         "ablation|a|ohc|thesis:clamp=on,profile=faithful||clamp|from with on",
         "ablation|a|ohc|thesis:clamp=off,profile=corrected||clamp|to with off",
         "paced|b|ohc|penalty|||"};
@@ -280,7 +280,8 @@ TEST_F(StudyFile, ResponseThatCannotReadNativeContactsIsToldOnce) {
             ++thesis_rows;
             ASSERT_TRUE(run.settled);
             EXPECT_EQ(run.settled->kind, OutcomeKind::unsupported);
-            EXPECT_NE(run.settled->message.find("from contacts canonical, not from 'native'"), std::string::npos);
+            EXPECT_NE(run.settled->message.find("from contacts canonical, near, tracked, not from 'native'"),
+                      std::string::npos);
         } else {
             ++penalty_runs;
             EXPECT_FALSE(run.settled);

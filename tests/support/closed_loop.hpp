@@ -12,6 +12,7 @@
 
 #include "method/registry.hpp"
 #include "scene/world.hpp"
+#include "simulate/rupture.hpp"
 #include "support/shown_force.hpp"
 #include "tissue/mass_spring.hpp"
 
@@ -104,6 +105,7 @@ public:
     Effect effect;
     std::vector<Wrench> reaction;
     Outcome outcome;
+    std::int64_t ruptures = 0;  ///< in the last tick
 
     ClosedLoop(std::vector<LoopBody> bodies, const std::string& method) : bodies_(std::move(bodies)) {
         std::vector<Body> list;
@@ -140,6 +142,7 @@ public:
         source_ = make_source(source.name);
         source_->prepare(topology, frame);
         tissue_ = std::make_unique<MassSpring>(topology, materials);
+        rupture_.prepare(topology, materials);
         effect.resize(total, topology.body_count());
         reaction.assign(bodies_.size(), {});
     }
@@ -165,6 +168,7 @@ public:
         response_->respond(frame, dt, contacts, tissue_->loads(), effect);
         reaction.assign(bodies_.size(), {});
         outcome = tissue_->advance(effect, dt, frame, reaction);
+        ruptures = rupture_.judge(frame, effect, tissue_->loads(), dt);
         return outcome.ok();
     }
 
@@ -279,6 +283,7 @@ private:
     std::unique_ptr<ContactSource> source_;
     bool wants_reach_ = false;
     std::unique_ptr<MassSpring> tissue_;
+    Rupture rupture_;
 };
 
 }  // namespace trocar::test

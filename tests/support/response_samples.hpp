@@ -10,6 +10,7 @@
 #include "method/registry.hpp"
 #include "scene/world.hpp"
 #include "support/shown_force.hpp"
+#include "support/told_contacts.hpp"
 
 namespace trocar::test {
 
@@ -50,6 +51,7 @@ struct PairSample {
         const MethodSpec spec = parse_method(method);
         const std::unique_ptr<Response> response = make_response(spec.name, spec.parameters);
         response->prepare(topology, materials);
+        test::tell_at_tick_start(topology, frame, contacts);
         response->respond(frame, dt, contacts, {}, effect);
     }
     /// N, on an instrument at the frame.

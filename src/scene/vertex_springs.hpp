@@ -1,0 +1,29 @@
+// Which springs meet at a vertex, and how far they are stretched.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "geometry/types.hpp"
+#include "scene/world.hpp"
+
+namespace trocar {
+
+/// Springs at each vertex, so that the force on one vertex costs its own springs only.
+class VertexSprings {
+public:
+    void prepare(const Topology& topology, const Materials& materials);
+    /// Numbers of the springs at a vertex.
+    [[nodiscard]] std::span<const Index> of(Index vertex) const {
+        const auto v = static_cast<std::size_t>(vertex);
+        return {spring_.data() + first_[v], static_cast<std::size_t>(first_[v + 1] - first_[v])};
+    }
+    /// Largest strain (1 = doubled length) of the springs at a vertex; 0 without any.
+    [[nodiscard]] double largest_strain(const Materials& materials, const Matrix3X& position, Index vertex) const;
+
+private:
+    std::vector<Index> first_;  ///< N + 1
+    std::vector<Index> spring_;
+};
+
+}  // namespace trocar
