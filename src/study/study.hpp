@@ -26,8 +26,8 @@ struct StudyMethod {
     /// all.
     std::vector<std::string> detectors = {};
     std::vector<std::string> contacts = {};
-    /// Of a detector in the closed loop: false, its runs are not judged; they are timed, and what truth says of the same
-    /// motion is told of them too.
+    /// Of a detector in the closed loop: false, its runs are not judged; they are timed, and what truth says of the
+    /// same motion is told of them too.
     bool judged = true;
     std::optional<std::string> absent_reason;  ///< set when this build lacks the method: its runs become rows `absent`
 };
@@ -107,7 +107,8 @@ struct AblationPart {
 /// The switch of an ablation that is no parameter: the contact source.
 inline constexpr const char* source_switch = "source";
 
-/// Methods on scenes, each response on the contact source that it works from by itself; which detector meets which response is told beside the part.
+/// Methods on scenes, each response on the contact source that it works from by itself; which detector meets which
+/// response is told beside the part.
 struct LoopPart {
     std::vector<std::string> scenes;
     std::vector<StudyMethod> detectors;

@@ -31,7 +31,6 @@ std::set<std::string> words_in(const std::string& text) {
     return found;
 }
 
-
 TEST(BroadPhase, IsInDetectorsAlone) {
     const std::filesystem::path source = std::filesystem::path(TROCAR_SOURCE_DIR) / "src";
     std::map<std::string, std::set<std::string>> found;

@@ -45,7 +45,8 @@ TEST(Certificate, AFreshRunHasTheSameHashAndAnotherAnswerAnother) {
 
 TEST(Certificate, FaithfulDependsOnTheOrderOfTrianglesAndHoldDoesNot) {
     // METHODS §13: faithful responds once per triangle pair, one after the other in sorted order, each from what the
-    // last has left; hold once per pair of features, all at once. It takes the whole stab until a vertex lies behind two faces.
+    // last has left; hold once per pair of features, all at once. It takes the whole stab until a vertex lies behind
+    // two faces.
     const Scene scene = scene_named("i2t_stab");
     const Record faithful = certificate(scene, "ohc", "thesis:profile=faithful", 600);
     const Record hold = certificate(scene, "ohc", "hold", 600);
