@@ -474,7 +474,7 @@ double attraction(const std::string& method) {
     return sum;
 }
 
-/// Sum of the tool's force over the first 700 ticks of the shipped scene whose jaws lift a fold.
+/// Sum of the tool's force, N, over the first ticks of the shipped scene whose jaws lift a fold.
 double force_of_grasp(const std::string& method, int ticks) {
     const Scene scene =
         read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "i2t_grasp.json", std::nullopt);
@@ -485,8 +485,8 @@ double force_of_grasp(const std::string& method, int ticks) {
 
 double grasped_force(const std::string& method) { return force_of_grasp(method, 700); }
 
-/// The same until the jaws are open again.
-double released_force(const std::string& method) { return force_of_grasp(method, 780); }
+/// The same until all that the jaws hold has torn loose.
+double released_force(const std::string& method) { return force_of_grasp(method, 860); }
 
 /// Force shown to a shaft whose tip is 1 mm below the face of a bone, N.
 double pressed_on_bone(const std::string& method) {

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
+#include <set>
 #include <string>
 
 #include "measure/depth_truth.hpp"
@@ -60,19 +62,26 @@ std::string text_of(const DepthTruth::Judgement& sample, const Topology& topolog
 struct Comparison {
     std::int64_t compared = 0;
     std::int64_t wrong = 0;
-    std::int64_t undecided = 0;
     std::int64_t too_near = 0;  ///< to the surface to be compared
     double deepest = 0.0;
 
     void frame(const Scene& scene, const Frame& frame, const DepthTruth& truth, const DepthTruth::Result& told,
                test::SecondTruth& second) {
         second.look_at(frame);
+        std::set<std::array<Index, 2>> pierced;  // by the rim of the first body: the second
+        if (told.side_undecided > 0) {
+            for (const auto& [a, b] : scene.topology.body_pairs) {
+                if (second.rim_pierces(a, b)) pierced.insert({a, b});
+                if (second.rim_pierces(b, a)) pierced.insert({b, a});
+            }
+        }
         double depth = 0.0;
         std::int64_t told_wrong = 0;
         truth.each_sample([&](const DepthTruth::Judgement& sample) {
             if (sample.side == Side::wrong) ++told_wrong;
             if (sample.side == Side::undecided) {
-                ++undecided;
+                EXPECT_TRUE(pierced.contains({sample.into, sample.from}))
+                    << "tick " << frame.tick << ": " << text_of(sample, scene.topology) << " is told undecided";
                 return;
             }
             const Vector3 now = point_of(sample, scene.topology, frame.position);
@@ -150,7 +159,6 @@ TEST_P(ShippedScenes, SecondTruthAgreesOnSidesAndDepthAndNeitherNeedsTheFramesBe
     };
     const Record record = run_closed_loop(scene, spec, limits);
     EXPECT_GT(comparison.compared, 0);
-    EXPECT_EQ(comparison.undecided, 0) << "all rims of shipped scenes are held, and no tool reaches one";
     RecordProperty("compared", std::to_string(comparison.compared));
     RecordProperty("wrong", std::to_string(comparison.wrong));
     RecordProperty("too_near", std::to_string(comparison.too_near));

@@ -115,6 +115,22 @@ public:
         return std::all_of(rim.begin(), rim.end(), [this](Index v) { return now_.col(v) == start_.col(v); });
     }
 
+    /// The sheet's rim passes through a face of the body. On which side of the sheet the body's points are depends
+    /// then on the way over its surface.
+    [[nodiscard]] bool rim_pierces(Index sheet, Index from) const {
+        const Range faces = body(from).triangles;
+        for (const auto& [edge, count] : edges_[at(sheet)]) {
+            if (count != 1) continue;
+            const Vector3 p = now_.col(edge.first);
+            const Vector3 q = now_.col(edge.second);
+            if (!boxes_[at(from)].overlaps(Box{p.cwiseMin(q), p.cwiseMax(q)})) continue;
+            for (Index t = faces.first; t < faces.end(); ++t) {
+                if (passage(corners(t, now_), p.cast<Real>(), q.cast<Real>(), 1e-9)) return true;
+            }
+        }
+        return false;
+    }
+
     /// Winding number of a closed body about p, not 0.
     [[nodiscard]] bool is_inside(Index body, const Vector3& p) const {
         if (!boxes_[at(body)].overlaps(Box{p, p})) return false;
