@@ -1,7 +1,9 @@
 #include "respond/rigid_patches.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 #include <tuple>
 
 #include "respond/surface.hpp"
@@ -19,6 +21,31 @@ void RigidPatches::prepare(const Topology& topology, const Materials& materials,
     area_.assign(at(topology.vertex_count), 0.0);
     measured_ = false;
     crossed_.reserve(256);
+    find_neighbours();
+}
+
+void RigidPatches::find_neighbours() {
+    std::vector<std::array<Index, 2>> ways;
+    for (const BodyRange& body : topology_->bodies) {
+        if (body.kind == BodyKind::tissue) continue;
+        for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
+            const auto corner = topology_->triangles.col(t);
+            for (int i = 0; i < 3; ++i) {
+                ways.push_back({corner[i], corner[(i + 1) % 3]});
+                ways.push_back({corner[(i + 1) % 3], corner[i]});
+            }
+        }
+    }
+    std::sort(ways.begin(), ways.end());
+    ways.erase(std::unique(ways.begin(), ways.end()), ways.end());
+    first_neighbour_.assign(at(topology_->vertex_count) + 1, 0);
+    neighbour_.clear();
+    neighbour_.reserve(ways.size());
+    for (const auto& [from, to] : ways) {
+        ++first_neighbour_[at(from) + 1];
+        neighbour_.push_back(to);
+    }
+    std::partial_sum(first_neighbour_.begin(), first_neighbour_.end(), first_neighbour_.begin());
 }
 
 void RigidPatches::respond(const Frame& frame, std::span<const Contact> contacts, Effect& effect) {
@@ -34,32 +61,45 @@ void RigidPatches::respond(const Frame& frame, std::span<const Contact> contacts
         const bool tissue = topology_->bodies[at(contact.body_b)].kind == BodyKind::tissue;
         const double depth = -(contact.gap + contact.approach);
         if (tissue || !(depth > 0.0)) continue;
-        crossed_.push_back({&contact, depth, std::max(area_of(contact.on_a), area_of(contact.on_b))});
+        crossed_.push_back({.contact = &contact,
+                            .depth = depth,
+                            .area = std::max(area_of(contact.on_a), area_of(contact.on_b)),
+                            .foremost = is_foremost(frame, contact)});
     }
     std::sort(crossed_.begin(), crossed_.end(), [](const Crossed& a, const Crossed& b) {
         return std::tuple{a.contact->body_a, a.contact->body_b, a.contact->id} <
                std::tuple{b.contact->body_a, b.contact->body_b, b.contact->id};
     });
     for (auto first = crossed_.begin(); first != crossed_.end();) {
-        const Index body_a = first->contact->body_a;
-        const Index body_b = first->contact->body_b;
-        double deepest = 0.0;
-        double sum = 0.0;
-        double damped = 0.0;
-        auto end = first;
-        for (; end != crossed_.end() && end->contact->body_a == body_a && end->contact->body_b == body_b; ++end) {
-            deepest = std::max(deepest, end->depth);
-            sum += end->depth * end->depth * end->area;
-            damped += end->depth * end->area;
+        const auto end = std::find_if(first, crossed_.end(), [&](const Crossed& one) {
+            return one.contact->body_a != first->contact->body_a || one.contact->body_b != first->contact->body_b;
+        });
+        // Where surfaces are so rough that no feature is foremost, all are taken as such.
+        if (std::none_of(first, end, [](const Crossed& one) { return one.foremost; })) {
+            std::for_each(first, end, [](Crossed& one) { one.foremost = true; });
         }
-        const double given = laws_.k(body_a, body_b);
-        const double k = std::isnan(given) ? rigid_stiffness : given;
-        const double mu = laws_.mu(body_a, body_b);
-        for (; first != end; ++first) {
-            const double share = deepest * first->depth * first->area / sum;
-            press(frame, k * share, mu * first->depth * first->area / damped, *first, effect);
+        press(frame, {first, end}, effect);
+        first = end;
+    }
+}
+
+/// A vertex or an edge that its own surface does not pass on the way into the other body, on either side that is not
+/// the inside of a face.
+bool RigidPatches::is_foremost(const Frame& frame, const Contact& contact) const {
+    return is_outermost(frame, contact.on_a, contact.normal) && is_outermost(frame, contact.on_b, -contact.normal);
+}
+
+bool RigidPatches::is_outermost(const Frame& frame, const ContactPoint& point, const Vector3& direction) const {
+    if (std::none_of(point.vertices.begin(), point.vertices.end(), [](Index v) { return v < 0; })) return true;
+    constexpr double rounding = 1e-9;
+    for (const Index v : point.vertices) {
+        if (v < 0) continue;
+        for (Index i = first_neighbour_[at(v)]; i < first_neighbour_[at(v) + 1]; ++i) {
+            const Vector3 way = frame.position.col(neighbour_[at(i)]) - frame.position.col(v);
+            if (way.dot(direction) > rounding * way.norm()) return false;
         }
     }
+    return true;
 }
 
 double RigidPatches::area_of(const ContactPoint& point) const {
@@ -70,26 +110,53 @@ double RigidPatches::area_of(const ContactPoint& point) const {
     return sum;
 }
 
-void RigidPatches::press(const Frame& frame, double k, double mu, const Crossed& one, Effect& effect) const {
-    const Contact& contact = *one.contact;
-    const auto kind = [this](Index body) { return topology_->bodies[at(body)].kind; };
-    const bool push_b = kind(contact.body_b) == BodyKind::instrument;
-    LinearContact linear;
-    linear.k = k;
-    linear.mu = mu;
-    linear.source_id = contact.id;
-    linear.gap = contact.gap;
-    linear.normal = push_b ? contact.normal : Vector3(-contact.normal);
-    const ContactPoint& pushed = push_b ? contact.on_b : contact.on_a;
-    const ContactPoint& other = push_b ? contact.on_a : contact.on_b;
-    linear.vertices = pushed.vertices;
-    linear.weights = pushed.weights;
-    linear.face_velocity = other.blend(frame.velocity).dot(linear.normal);
-    if (push_b && kind(contact.body_a) == BodyKind::instrument) {
-        linear.reaction_body = contact.body_a;
-        linear.reaction_point = other.blend(frame.position);
+/// One patch: features of two bodies.
+void RigidPatches::press(const Frame& frame, std::span<const Crossed> patch, Effect& effect) const {
+    const Index body_a = patch.front().contact->body_a;
+    const Index body_b = patch.front().contact->body_b;
+    const Crossed* deepest = nullptr;
+    Vector3 normal = Vector3::Zero();
+    double sum = 0.0;
+    for (const Crossed& one : patch) {
+        if (!one.foremost) continue;
+        if (deepest == nullptr || one.depth > deepest->depth) deepest = &one;
+        normal += one.share() * one.contact->normal;
+        sum += one.share();
     }
-    effect.contacts.push_back(linear);
+    const double size = normal.norm();
+    if (!(size > 0.0)) return;  // what presses from both sides alike
+    normal /= size;
+    const auto carries = [&normal](const Crossed& one) {
+        return one.share() * std::max(0.0, one.contact->normal.dot(normal));
+    };
+    double carried = 0.0;
+    for (const Crossed& one : patch) carried += carries(one);
+    const auto kind = [this](Index body) { return topology_->bodies[at(body)].kind; };
+    const bool push_b = kind(body_b) == BodyKind::instrument;
+    const double given = laws_.k(body_a, body_b);
+    // Features that press from opposite sides cancel; those of one rounded side do not weaken each other.
+    constexpr double one_side = 0.5;
+    const double k = (std::isnan(given) ? rigid_stiffness : given) * std::min(1.0, size / (one_side * sum));
+    for (const Crossed& one : patch) {
+        const double share = carries(one) / carried;
+        if (!(share > 0.0)) continue;
+        const ContactPoint& pushed = push_b ? one.contact->on_b : one.contact->on_a;
+        const ContactPoint& other = push_b ? one.contact->on_a : one.contact->on_b;
+        LinearContact linear;
+        linear.k = k * share;
+        linear.mu = laws_.mu(body_a, body_b) * share;
+        linear.source_id = one.contact->id;
+        linear.gap = deepest->contact->gap;
+        linear.normal = push_b ? normal : Vector3(-normal);
+        linear.vertices = pushed.vertices;
+        linear.weights = pushed.weights;
+        linear.face_velocity = other.blend(frame.velocity).dot(linear.normal);
+        if (push_b && kind(body_a) == BodyKind::instrument) {
+            linear.reaction_body = body_a;
+            linear.reaction_point = other.blend(frame.position);
+        }
+        effect.contacts.push_back(linear);
+    }
 }
 
 }  // namespace trocar

@@ -15,9 +15,11 @@ class RigidPatches {
 public:
     /// k and mu are NaN where the method was given no number.
     void prepare(const Topology& topology, const Materials& materials, double k, double mu);
-    /// Appends a spring and damper for every feature of instruments and rigid bodies that has crossed. Of one pair of
-    /// bodies they add up to k times the largest depth along its normals: feature i of depth d_i and area a_i has the
-    /// share d_i² a_i of that, so that a feature that just enters changes nothing.
+    /// Appends springs and dampers for the features of instruments and rigid bodies that have crossed. Two surfaces
+    /// press where they meet with their foremost features, a vertex or edges from which its own surface leads away
+    /// from the other body: those say how deep the patch is and which way leads out. Feature i of depth d_i and area
+    /// a_i has the share d_i² a_i in that, so that one that just enters changes nothing. All that has crossed and
+    /// faces that way carries its share of the force, k times the depth, so that its centre moves evenly, too.
     void respond(const Frame& frame, std::span<const Contact> contacts, Effect& effect);
 
 private:
@@ -25,14 +27,20 @@ private:
         const Contact* contact = nullptr;
         double depth = 0.0;  ///< m, at the end of the tick
         double area = 0.0;   ///< m²
+        bool foremost = false;
+        [[nodiscard]] double share() const { return depth * depth * area; }
     };
+    void find_neighbours();
+    [[nodiscard]] bool is_foremost(const Frame& frame, const Contact& contact) const;
+    [[nodiscard]] bool is_outermost(const Frame& frame, const ContactPoint& point, const Vector3& direction) const;
     [[nodiscard]] double area_of(const ContactPoint& point) const;
-    void press(const Frame& frame, double k, double mu, const Crossed& one, Effect& effect) const;
+    void press(const Frame& frame, std::span<const Crossed> patch, Effect& effect) const;
 
     const Topology* topology_ = nullptr;
     PairLaws laws_;
     bool measured_ = false;
-    std::vector<double> area_;  ///< m², per vertex, a third of its faces at the first frame
+    std::vector<double> area_;                        ///< m², per vertex, a third of its faces at the first frame
+    std::vector<Index> first_neighbour_, neighbour_;  ///< per vertex of instruments and rigid bodies
     std::vector<Crossed> crossed_;
 };
 
