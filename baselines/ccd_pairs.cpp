@@ -7,8 +7,7 @@
 //  tolerances      1e-6 of the mean edge for EPA and MPR (default 1e-4 in absolute units, which is a tenth of a
 //                  millimetre for a scene in metres).
 //  scale           each pair is moved to its own first corner and divided by the mean edge of the scene, so that
-//  features
-//                  are far above the tolerances wherever the scene lies and whatever its unit.
+//                  features are far above the tolerances wherever the scene lies and whatever its unit.
 //  first direction the default (1, 0, 0); after a result that is not finite the query is repeated once with another
 //                  direction, and the repeats are in the triangle test counter.
 //  support         the best of three corners: for triangles there is nothing faster.

@@ -2,8 +2,7 @@
 //
 // Settings, and where they depart from the library's defaults (measured facts: FCL's issue numbers in README.md):
 //  bv                 AABB, where FCL's users mostly take OBBRSS: a deforming mesh pays for the update, and an AABB
-//  tree
-//                     is refitted some twenty times faster. All of FCL's volumes are choices of the parameter.
+//                     tree is refitted some twenty times faster. All of FCL's volumes are choices of the parameter.
 //  update             refit, bottom up: the library's fast path. Oriented volumes grow looser by it, so `rebuild`
 //                     (a new tree every tick) and `rebuild_period` (every N ticks) are offered. RSS trees are refitted
 //                     top down: after a bottom-up refit they report no contact at all (78 of 78 pairs lost). So are
@@ -15,8 +14,7 @@
 //  bodies at rest     not updated, where the frame tells which vertices moved.
 //  num_max_contacts   unlimited (default 1, which stops at the first hit).
 //  enable_contact     only when native contacts are wanted (default off). In that mode FCL drops pairs whose contact
-//  has
-//                     no points, such as triangles without area.
+//                     has no points, such as triangles without area.
 //  enable_cost        off, as by default: it would disable the early exit.
 //  result             cleared per body pair, as it accumulates.
 //  reach              above 0 the same traversal, in which volumes part where the library's distance between them is

@@ -8,31 +8,27 @@
 //                      stop at the first pair that it comes across (num_max_contacts 1), whose time is not the
 //                      first: so its traversal node is driven directly, with unlimited contacts.
 //  solver=advancement  rigid bodies: conservative advancement with the library's traversal of oriented RSS trees,
-//  driven
-//                      directly. continuousCollide has that traversal and never chooses it, see `conservative`. Of the
-//                      volumes only RSS bound how far a pruned part of the body gets: the bound of OBBRSS is 0, and
-//                      contacts are stepped over.
+//                      driven directly. continuousCollide has that traversal and never chooses it, see `conservative`.
+//                      Of the volumes only RSS bound how far a pruned part of the body gets: the bound of OBBRSS is 0,
+//                      and contacts are stepped over.
 //  solver=conservative rigid bodies: what continuousCollide does when asked for conservative advancement. Told almost
-//  no
-//                      contact of two meshes, for three reasons in its code: poses are applied to the copy of the
-//                      vertices that the step before had moved already; the speed of the second body along the
-//                      normal is counted with the first one's sign; and once two triangles meet, the normal is zero
-//                      and so is the speed, so that the whole tick is stepped over. toc_err is ignored there (1e-5).
+//                      no contact of two meshes, for three reasons in its code: poses are applied to the copy of the
+//                      vertices that the step before had moved already; the speed of the second body along the normal
+//                      is counted with the first one's sign; and once two triangles meet, the normal is zero and so is
+//                      the speed, so that the whole tick is stepped over. toc_err is ignored there (1e-5).
 //  solver=naive        rigid bodies, the library's default: tries poses at `iterations` moments, first and last
 //                      included, so a contact between two of them is missed and the time is late by up to one step.
 //                      Ray shooting, the fifth solver, has no meshes.
 //  motion from frames  (rigid bodies) a body's pose is the rotation and translation that carry the vertices of the
-//  first
-//                      frame nearest to the current ones (Kabsch 1976, by SVD). Where a vertex ends further off than
-//                      1e-9 of the body's extent the body is not rigid, and the tick is outcome `unsupported`. A
+//                      first frame nearest to the current ones (Kabsch 1976, by SVD). Where a vertex ends further off
+//                      than 1e-9 of the body's extent the body is not rigid, and the tick is outcome `unsupported`. A
 //                      tissue that does not move counts as rigid.
 //  motion              (rigid bodies) linear (straight way of the centre, constant axis of rotation), where the default
 //                      takes the translation alone. `screw` is offered; without rotation the library's moves by the
 //                      square of the way.
 //  toc_err             1e-4 of the tick, the default. iterations: 10, the default.
 //  scale               (polynomial) millimetres: the tests compare fourth powers of lengths with 1e-5, so that in
-//  metres
-//                      no two edges of a millimetre mesh ever meet.
+//                      metres no two edges of a millimetre mesh ever meet.
 //  bounding volume     AABB for the polynomial solver (fcl_bvh.cpp says why); for rigid bodies OBBRSS at the end of the
 //                      tick and RSS for advancement, built once in the body's own frame.
 //  request             unlimited contacts, no contact geometry.

@@ -238,7 +238,7 @@ private:
     }
 
     /// The ODE bodies that stand for one side of a contact; at most three.
-    int sides_of(const Frame& frame, Index body, const LoadPoint& load, bool driven, std::array<Side, 3>& sides) {
+    int sides_of(const Frame& frame, Index body, const ContactPoint& load, bool driven, std::array<Side, 3>& sides) {
         const BodyKind kind = topology_->bodies[at(body)].kind;
         const Vector3 point = load.blend(frame.position);
         if (kind != BodyKind::tissue) {

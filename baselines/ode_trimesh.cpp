@@ -3,8 +3,7 @@
 // Settings, and where they depart from the library's defaults (measured facts in README.md):
 //  dCollide directly  no space: after dGeomTriMeshDataUpdate the box that a space culls by stays at the old place.
 //  update             dGeomTriMeshDataUpdate, which refits the tree; vertices are referenced, not copied, so they are
-//  kept
-//                     here as doubles with a stride of 24 bytes. `rebuild` builds the data anew.
+//                     kept here as doubles with a stride of 24 bytes. `rebuild` builds the data anew.
 //  contacts           the cap is the low 16 bits of the flags: 65535, the largest, so that nothing is cut off.
 //                     CONTACTS_UNIMPORTANT stays off.
 //  temporal coherence off (default); it exists for sphere, box and capsule only.

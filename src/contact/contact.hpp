@@ -48,6 +48,7 @@ struct SweptContact {
 struct ContactPoint {
     std::array<Index, 3> vertices{-1, -1, -1};
     std::array<double, 3> weights{0.0, 0.0, 0.0};
+    static ContactPoint at_vertex(Index vertex) { return {{vertex, -1, -1}, {1.0, 0.0, 0.0}}; }
     /// Weighted sum of the vertices' columns: positions, velocities.
     [[nodiscard]] Vector3 blend(const Matrix3X& columns) const {
         Vector3 sum = Vector3::Zero();

@@ -45,21 +45,13 @@ void PairLaws::prepare(const Topology& topology, const Materials& materials, dou
     }
 }
 
-LoadPoint LoadPoint::in_triangle(const Topology& topology, Index triangle, const Vector3& weights) {
-    LoadPoint point;
+ContactPoint point_in_triangle(const Topology& topology, Index triangle, const Vector3& weights) {
+    ContactPoint point;
     for (int i = 0; i < 3; ++i) {
         point.vertices[at(i)] = topology.triangles(i, triangle);
         point.weights[at(i)] = weights[i];
     }
     return point;
-}
-
-Vector3 LoadPoint::blend(const Matrix3X& columns) const {
-    Vector3 sum = Vector3::Zero();
-    for (std::size_t i = 0; i < 3; ++i) {
-        if (vertices[i] >= 0) sum += weights[i] * columns.col(vertices[i]);
-    }
-    return sum;
 }
 
 Vector3 hand_velocity(const Frame& frame, double dt, Index body) {

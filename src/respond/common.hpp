@@ -2,7 +2,6 @@
 // contact as an Effect tells it.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -63,14 +62,8 @@ inline constexpr double rigid_stiffness = 1000.0;
 /// ResponseEntry::without_tissue of responses that have springs alone where nothing has a mass.
 inline constexpr const char* acts_as_penalty = "acts as penalty between bodies without tissue";
 
-/// A contact on one point of a body: up to three vertices with weights.
-struct LoadPoint {
-    std::array<Index, 3> vertices{-1, -1, -1};
-    std::array<double, 3> weights{0.0, 0.0, 0.0};
-    static LoadPoint at_vertex(Index vertex) { return {{vertex, -1, -1}, {1.0, 0.0, 0.0}}; }
-    static LoadPoint in_triangle(const Topology& topology, Index triangle, const Vector3& weights);
-    [[nodiscard]] Vector3 blend(const Matrix3X& columns) const;
-};
+/// The point of a triangle that has these barycentric weights.
+ContactPoint point_in_triangle(const Topology& topology, Index triangle, const Vector3& weights);
 
 /// Translation that a hand gave a body in the last tick, m/s; zero for bodies that no hand leads.
 Vector3 hand_velocity(const Frame& frame, double dt, Index body);

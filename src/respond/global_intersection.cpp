@@ -107,12 +107,12 @@ private:
     }
 
     /// Nearest point of the patch.
-    [[nodiscard]] LoadPoint nearest_in_patch(const Frame& frame, const Vector3& x) const {
-        LoadPoint best;
+    [[nodiscard]] ContactPoint nearest_in_patch(const Frame& frame, const Vector3& x) const {
+        ContactPoint best;
         double least = std::numeric_limits<double>::infinity();
         for (const Index t : patch_) {
             const Vector3 weights = closest_point_on_triangle(corners_of(*topology_, frame.position, t), x);
-            const LoadPoint point = LoadPoint::in_triangle(*topology_, t, weights);
+            const ContactPoint point = point_in_triangle(*topology_, t, weights);
             const double distance = (point.blend(frame.position) - x).squaredNorm();
             if (distance < least) {
                 least = distance;
@@ -123,7 +123,7 @@ private:
     }
 
     /// First point of the patch on the ray from x; false when there is none.
-    bool ray_to_patch(const Frame& frame, const Vector3& x, const Vector3& direction, LoadPoint& hit) const {
+    bool ray_to_patch(const Frame& frame, const Vector3& x, const Vector3& direction, ContactPoint& hit) const {
         double least = std::numeric_limits<double>::infinity();
         for (const Index t : patch_) {
             const equations::Corners c = corners_of(*topology_, frame.position, t);
@@ -136,7 +136,7 @@ private:
             if (solved[0] < -rim || solved[1] < -rim || solved[0] + solved[1] > 1.0 + rim) continue;
             if (solved[2] < 0.0 || solved[2] >= least) continue;
             least = solved[2];
-            hit = LoadPoint::in_triangle(*topology_, t, Vector3(1.0 - solved[0] - solved[1], solved[0], solved[1]));
+            hit = point_in_triangle(*topology_, t, Vector3(1.0 - solved[0] - solved[1], solved[0], solved[1]));
         }
         return std::isfinite(least);
     }
@@ -172,23 +172,23 @@ private:
         const Vector3 axis = way_out(frame, pairs, contour);
         for (const Index v : contour.inside_a) {
             const Vector3 x = frame.position.col(v);
-            LoadPoint met;
+            ContactPoint met;
             const bool along = !axis.isZero() && ray_to_patch(frame, x, -axis, met);
-            pull(frame, dt, contour.body_a, LoadPoint::at_vertex(v), along ? met : nearest_in_patch(frame, x),
+            pull(frame, dt, contour.body_a, ContactPoint::at_vertex(v), along ? met : nearest_in_patch(frame, x),
                  along ? axis : Vector3::Zero(), effect);
         }
         collect_patch(pairs, contour, true);
         for (const Index v : contour.inside_b) {
             const Vector3 x = frame.position.col(v);
-            LoadPoint met;
+            ContactPoint met;
             const bool along = !axis.isZero() && ray_to_patch(frame, x, axis, met);
-            pull(frame, dt, contour.body_a, along ? met : nearest_in_patch(frame, x), LoadPoint::at_vertex(v),
+            pull(frame, dt, contour.body_a, along ? met : nearest_in_patch(frame, x), ContactPoint::at_vertex(v),
                  along ? axis : Vector3::Zero(), effect);
         }
     }
 
     /// Draws a point of tissue to a point of body a, and that point to the tissue, along `axis`, or (zero) straight.
-    void pull(const Frame& frame, double dt, Index body_a, const LoadPoint& a, const LoadPoint& tissue,
+    void pull(const Frame& frame, double dt, Index body_a, const ContactPoint& a, const ContactPoint& tissue,
               const Vector3& axis, Effect& effect) const {
         const Vector3 way = a.blend(frame.position) - tissue.blend(frame.position);
         const double distance = axis.isZero() ? way.norm() : way.dot(axis);

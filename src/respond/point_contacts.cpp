@@ -23,7 +23,7 @@ bool describe_features(const Contact& contact, PointContact& out) {
     out.distance = std::abs(contact.gap);
     out.of_vertex = contact.kind == ContactCase::point_face;
     const bool vertex_of_a = out.of_vertex && out.a.weights[0] == 1.0;
-    const LoadPoint& stands = vertex_of_a ? out.a : out.b;
+    const ContactPoint& stands = vertex_of_a ? out.a : out.b;
     const auto heaviest = std::max_element(stands.weights.begin(), stands.weights.end());
     out.vertex = stands.vertices[static_cast<std::size_t>(heaviest - stands.weights.begin())];
     out.other = vertex_of_a ? out.body_b : out.body_a;
@@ -53,10 +53,10 @@ bool describe(const Topology& topology, const Frame& frame, const Contact& conta
     if (!point.allFinite()) return false;
     const auto spread = [&](Index triangle) {
         const equations::Corners corners = corners_of(topology, frame.position, triangle);
-        return LoadPoint::in_triangle(topology, triangle, closest_point_on_triangle(corners, point));
+        return point_in_triangle(topology, triangle, closest_point_on_triangle(corners, point));
     };
-    out.a = vertex_of_a ? LoadPoint::at_vertex(contact.vertex_a) : spread(contact.a);
-    out.b = vertex_of_b ? LoadPoint::at_vertex(contact.vertex_b) : spread(contact.b);
+    out.a = vertex_of_a ? ContactPoint::at_vertex(contact.vertex_a) : spread(contact.a);
+    out.b = vertex_of_b ? ContactPoint::at_vertex(contact.vertex_b) : spread(contact.b);
     out.distance = (out.b.blend(frame.position) - out.a.blend(frame.position)).norm();
     // Without an entering vertex the most loaded vertex of b stands for the contact.
     if (vertex_of_a) {
@@ -190,7 +190,7 @@ Vector3 VertexEdits::velocity(const Frame& frame, Index vertex) const {
     return slot < 0 ? Vector3(frame.velocity.col(vertex)) : edits_[at(slot)].velocity;
 }
 
-Vector3 VertexEdits::position(const Frame& frame, const LoadPoint& point) const {
+Vector3 VertexEdits::position(const Frame& frame, const ContactPoint& point) const {
     Vector3 sum = Vector3::Zero();
     for (std::size_t i = 0; i < 3; ++i) {
         if (point.vertices[i] >= 0) sum += point.weights[i] * position(frame, point.vertices[i]);
@@ -198,7 +198,7 @@ Vector3 VertexEdits::position(const Frame& frame, const LoadPoint& point) const 
     return sum;
 }
 
-Vector3 VertexEdits::velocity(const Frame& frame, const LoadPoint& point) const {
+Vector3 VertexEdits::velocity(const Frame& frame, const ContactPoint& point) const {
     Vector3 sum = Vector3::Zero();
     for (std::size_t i = 0; i < 3; ++i) {
         if (point.vertices[i] >= 0) sum += point.weights[i] * velocity(frame, point.vertices[i]);
@@ -206,7 +206,7 @@ Vector3 VertexEdits::velocity(const Frame& frame, const LoadPoint& point) const 
     return sum;
 }
 
-double VertexEdits::mobility(const LoadPoint& point) const {
+double VertexEdits::mobility(const ContactPoint& point) const {
     double sum = 0.0;
     for (std::size_t i = 0; i < 3; ++i) {
         if (point.vertices[i] >= 0) sum += point.weights[i] * point.weights[i] * inverse_mass(point.vertices[i]);
@@ -214,14 +214,14 @@ double VertexEdits::mobility(const LoadPoint& point) const {
     return sum;
 }
 
-void VertexEdits::change_velocity(const Frame& frame, const LoadPoint& point, const Vector3& impulse) {
+void VertexEdits::change_velocity(const Frame& frame, const ContactPoint& point, const Vector3& impulse) {
     for (std::size_t i = 0; i < 3; ++i) {
         const Index v = point.vertices[i];
         if (v >= 0 && inverse_mass(v) > 0.0) edit(frame, v).velocity += point.weights[i] * inverse_mass(v) * impulse;
     }
 }
 
-void VertexEdits::change_position(const Frame& frame, const LoadPoint& point, const Vector3& impulse) {
+void VertexEdits::change_position(const Frame& frame, const ContactPoint& point, const Vector3& impulse) {
     for (std::size_t i = 0; i < 3; ++i) {
         const Index v = point.vertices[i];
         if (v >= 0 && inverse_mass(v) > 0.0) edit(frame, v).position += point.weights[i] * inverse_mass(v) * impulse;
@@ -236,8 +236,8 @@ LinearContact spring_damper(const Topology& topology, const Materials& materials
                             const Frame& frame, double dt, const PointContact& contact) {
     const CollisionClass kind = laws.kind(contact.body_a, contact.body_b);
     const bool push_b = kind != CollisionClass::instrument_rigid;
-    const LoadPoint& pushed = push_b ? contact.b : contact.a;
-    const LoadPoint& other = push_b ? contact.a : contact.b;
+    const ContactPoint& pushed = push_b ? contact.b : contact.a;
+    const ContactPoint& other = push_b ? contact.a : contact.b;
     LinearContact linear;
     linear.source_id = contact.id;
     linear.vertices = pushed.vertices;

@@ -21,7 +21,7 @@ struct PointContact {
     Vector3 normals = Vector3::Zero();  ///< sum over the faces that are as deep and as near
     Index body_a = -1;
     Index body_b = -1;
-    LoadPoint a, b;
+    ContactPoint a, b;
     Vector3 normal = Vector3::Zero();  ///< unit, a to b
     double depth = 0.0;                ///< m, >= 0, where scripts have made this tick's motion
     std::uint64_t id = 0;              ///< Contact::id
@@ -54,13 +54,13 @@ public:
     [[nodiscard]] Vector3 position(const Frame& frame, Index vertex) const;
     [[nodiscard]] Vector3 velocity(const Frame& frame, Index vertex) const;
     /// Σ weights (position or velocity) of a load point.
-    [[nodiscard]] Vector3 position(const Frame& frame, const LoadPoint& point) const;
-    [[nodiscard]] Vector3 velocity(const Frame& frame, const LoadPoint& point) const;
+    [[nodiscard]] Vector3 position(const Frame& frame, const ContactPoint& point) const;
+    [[nodiscard]] Vector3 velocity(const Frame& frame, const ContactPoint& point) const;
     /// Σ weights² / mass, 1/kg; 0 for a point of a kinematic body.
-    [[nodiscard]] double mobility(const LoadPoint& point) const;
+    [[nodiscard]] double mobility(const ContactPoint& point) const;
     /// Adds weight/mass times the given vector to every vertex of the point.
-    void change_velocity(const Frame& frame, const LoadPoint& point, const Vector3& impulse);
-    void change_position(const Frame& frame, const LoadPoint& point, const Vector3& impulse);
+    void change_velocity(const Frame& frame, const ContactPoint& point, const Vector3& impulse);
+    void change_position(const Frame& frame, const ContactPoint& point, const Vector3& impulse);
     void write(Effect& effect) const;
 
 private:

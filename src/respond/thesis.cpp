@@ -84,8 +84,8 @@ private:
         }
         return sum;
     }
-    [[nodiscard]] LoadPoint face_load(const VertexInFace& v) const {
-        return settings().distribute ? v.face : LoadPoint::at_vertex(v.nearest);
+    [[nodiscard]] ContactPoint face_load(const VertexInFace& v) const {
+        return settings().distribute ? v.face : ContactPoint::at_vertex(v.nearest);
     }
 
     // ------------------------------------------------------------ one contact
@@ -154,7 +154,7 @@ private:
         if (vertex_tissue && state_.follows(v.vertex, v.face_body)) return;
         if (face_tissue && state_.follows(v.nearest, v.vertex_body)) return;
         if (vertex_tissue && face_tissue) {
-            bounce(state_, frame, v.normal, LoadPoint::at_vertex(v.vertex), v.face, v.depth,
+            bounce(state_, frame, v.normal, ContactPoint::at_vertex(v.vertex), v.face, v.depth,
                    state_.stiffness(v.face_body, v.vertex_body, materials_->mean_stiffness[at(v.vertex)], v.vertex),
                    effect);
         } else if (vertex_tissue) {
@@ -174,13 +174,13 @@ private:
     /// is static and takes nothing.
     void press_non_deformable(const Frame& frame, const VertexInFace& v, Effect& effect) const {
         const bool push_vertex = kind(v.vertex_body) == BodyKind::instrument;
-        const LoadPoint face = face_load(v);
+        const ContactPoint face = face_load(v);
         LinearContact linear;
         linear.k = state_.stiffness(v.face_body, v.vertex_body, 0.0, v.vertex);
         linear.mu = state_.laws.mu(v.face_body, v.vertex_body);
         linear.gap = -v.depth;
         linear.normal = push_vertex ? v.normal : Vector3(-v.normal);
-        push(push_vertex ? LoadPoint::at_vertex(v.vertex) : face, linear);
+        push(push_vertex ? ContactPoint::at_vertex(v.vertex) : face, linear);
         const Vector3 other = push_vertex ? face_velocity(frame, v) : Vector3(frame.velocity.col(v.vertex));
         linear.face_velocity = other.dot(linear.normal);
         if (push_vertex) react(v.face_body, face.blend(frame.position), linear);
@@ -189,7 +189,7 @@ private:
         const bool bone = kind(v.vertex_body) == BodyKind::rigid || kind(v.face_body) == BodyKind::rigid;
         finish_rigid(frame, bone ? std::min(v.vertex_body, v.face_body) : -1, place, linear, effect);
     }
-    static void push(const LoadPoint& point, LinearContact& linear) {
+    static void push(const ContactPoint& point, LinearContact& linear) {
         linear.vertices = point.vertices;
         linear.weights = point.weights;
     }
@@ -248,7 +248,7 @@ private:
         linear.gap = -edges.depth;
         linear.normal = push_b ? edges.direction : Vector3(-edges.direction);
         push(push_b ? edges.b : edges.a, linear);
-        const LoadPoint& other = push_b ? edges.a : edges.b;
+        const ContactPoint& other = push_b ? edges.a : edges.b;
         const Vector3 other_velocity = settings().closest_point
                                            ? other.blend(frame.velocity)
                                            : Vector3(frame.velocity.col(push_b ? edges.vertex_a : edges.vertex_b));

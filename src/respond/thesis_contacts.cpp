@@ -11,9 +11,7 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 bool names_vertex(const ContactPoint& point) { return point.weights[0] == 1.0; }
 
-LoadPoint load_point(const ContactPoint& point) { return {point.vertices, point.weights}; }
-
-Index heaviest(const LoadPoint& point) {
+Index heaviest(const ContactPoint& point) {
     const auto found = std::max_element(point.weights.begin(), point.weights.end());
     return point.vertices[static_cast<std::size_t>(found - point.weights.begin())];
 }
@@ -50,7 +48,7 @@ void read_vertices(const ThesisState& state, const Frame& frame, const Contact& 
         v.distance = (x - equations::point_at(corners, weights)).norm();
         if (v.vertex != deepest && (v.depth <= 0.0 || v.distance > 1.0001 * v.depth)) continue;
         if (state.settings.closest_point) v.depth = std::min(v.depth, v.distance);
-        v.face = LoadPoint::in_triangle(topology, v.triangle, weights);
+        v.face = point_in_triangle(topology, v.triangle, weights);
         v.nearest = v.vertex == deepest ? (b_enters ? contact.vertex_a : contact.vertex_b)
                                         : topology.triangles(equations::nearest_corner(corners, x), v.triangle);
         v.normal = state.settings.blended_normal
@@ -66,7 +64,7 @@ VertexInFace read_point_face(const Contact& contact) {
     v.vertex = b_enters ? contact.on_b.vertices[0] : contact.on_a.vertices[0];
     v.vertex_body = b_enters ? contact.body_b : contact.body_a;
     v.face_body = b_enters ? contact.body_a : contact.body_b;
-    v.face = load_point(b_enters ? contact.on_a : contact.on_b);
+    v.face = b_enters ? contact.on_a : contact.on_b;
     v.nearest = heaviest(v.face);
     v.normal = b_enters ? contact.normal : Vector3(-contact.normal);
     v.depth = depth_of_features(contact);
@@ -76,9 +74,9 @@ VertexInFace read_point_face(const Contact& contact) {
 
 CrossedEdges read_crossing(const ThesisState& state, const Frame& frame, const Contact& contact) {
     const auto load = [&](Index triangle, Index vertex) {
-        if (!state.settings.distribute) return LoadPoint::at_vertex(vertex);
+        if (!state.settings.distribute) return ContactPoint::at_vertex(vertex);
         const equations::Corners corners = corners_of(*state.topology, frame.position, triangle);
-        return LoadPoint::in_triangle(*state.topology, triangle, closest_point_on_triangle(corners, contact.point));
+        return point_in_triangle(*state.topology, triangle, closest_point_on_triangle(corners, contact.point));
     };
     const bool tissue = state.kind(contact.body_b) == BodyKind::tissue;
     return {.body_a = contact.body_a,
@@ -94,8 +92,8 @@ CrossedEdges read_crossing(const ThesisState& state, const Frame& frame, const C
 }
 
 CrossedEdges read_edge_edge(const ThesisState& state, const Contact& contact) {
-    const LoadPoint a = load_point(contact.on_a);
-    const LoadPoint b = load_point(contact.on_b);
+    const ContactPoint& a = contact.on_a;
+    const ContactPoint& b = contact.on_b;
     const bool tissue = state.kind(contact.body_b) == BodyKind::tissue;
     return {.body_a = contact.body_a,
             .body_b = contact.body_b,

@@ -17,7 +17,7 @@ struct VertexInFace {
     Index vertex_body = -1;
     Index face_body = -1;
     Index triangle = -1;               ///< the pierced face; -1 where the source tells a point of the surface alone
-    LoadPoint face;                    ///< its loaded point
+    ContactPoint face;                 ///< its loaded point
     Vector3 normal = Vector3::Zero();  ///< unit, outer, of the face
     Index nearest = -1;                ///< the face's vertex that the printed equations use
     double depth = 0.0;                ///< m
@@ -29,7 +29,7 @@ struct VertexInFace {
 struct CrossedEdges {
     Index body_a = -1;
     Index body_b = -1;
-    LoadPoint a, b;                       ///< loaded points
+    ContactPoint a, b;                    ///< loaded points
     Index vertex_a = -1;                  ///< of a, whose velocity the printed equations take
     Index vertex_b = -1;                  ///< the same of b
     Vector3 direction = Vector3::Zero();  ///< unit; moving b along it by `depth` parts the two

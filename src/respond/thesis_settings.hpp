@@ -41,6 +41,7 @@ struct ThesisSettings {
     double mu = 0.0;                  ///< NaN: auto
     bool contacts_held = false;
     bool contacts_explicit = false;
+    bool operator==(const ThesisSettings&) const = default;
 };
 
 std::vector<Parameter> thesis_parameters();

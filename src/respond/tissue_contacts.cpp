@@ -11,7 +11,7 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Calls act(vertex, weight) for each vertex that takes part, weights times `sign`.
 template <typename Act>
-void visit(const LoadPoint& point, double sign, const Act& act) {
+void visit(const ContactPoint& point, double sign, const Act& act) {
     for (std::size_t i = 0; i < 3; ++i) {
         if (point.vertices[i] >= 0 && point.weights[i] != 0.0) act(point.vertices[i], sign * point.weights[i]);
     }
@@ -36,8 +36,8 @@ void exchange(ThesisState& state, const Frame& frame, const Contact& contact) {
     if (!state.fixed(v2)) state.edit(frame, v2).velocity = result.velocity2_after;
 }
 
-void bounce(ThesisState& state, const Frame& frame, const Vector3& normal, const LoadPoint& pushed,
-            const LoadPoint& other, double depth, double k, Effect& effect) {
+void bounce(ThesisState& state, const Frame& frame, const Vector3& normal, const ContactPoint& pushed,
+            const ContactPoint& other, double depth, double k, Effect& effect) {
     const std::vector<double>& mass = state.materials->mass;
     double speed = 0.0;
     double mobility = 0.0;

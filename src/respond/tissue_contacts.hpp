@@ -13,7 +13,7 @@ void exchange(ThesisState& state, const Frame& frame, const Contact& contact);
 
 /// Corrected: impulse along the contact normal when closing, and a penalty of stiffness `k` (N/m) on what overlaps by
 /// `depth` (m). `pushed` moves along `normal`, `other` against it.
-void bounce(ThesisState& state, const Frame& frame, const Vector3& normal, const LoadPoint& pushed,
-            const LoadPoint& other, double depth, double k, Effect& effect);
+void bounce(ThesisState& state, const Frame& frame, const Vector3& normal, const ContactPoint& pushed,
+            const ContactPoint& other, double depth, double k, Effect& effect);
 
 }  // namespace trocar

@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstddef>
+#include <set>
+#include <string>
+
 #include "geometry/input_error.hpp"
 #include "method/device.hpp"
 
@@ -99,6 +104,33 @@ TEST(Registry, EveryResponseTellsWhatTheDeviceTookOver) {
         const std::string filter = complaint([&] { make_response(entry.name, {{"velocity_filter", "150"}}); });
         EXPECT_NE(filter.find("any more: nothing takes its place"), std::string::npos) << filter;
     }
+}
+
+TEST(Registry, WhatLeftAResponseIsDeclaredNoMore) {
+    std::size_t told = 0;
+    for (const ResponseEntry& entry : registry().responses()) {
+        std::set<std::string> once;
+        for (const LeftSetting& gone : entry.left) {
+            EXPECT_TRUE(once.insert(gone.setting).second) << entry.name << " tells twice of " << gone.setting;
+            EXPECT_FALSE(gone.replaced.empty()) << entry.name << ": " << gone.setting;
+            const std::size_t equals = gone.setting.find('=');
+            const std::string name = gone.setting.substr(0, equals);
+            const auto declared = std::find_if(entry.parameters.begin(), entry.parameters.end(),
+                                               [&](const Parameter& parameter) { return parameter.name == name; });
+            ++told;
+            if (equals == std::string::npos) {
+                EXPECT_EQ(declared, entry.parameters.end()) << entry.name << " declares '" << name << "' still";
+                continue;
+            }
+            // A value that left alone: its parameter is there, its word is not.
+            ASSERT_NE(declared, entry.parameters.end()) << entry.name << ": " << gone.setting;
+            for (const auto* words : {&declared->choices, &declared->words}) {
+                EXPECT_EQ(std::count(words->begin(), words->end(), gone.setting.substr(equals + 1)), 0)
+                    << entry.name << " takes '" << gone.setting << "' still";
+            }
+        }
+    }
+    EXPECT_GT(told, left_every_response().size() * registry().responses().size()) << "no response of its own";
 }
 
 TEST(Device, IsReadAsParametersOfAMethodAre) {

@@ -7,6 +7,7 @@
 
 #include "geometry/input_error.hpp"
 #include "method/registry.hpp"
+#include "respond/thesis_settings.hpp"
 #include "study/study.hpp"
 #include "support/program.hpp"
 
@@ -466,6 +467,30 @@ TEST(ShippedAblation, TurnsEveryParameterThatTheListTellsForHoldAndItsSource) {
     auto [turned, declared] = turned_and_declared("ablation_hold.json", "hold");
     declared.insert(source_switch);
     EXPECT_EQ(turned, declared);
+}
+
+TEST(ShippedAblation, SwitchesStandInThesisAsTheProfilesSetThem) {
+    const Study study = read_study(std::filesystem::path(TROCAR_SOURCE_DIR) / "bench" / "studies" / "ablation.json");
+    const ResponseEntry& entry = registry().response("thesis");
+    const auto settings = [&](const char* profile, const std::string& parameter, const std::string& value) {
+        std::map<std::string, std::string> given{{"profile", profile}, {"k", "1"}, {"mu", "1"}};  // auto equals nothing
+        if (!value.empty()) given[parameter] = value;
+        return read_thesis_settings(checked_values(entry, given));
+    };
+    int switches = 0;
+    for (const AblationPart::Switch& one : study.ablation->switches) {
+        if (one.from.empty()) continue;  // an option, off in both
+        ++switches;
+        for (const char* profile : {"faithful", "corrected"}) {
+            const bool is_from = std::string(profile) == "faithful";
+            const ThesisSettings own = settings(profile, one.parameter, "");
+            EXPECT_EQ(settings(profile, one.parameter, is_from ? one.from : one.to), own)
+                << one.parameter << " is not what " << profile << " has";
+            EXPECT_NE(settings(profile, one.parameter, is_from ? one.to : one.from), own)
+                << one.parameter << " changes nothing in " << profile;
+        }
+    }
+    EXPECT_GT(switches, 10);
 }
 
 TEST(ShippedDefaultStudy, RunsEveryResponseOnEveryOneOfItsScenesAndJudgesEveryTick) {

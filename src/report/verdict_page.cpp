@@ -1,0 +1,340 @@
+// What page 1 prints of a verdict: its tables, its chart and its sentence.
+#include "report/verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "report/chart.hpp"
+#include "report/verdict_order.hpp"
+
+namespace trocar {
+namespace {
+
+constexpr double us = 1.0e-3;  // ns to µs
+constexpr double mm = 1.0e3;   // m to mm
+
+std::string method_name(const std::string& text) { return text.substr(0, text.find(':')); }
+
+std::string kind_text(const VerdictRow& row) {
+    if (row.control) return "control";
+    if (row.reference) return "reference";
+    if (row.ours) return "own";
+    return row.own ? "rival, our code" : "foreign";
+}
+
+/// An answer that a limit cut is unknown, never free of contact: told wherever missed pairs are.
+std::string cut_text(const VerdictRow& row) {
+    return row.truncated_ticks > 0.0 ? fmt::format(", cut in {:.0f} ticks", row.truncated_ticks) : std::string();
+}
+
+std::string pairs_text(const VerdictRow& row) {
+    if (std::isnan(row.true_pairs)) return "n/a";
+    return fmt::format("{:.0f} / {:.0f} of {:.0f}{}", row.missing, row.extra, row.true_pairs, cut_text(row));
+}
+
+std::string between_text(const VerdictRow& row) {
+    if (std::isnan(row.contacts_between)) return "n/a";
+    return fmt::format("{:.0f} of {:.0f}", row.contacts_untold, row.contacts_between);
+}
+
+std::string two_numbers(double first, double second, double scale) {
+    if (std::isnan(first) && std::isnan(second)) return "n/a";
+    return format_number(first * scale) + " / " + format_number(second * scale);
+}
+
+std::string left_text(const VerdictRow& row) {
+    const bool only_tears = std::isnan(row.left_max) && !row.due_tears.empty();
+    std::string text = only_tears ? "" : two_numbers(row.left_p50, row.left_max, mm);
+    if (!row.torn_in.empty()) text += " torn";
+    if (!row.due_tears.empty())
+        text += fmt::format("{}tear due {}", only_tears ? "" : "; ", format_number(row.due_tear_max * mm));
+    return text + undecided_text(row.undecided_max);
+}
+
+std::string forces_text(const VerdictRow& row, bool closed_loop) {
+    const auto tell = [](double error, double within) {
+        return std::isnan(error) && !std::isnan(within) ? "≤ " + format_number(within) : format_number(error);
+    };
+    const std::string equal_k = tell(row.force_error_equal_k, row.force_within_equal_k);
+    const std::string hard = tell(row.force_error_hard, row.force_within_hard);
+    const std::string unknown = format_number(not_known);
+    if (equal_k == unknown && hard == unknown) return closed_loop ? "no reference" : "n/a";
+    return equal_k + " / " + hard;
+}
+
+std::string failures_text(const VerdictRow& row) {
+    std::string text = row.failed_runs == 0 ? "0" : fmt::format("{} of {} runs", row.failed_runs, row.runs);
+    if (row.scenes_ok < row.scenes) text += fmt::format(", {} of {} scenes ok", row.scenes_ok, row.scenes);
+    return text;
+}
+
+/// "`ohc` + `penalty` (canonical)": parts of their own, so that a narrow page can break between them.
+std::string who_text(const Contestant& contestant) {
+    std::string text = "`" + contestant.detector + "`";
+    if (!contestant.response.empty()) text += " + `" + contestant.response + "`";
+    if (contestant.mode == "closed_loop") text += " (" + contestant.contacts + ")";
+    return text;
+}
+
+std::string time_text(const VerdictRow& row, const Estimate& interval, bool is_p99) {
+    if (row.scenes_ok < row.scenes) return "fails";
+    if (std::isnan(interval.value)) return is_p99 && !std::isnan(row.p50.value) ? "n too small" : "n/a";
+    return estimate_text(interval, us);
+}
+
+std::string ratio_text(const VerdictRow& row, double noise_floor) {
+    if (std::isnan(row.ratio.value)) return "n/a";
+    if (row.reference && row.contestant.contacts != "native") return "1";
+    const bool equal = row.ratio.value <= noise_floor && row.ratio.value >= 1.0 / noise_floor;
+    return (equal ? "≈ " : "") + estimate_text(row.ratio, 1.0);
+}
+
+bool looks_between(const std::vector<VerdictRow>& rows) {
+    return std::any_of(rows.begin(), rows.end(),
+                       [](const VerdictRow& row) { return !std::isnan(row.contacts_between); });
+}
+
+/// Number in the table of every row: those that move as an earlier one share its number.
+std::vector<int> numbers_of(const std::vector<VerdictRow>& rows) {
+    std::vector<int> numbers;
+    int next = 0;
+    for (const VerdictRow& row : rows) {
+        numbers.push_back(row.identical_to < 0 ? ++next : numbers[static_cast<std::size_t>(row.identical_to)]);
+    }
+    return numbers;
+}
+
+/// ", moving alike: `ohc` (70.9 / 163 µs)" for all rows that do; empty without any.
+std::string twins_text(const std::vector<VerdictRow>& rows, std::size_t head) {
+    std::vector<std::string> twins;
+    const Contestant& first = rows[head].contestant;
+    for (const VerdictRow& row : rows) {
+        if (row.identical_to != static_cast<int>(head)) continue;
+        const Contestant& twin = row.contestant;
+        const bool by_detector_alone = twin.response == first.response && twin.contacts == first.contacts;
+        const std::string p50 = time_text(row, row.p50, false);
+        const std::string p99 = time_text(row, row.p99, true);
+        twins.push_back(
+            fmt::format("{} ({} / {} µs)", by_detector_alone ? "`" + twin.detector + "`" : who_text(twin), p50, p99));
+    }
+    return twins.empty() ? std::string() : fmt::format(", moving alike: {}", fmt::join(twins, ", "));
+}
+
+Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std::string& caption, double noise_floor,
+               bool name_scenes) {
+    Table table;
+    table.caption = caption;
+    table.columns = {{"row", true},
+                     {closed_loop ? "detector + response (contact source)" : "detector", false, true},
+                     {"kind", false},
+                     {"pairs missed / extra of true", true},
+                     {"depth error, median / worst (mm)", true},
+                     {"error over scenes (mm)", true},
+                     {"left after the tick, median / max (mm)", true},
+                     {"force error, equal k / hard (N RMS)", true},
+                     {"tick p50 (µs)", true},
+                     {"tick p99 (µs)", true},
+                     {"ratio to reference", true},
+                     {"ticks over 1 ms", true},
+                     {"failures", true}};
+    const bool between = looks_between(rows);
+    if (between) table.columns.insert(table.columns.begin() + 4, {"contacts between frames never told", true});
+    if (name_scenes) table.columns.insert(table.columns.begin() + 1, {"scenes", false});
+    const std::vector<int> numbers = numbers_of(rows);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const VerdictRow& row = rows[i];
+        if (row.identical_to >= 0) continue;
+        std::vector<std::string> cells{std::to_string(numbers[i]) + (row.dominated ? "†" : "")};
+        if (name_scenes) cells.push_back(fmt::format("{}", fmt::join(row.scene_names, ", ")));
+        std::vector<std::string> figures{who_text(row.contestant) + twins_text(rows, i),
+                                         kind_text(row),
+                                         pairs_text(row),
+                                         two_numbers(row.depth_error_p50, row.depth_error_max, mm),
+                                         std::isnan(row.error) ? "n/a" : format_number(row.error * mm),
+                                         left_text(row),
+                                         forces_text(row, closed_loop),
+                                         time_text(row, row.p50, false),
+                                         time_text(row, row.p99, true),
+                                         ratio_text(row, noise_floor),
+                                         fmt::format("{:.0f} of {:.0f}", row.deadline_misses, row.timed_ticks),
+                                         failures_text(row)};
+        if (between) figures.insert(figures.begin() + 3, between_text(row));
+        cells.insert(cells.end(), figures.begin(), figures.end());
+        table.rows.push_back({.cells = std::move(cells)});
+        TableRow& printed = table.rows.back();
+        if (row.failed_runs > 0) {
+            printed.style = TableRow::Style::failed;
+        } else if (row.dominated) {
+            printed.style = TableRow::Style::dominated;
+        } else if (row.ours) {
+            printed.style = TableRow::Style::own;
+        }
+        if (row.undecided_max > 0.0) table.note = undecided_note;
+    }
+    return table;
+}
+
+}  // namespace
+
+std::string estimate_text(const Estimate& interval, double scale) {
+    if (std::isnan(interval.value)) return "n/a";
+    std::string text = format_number(interval.value * scale);
+    if (interval.processes > 1) {
+        text += fmt::format(" [{}–{}]", format_number(interval.low * scale), format_number(interval.high * scale));
+    }
+    return text;
+}
+
+Table verdict_table(const Verdict& verdict, const std::string& caption, double noise_floor) {
+    return table_of(verdict.rows, verdict.mode == "closed_loop", caption, noise_floor, false);
+}
+
+Table partial_table(const Verdict& verdict, const std::string& caption, double noise_floor) {
+    Table table = table_of(verdict.partial, verdict.mode == "closed_loop", caption, noise_floor, true);
+    table.folded = true;
+    return table;
+}
+
+std::string verdict_chart(const Verdict& verdict) {
+    const bool depth = verdict.error_is_depth();
+    const bool p99 = std::all_of(verdict.rows.begin(), verdict.rows.end(), [](const VerdictRow& row) {
+        return std::isnan(row.p50.value) || !std::isnan(row.p99.value);
+    });
+    struct Key {
+        std::string detector;
+        std::string response;
+        std::string contacts;
+        auto operator<=>(const Key&) const = default;
+    };
+    std::map<Key, ChartSeries> series;
+    std::map<std::string, int> colours;
+    std::map<std::string, int> shapes;
+    // Own rows first, so that the first colours are the same in every study.
+    int next = 0;
+    for (const bool own : {true, false}) {
+        for (const VerdictRow& row : verdict.rows) {
+            if (row.ours != own) continue;
+            if (colours.emplace(method_name(row.contestant.detector), next).second) ++next;
+            shapes.emplace(row.contestant.response, 0);
+        }
+    }
+    next = 0;
+    for (auto& [name, shape] : shapes) shape = next++;
+
+    ScatterChart chart;
+    std::vector<std::pair<double, double>> all;
+    const std::vector<int> numbers = numbers_of(verdict.rows);
+    std::size_t next_row = 0;
+    for (const VerdictRow& row : verdict.rows) {
+        const int number = numbers[next_row++];
+        const double error = error_of(row, depth);
+        const double time = (p99 ? row.p99.value : row.p50.value) * us;
+        if (std::isnan(error) || std::isnan(time)) continue;
+        const Key key{method_name(row.contestant.detector), row.contestant.response, row.contestant.contacts};
+        ChartSeries& one = series[key];
+        one.style = {
+            .colour = colours.at(key.detector), .shape = shapes.at(key.response), .hollow = key.contacts == "native"};
+        one.name = key.detector + (key.response.empty() ? "" : " + " + key.response) +
+                   (key.contacts == "native" ? " (native)" : "");
+        const double y = depth ? error * mm : error;
+        one.points.push_back({.x = time,
+                              .y = y,
+                              .name = fmt::format("{}. {}: {} µs, {} {}", number, row.contestant.label(),
+                                                  format_number(time), format_number(y), depth ? "mm" : "wrong"),
+                              .label = std::to_string(number)});
+        all.emplace_back(time, y);
+    }
+    if (all.empty()) return {};
+    for (auto& [key, one] : series) {
+        std::sort(one.points.begin(), one.points.end(),
+                  [](const ChartPoint& a, const ChartPoint& b) { return std::pair(a.x, a.y) < std::pair(b.x, b.y); });
+        one.connected = one.points.size() > 1;
+        chart.series.push_back(one);
+    }
+    std::sort(all.begin(), all.end());
+    for (const auto& point : all) {
+        if (chart.front.empty() || point.second < chart.front.back().second) chart.front.push_back(point);
+    }
+    chart.x_title = fmt::format("{} time per tick (µs, {})", p99 ? "p99" : "median",
+                                verdict.scenes.size() == 1 ? verdict.scenes.front() : "geometric mean over scenes");
+    chart.y_title = depth                         ? "error over scenes (mm)"
+                    : looks_between(verdict.rows) ? "pairs missed + extra + contacts never told"
+                                                  : "pairs missed + extra";
+    chart.x_limit = 1000.0;
+    chart.x_limit_name = "1 ms";
+    return draw(chart);
+}
+
+std::string verdict_sentence(const Verdict& verdict, const std::string& where, const std::string& reference) {
+    const bool depth = verdict.error_is_depth();
+    const VerdictRow* own = nullptr;
+    const VerdictRow* foreign = nullptr;
+    for (const VerdictRow& row : verdict.rows) {
+        if (row.control || std::isnan(row.p50.value) || std::isnan(error_of(row, depth))) continue;
+        if (row.ours && own == nullptr) own = &row;
+        if (row.rival && foreign == nullptr) foreign = &row;
+    }
+    const bool by_response = std::any_of(verdict.rows.begin(), verdict.rows.end(),
+                                         [](const VerdictRow& row) { return row.rival && row.own; });
+    const std::string best = by_response ? "the best response that is not ours" : "the best foreign row";
+    const auto tell = [depth](const VerdictRow& row) {
+        const std::string time = std::isnan(row.p99.value) ? format_number(row.p50.value * us) + " µs median per tick"
+                                                           : format_number(row.p99.value * us) + " µs p99 per tick";
+        if (depth) {
+            // A detector that misses pairs can leave less behind by luck: the reader gets both in one breath.
+            const std::string missed = std::isnan(row.missing)
+                                           ? std::string()
+                                           : fmt::format(" with {:.0f} of {:.0f} true pairs missed{}", row.missing,
+                                                         row.true_pairs, cut_text(row));
+            const std::string torn =
+                row.torn_in.empty() ? std::string() : fmt::format(" (torn in {}, and told as rupture)", row.torn_in);
+            const std::string due =
+                row.due_tears.empty()
+                    ? std::string()
+                    : fmt::format(" (apart from {}, where hard contact tears too: {} mm, told as rupture)",
+                                  fmt::join(row.due_tears, ", "), format_number(row.due_tear_max * mm));
+            return fmt::format("leaves {} mm in the median and {} mm at worst{}{}{}, at {}",
+                               format_number(row.left_p50 * mm), format_number(row.left_max * mm), torn, due, missed,
+                               time);
+        }
+        const std::string untold =
+            std::isnan(row.contacts_between)
+                ? std::string()
+                : fmt::format(", never tells of {} contacts that begin between frames", between_text(row));
+        return fmt::format("misses {:.0f} and adds {:.0f} of {:.0f} true pairs{}{}, at {}", row.missing, row.extra,
+                           row.true_pairs, cut_text(row), untold, time);
+    };
+    const auto total = [](const VerdictRow& row) {
+        return row.failed_runs == 0 ? std::string() : fmt::format(" ({} of {} runs failed)", row.failed_runs, row.runs);
+    };
+    if (own == nullptr && foreign == nullptr) return {};
+    std::string text = "On " + where + ", ";
+    if (own != nullptr) text += "`" + own->contestant.label() + "` " + tell(*own) + total(*own);
+    // Two rows move alike when they refer to the same first row of that motion.
+    const auto motion = [&verdict](const VerdictRow& row) {
+        return row.identical_to >= 0 ? static_cast<std::ptrdiff_t>(row.identical_to) : &row - verdict.rows.data();
+    };
+    if (own != nullptr && foreign != nullptr && motion(*own) == motion(*foreign)) {
+        const bool tail = !std::isnan(foreign->p99.value);
+        text += fmt::format(
+            "; {}, `{}`, moves identically, bit by bit, at {} µs {} per tick", best, foreign->contestant.label(),
+            format_number((tail ? foreign->p99.value : foreign->p50.value) * us), tail ? "p99" : "median");
+    } else if (foreign != nullptr) {
+        text += (own != nullptr ? "; " + best + ", `" : "`") + foreign->contestant.label() + "`, " + tell(*foreign) +
+                total(*foreign);
+    }
+    if (own != nullptr && foreign != nullptr) {
+        const double ratio = foreign->p50.value / own->p50.value;
+        text += fmt::format("; median tick {} times that of ours", format_number(ratio));
+    }
+    if (own != nullptr && !reference.empty() && !std::isnan(own->ratio.value) &&
+        (foreign == nullptr || foreign->contestant.detector != reference)) {
+        text += fmt::format(" (ours: {} of `{}`)", format_number(own->ratio.value), reference);
+    }
+    return text + ".";
+}
+
+}  // namespace trocar

@@ -1,0 +1,176 @@
+#include "study/study_items.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "geometry/input_error.hpp"
+#include "method/device.hpp"
+#include "method/registry.hpp"
+
+namespace trocar {
+namespace {
+
+std::optional<std::string> reason_of_absence(const std::vector<AbsentMethod>& absent, const std::string& name) {
+    for (const AbsentMethod& method : absent) {
+        if (method.name == name) return method.reason;
+    }
+    return std::nullopt;
+}
+
+/// Checks a method text against the registry; the registry's own complaint is passed on with the place in the file.
+template <typename LookUp>
+StudyMethod check_method(const JsonNode& node, const std::string& text, const std::vector<AbsentMethod>& absent,
+                         LookUp look_up) {
+    StudyMethod method;
+    try {
+        const MethodSpec spec = parse_method(text);
+        method.text = spec.text();
+        method.absent_reason = reason_of_absence(absent, spec.name);
+        if (!method.absent_reason) {
+            const auto& entry = look_up(spec.name);
+            static_cast<void>(checked_values(entry, spec.parameters));
+        }
+    } catch (const InputError& error) {
+        node.fail("a method of trocar list", error.what());
+    }
+    return method;
+}
+
+}  // namespace
+
+void expect_object(const JsonNode& node, const std::vector<std::string>& known,
+                   const std::vector<std::string>& required) {
+    node.expect_keys(known);
+    for (const std::string& key : required) (void)node.at(key);
+}
+
+std::vector<JsonNode> items_of(const JsonNode& node) {
+    std::vector<JsonNode> items = node.list();
+    if (items.empty()) node.fail("a list that is not empty");
+    return items;
+}
+
+std::int64_t count_of(const JsonNode& node) { return node.integer(1, 1'000'000'000'000); }
+
+StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes,
+                        const std::vector<std::string>& more_keys) {
+    const bool plain = node.is_text();
+    std::vector<std::string> keys{"method", "setting", "basis"};
+    if (!scenes.empty()) keys.emplace_back("scenes");
+    keys.insert(keys.end(), more_keys.begin(), more_keys.end());
+    if (!plain) expect_object(node, keys, {"method"});
+    const JsonNode name = plain ? node : node.at("method");
+    StudyMethod method =
+        is_detector ? check_method(name, name.text(), registry().absent_detectors(),
+                                   [](const std::string& n) -> const DetectorEntry& { return registry().detector(n); })
+                    : check_method(name, name.text(), registry().absent_responses(),
+                                   [](const std::string& n) -> const ResponseEntry& { return registry().response(n); });
+    if (plain) return method;
+    if (node.has("setting")) {
+        method.setting = node.at("setting").word({"default", "recommended", "tuned"});
+    }
+    if (node.has("scenes")) {
+        for (const JsonNode& item : items_of(node.at("scenes"))) method.scenes.push_back(item.word(scenes));
+    }
+    if (node.has("basis")) method.basis = node.at("basis").text();
+    if (method.setting != "default" && method.basis.empty()) {
+        node.fail("the key 'basis' (who recommends the setting, or the search and its budget)", "none");
+    }
+    return method;
+}
+
+std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes,
+                                      const std::vector<std::string>& more_keys) {
+    std::vector<StudyMethod> methods;
+    std::set<std::string> seen;
+    for (const JsonNode& item : items_of(node)) {
+        methods.push_back(read_method(item, is_detector, scenes, more_keys));
+        if (!seen.insert(methods.back().text).second) item.fail("each method once", methods.back().text + " again");
+    }
+    return methods;
+}
+
+std::vector<std::string> read_scenes(const JsonNode& node, const std::filesystem::path& study_file) {
+    std::vector<std::string> scenes;
+    std::set<std::string> seen;
+    for (const JsonNode& item : items_of(node)) {
+        scenes.push_back(item.text());
+        if (!seen.insert(scenes.back()).second) item.fail("each scene once", scenes.back() + " again");
+        if (!std::filesystem::is_regular_file(study_file.parent_path() / scenes.back())) {
+            item.fail("a scene file, relative to the study file", fmt::format("'{}' (no such file)", scenes.back()));
+        }
+    }
+    return scenes;
+}
+
+void check_parameter(const JsonNode& node, const std::vector<StudyMethod>& methods, bool is_detector,
+                     const std::string& key, const std::string& value) {
+    for (const StudyMethod& method : methods) {
+        if (method.absent_reason) continue;
+        const MethodSpec spec = parse_method(with_parameter(method, key, value).text);
+        try {
+            if (is_detector) {
+                const DetectorEntry& entry = registry().detector(spec.name);
+                static_cast<void>(checked_values(entry, spec.parameters));
+            } else {
+                const ResponseEntry& entry = registry().response(spec.name);
+                static_cast<void>(checked_values(entry, spec.parameters));
+            }
+        } catch (const InputError& error) {
+            node.fail("a parameter and value of trocar list", error.what());
+        }
+    }
+}
+
+std::string read_source(const JsonNode& node) {
+    std::vector<std::string> names;
+    for (const SourceEntry& entry : registry().sources()) names.push_back(entry.name);
+    return node.word(names);
+}
+
+std::vector<std::string> read_steppers(const JsonNode& node) {
+    std::vector<std::string> steppers;
+    for (const JsonNode& item : items_of(node)) {
+        std::string text;
+        try {
+            const MethodSpec spec = parse_method(item.text());
+            make_stepper(spec.name, spec.parameters);
+            const bool is_default = spec.name == registry().default_stepper().name && spec.parameters.empty();
+            text = is_default ? std::string() : spec.text();
+        } catch (const InputError& error) {
+            item.fail("a stepper of trocar list", error.what());
+        }
+        if (std::find(steppers.begin(), steppers.end(), text) != steppers.end()) {
+            item.fail("each stepper once", item.text() + " again");
+        }
+        steppers.push_back(text);
+    }
+    return steppers;
+}
+
+std::string read_device_of(const JsonNode& node) {
+    const auto read = [](const JsonNode& place, const auto& given) {
+        try {
+            return read_device(given);
+        } catch (const InputError& error) {
+            place.fail("settings of a device of trocar list", error.what());
+        }
+    };
+    if (node.is_text()) return text_of(read(node, node.text()));
+    std::vector<std::string> known;
+    for (const Parameter& parameter : device_parameters()) known.push_back(parameter.name);
+    node.expect_keys(known);
+    std::map<std::string, std::string> given;
+    for (const std::string& key : node.keys()) {
+        const JsonNode value = node.at(key);
+        given[key] = value.is_text() ? value.text() : fmt::format("{}", value.number());
+        static_cast<void>(read(value, std::map<std::string, std::string>{{key, given[key]}}));
+    }
+    return text_of(read_device(given));
+}
+
+}  // namespace trocar

@@ -1,0 +1,51 @@
+// What the parts of a study file have in common: methods, scenes, sources, steppers, devices and counts, each checked
+// against the registry and the folder. Every fault is an InputError with its place in the file.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "scene/json_node.hpp"
+#include "study/study.hpp"
+
+namespace trocar {
+
+/// An object with known keys only, and all of `required`.
+void expect_object(const JsonNode& node, const std::vector<std::string>& known,
+                   const std::vector<std::string>& required);
+/// A list that is not empty.
+std::vector<JsonNode> items_of(const JsonNode& node);
+/// A whole number from 1 on.
+std::int64_t count_of(const JsonNode& node);
+
+/// A method as text, or as an object with its setting and basis; with `scenes` also with those of them that it runs on.
+/// `more_keys` are the caller's.
+StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes = {},
+                        const std::vector<std::string>& more_keys = {});
+/// A list of methods, each once.
+std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes,
+                                      const std::vector<std::string>& more_keys = {});
+/// Checks a parameter of every method of the list by making the method with it.
+void check_parameter(const JsonNode& node, const std::vector<StudyMethod>& methods, bool is_detector,
+                     const std::string& key, const std::string& value);
+
+/// Scene files that are there, relative to the study file, each once.
+std::vector<std::string> read_scenes(const JsonNode& node, const std::filesystem::path& study_file);
+/// Name of a contact source of this build.
+std::string read_source(const JsonNode& node);
+/// As RunSpec::stepper has them, each once.
+std::vector<std::string> read_steppers(const JsonNode& node);
+/// An object of settings, or the text of a command line. As RunSpec::device has it.
+std::string read_device_of(const JsonNode& node);
+
+/// Ticks (0: the scene's), repetitions and truth stride of a part.
+template <typename Part>
+void read_counts(const JsonNode& node, std::int64_t repetitions, Part& part) {
+    part.repetitions = node.has("repetitions") ? count_of(node.at("repetitions")) : repetitions;
+    part.ticks = node.has("ticks") ? count_of(node.at("ticks")) : 0;
+    part.truth_stride = node.has("truth_stride") ? count_of(node.at("truth_stride")) : 1;
+}
+
+}  // namespace trocar
