@@ -56,28 +56,24 @@ const CrossedLayer* CrossedSides::layer(Index vertex, Index face_body) const {
 }
 
 bool CrossedSides::is_beyond(const TickStart& start, const FeatureMesh& mesh, Index edge, double fraction,
-                             Index edge_body, Index face_body, const ContactSet& contacts) const {
+                             Index edge_body, Index face_body, const Partners& partners) const {
     const Topology& topology = start.topology();
     const Index first = mesh.ends(edge)[0];
     int count = 0;
-    for (const CrossedLayer& one : layers_) {
-        if (one.vertex == first && one.face_body == face_body) count += one.sign;
+    if (crossed_[at(first)] != 0) {
+        for (const CrossedLayer& one : layers_) {
+            if (one.vertex == first && one.face_body == face_body) count += one.sign;
+        }
     }
     const Vector3 from = start.position(first, edge_body);
     const Vector3 to = (1.0 - fraction) * from + fraction * start.position(mesh.ends(edge)[1], edge_body);
     // One face at the edge is enough to find what the edge passes through.
-    const Index face_at_edge = mesh.faces_at_edge(edge).front();
-    for (const std::vector<TrianglePair>* pairs : {&contacts.pairs, &contacts.near}) {
-        for (const TrianglePair& pair : *pairs) {
-            Index other = -1;
-            if (pair.a == face_at_edge) other = pair.b;
-            if (pair.b == face_at_edge) other = pair.a;
-            if (other < 0 || topology.body_of_triangle[at(other)] != face_body) continue;
-            const auto c = topology.triangles.col(other);
-            count += segment_crossing(from + hair, to + hair, start.position(c[0], face_body),
-                                      start.position(c[1], face_body), start.position(c[2], face_body));
-        }
-    }
+    partners.visit(mesh.faces_at_edge(edge).front(), [&](Index other) {
+        if (topology.body_of_triangle[at(other)] != face_body) return;
+        const auto c = topology.triangles.col(other);
+        count += segment_crossing(from + hair, to + hair, start.position(c[0], face_body),
+                                  start.position(c[1], face_body), start.position(c[2], face_body));
+    });
     return count != 0;
 }
 

@@ -8,6 +8,7 @@
 
 #include "contact/contact_set.hpp"
 #include "source/feature_search.hpp"
+#include "source/partners.hpp"
 #include "source/tick_start.hpp"
 
 namespace trocar {
@@ -41,7 +42,7 @@ public:
     /// Whether a point of an edge is on the wrong side of a body: by its first end's side and what the edge passes
     /// through on the way, among the triangles that are near.
     [[nodiscard]] bool is_beyond(const TickStart& start, const FeatureMesh& mesh, Index edge, double fraction,
-                                 Index edge_body, Index face_body, const ContactSet& contacts) const;
+                                 Index edge_body, Index face_body, const Partners& partners) const;
     /// keep(layer) brings the anchor of each layer up to date; those for which it says false are forgotten.
     template <typename Keep>
     void follow(const Keep& keep) {

@@ -19,6 +19,11 @@ Corners corners_at(const TickStart& start, Index triangle, Index body) {
     return {start.position(corner[0], body), start.position(corner[1], body), start.position(corner[2], body)};
 }
 
+Box widened(const Corners& corners, const Vector3& by) {
+    return {corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]) - by,
+            corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]) + by};
+}
+
 Vector3 unit_normal_of(const Corners& c) {
     const Vector3 normal = (c[1] - c[0]).cross(c[2] - c[0]);
     const double size = normal.norm();
@@ -45,24 +50,49 @@ void FeatureSearch::prepare(const Topology& topology) {
 }
 
 void FeatureSearch::run(const TickStart& start, const ContactSet& contacts) {
-    const Topology& topology = start.topology();
     reach_ = contacts.reach;
     seen_.clear();
     point_faces_.clear();
     edge_edges_.clear();
     for (const std::vector<TrianglePair>* pairs : {&contacts.pairs, &contacts.near}) {
-        for (const TrianglePair& pair : *pairs) {
-            const Index body_a = topology.body_of_triangle[at(pair.a)];
-            const Index body_b = topology.body_of_triangle[at(pair.b)];
-            for (int i = 0; i < 3; ++i) {
-                look_at_point(start, topology.triangles(i, pair.a), body_a, pair.b, body_b);
-                look_at_point(start, topology.triangles(i, pair.b), body_b, pair.a, body_a);
-            }
-            for (const Index edge_a : mesh_.edges_of(pair.a)) {
-                for (const Index edge_b : mesh_.edges_of(pair.b)) {
-                    look_at_edges(start, edge_a, body_a, edge_b, body_b);
-                }
-            }
+        for (const TrianglePair& pair : *pairs) look_at_pair(start, pair);
+    }
+}
+
+/// Features whose boxes are further apart than the reach are left out before anything is looked up.
+void FeatureSearch::look_at_pair(const TickStart& start, const TrianglePair& pair) {
+    const Topology& topology = start.topology();
+    const Index body_a = topology.body_of_triangle[at(pair.a)];
+    const Index body_b = topology.body_of_triangle[at(pair.b)];
+    const Corners a = corners_at(start, pair.a, body_a);
+    const Corners b = corners_at(start, pair.b, body_b);
+    constexpr double rounding = 1e-9;
+    const Vector3 within = Vector3::Constant(reach_ * (1.0 + rounding));
+    const Box around_a = widened(a, within);
+    const Box around_b = widened(b, within);
+    for (int i = 0; i < 3; ++i) {
+        if (around_b.overlaps({a[at(i)], a[at(i)]})) {
+            look_at_point(start, topology.triangles(i, pair.a), body_a, pair.b, body_b);
+        }
+        if (around_a.overlaps({b[at(i)], b[at(i)]})) {
+            look_at_point(start, topology.triangles(i, pair.b), body_b, pair.a, body_a);
+        }
+    }
+    const auto box_of_edge = [](const Corners& c, int i) {
+        const Vector3& u = c[at(i)];
+        const Vector3& v = c[at((i + 1) % 3)];
+        return Box{u.cwiseMin(v), u.cwiseMax(v)};
+    };
+    std::array<Box, 3> edges_b;
+    for (int j = 0; j < 3; ++j) edges_b[at(j)] = box_of_edge(b, j);
+    for (int i = 0; i < 3; ++i) {
+        Box edge_a = box_of_edge(a, i);
+        edge_a.min -= within;
+        edge_a.max += within;
+        if (!edge_a.overlaps(around_b)) continue;
+        for (int j = 0; j < 3; ++j) {
+            if (!edge_a.overlaps(edges_b[at(j)])) continue;
+            look_at_edges(start, mesh_.edges_of(pair.a)[at(i)], body_a, mesh_.edges_of(pair.b)[at(j)], body_b);
         }
     }
 }

@@ -59,6 +59,7 @@ public:
     [[nodiscard]] PointFace walk(const TickStart& start, const Vector3& point, Index face_body, Index triangle) const;
 
 private:
+    void look_at_pair(const TickStart& start, const TrianglePair& pair);
     void look_at_point(const TickStart& start, Index vertex, Index vertex_body, Index triangle, Index face_body);
     void look_at_edges(const TickStart& start, Index edge_a, Index body_a, Index edge_b, Index body_b);
     void place(const TickStart& start, const Vector3& point, PointFace& found) const;

@@ -8,6 +8,7 @@
 #include "source/crossed_sides.hpp"
 #include "source/feature_contacts.hpp"
 #include "source/feature_search.hpp"
+#include "source/partners.hpp"
 
 namespace trocar {
 namespace {
@@ -20,6 +21,7 @@ public:
         topology_ = &topology;
         home_.assign(at(topology.vertex_count), {});
         search_.prepare(topology);
+        partners_.prepare(topology.triangle_count());
         sides_.prepare(topology, search_.mesh(), first);
     }
 
@@ -27,6 +29,7 @@ public:
         const TickStart start(*topology_, frame);
         ++tick_;
         search_.run(start, contacts);
+        partners_.gather(contacts);
         sides_.settle(start, search_.point_faces());
         contacts.contacts.clear();
         add_crossed(start, contacts);
@@ -37,7 +40,7 @@ public:
             if (!one.is_closest) add_beside(start, one, contacts);
         }
         for (const EdgeEdge& one : search_.edge_edges()) {
-            const bool crossed = one.may_have_crossed && have_crossed(start, one, contacts);
+            const bool crossed = one.may_have_crossed && have_crossed(start, one);
             if (!crossed && !one.may_be_apart) continue;
             contacts.contacts.push_back(edge_edge_contact(start, search_.mesh(), one, crossed));
         }
@@ -70,12 +73,12 @@ private:
     }
 
     /// Two edges have passed each other where the nearest point of one is on the wrong side of the other's body.
-    [[nodiscard]] bool have_crossed(const TickStart& start, const EdgeEdge& one, const ContactSet& contacts) const {
+    [[nodiscard]] bool have_crossed(const TickStart& start, const EdgeEdge& one) const {
         if (closed(one.body_a) || !closed(one.body_b)) {
             return sides_.is_beyond(start, search_.mesh(), one.edge_b, one.fraction_b, one.body_b, one.body_a,
-                                    contacts);
+                                    partners_);
         }
-        return sides_.is_beyond(start, search_.mesh(), one.edge_a, one.fraction_a, one.body_a, one.body_b, contacts);
+        return sides_.is_beyond(start, search_.mesh(), one.edge_a, one.fraction_a, one.body_a, one.body_b, partners_);
     }
 
     [[nodiscard]] bool is_at_rim(const PointFace& one) const {
@@ -154,6 +157,7 @@ private:
 
     const Topology* topology_ = nullptr;
     FeatureSearch search_;
+    Partners partners_;
     CrossedSides sides_;
     std::vector<Home> home_;  ///< per vertex
     std::int64_t tick_ = 0;
