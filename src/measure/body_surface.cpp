@@ -84,17 +84,16 @@ void BodySurface::follow() {
     box_ = Box{};
     const Range vertices = range_->vertices;
     // Between detection and the step a body either moves or does not: what was built for it stands while it rests.
-    const bool rests =
-        now_->middleCols(vertices.first, vertices.count) == before_->middleCols(vertices.first, vertices.count);
+    rests_ = now_->middleCols(vertices.first, vertices.count) == before_->middleCols(vertices.first, vertices.count);
     for (Index v = vertices.first; v < vertices.end(); ++v) box_.add(now_->col(v));
     if (vertices.count > 0) {
         swept_.add(box_.min);
         swept_.add(box_.max);
     }
-    grid_is_current_ = grid_is_current_ && rests;
-    distance_is_current_ = distance_is_current_ && rests;
+    grid_is_current_ = grid_is_current_ && rests_ && grid_is_whole_;
+    distance_is_current_ = distance_is_current_ && rests_;
     moved_rim_.clear();
-    if (rests) return;
+    if (rests_) return;
     for (const RimEdge& edge : rim_) {
         if (now_->col(edge.from) != before_->col(edge.from) || now_->col(edge.to) != before_->col(edge.to)) {
             moved_rim_.push_back(edge);
@@ -112,7 +111,9 @@ Vector3 BodySurface::point(std::size_t sample, const Matrix3X& at) const {
 
 const RayGrid& BodySurface::grid() {
     if (!grid_is_current_) {
-        grid_.build(topology_->triangles, range_->triangles, *now_, box_);
+        // What rests may be asked elsewhere on the next frame.
+        grid_is_whole_ = rests_;
+        grid_.build(topology_->triangles, range_->triangles, *now_, box_, rests_ ? box_ : asked_);
         grid_is_current_ = true;
     }
     return grid_;

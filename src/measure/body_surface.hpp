@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "measure/ray_grid.hpp"
@@ -32,6 +33,8 @@ public:
 
     /// To be called when the matrices have changed.
     void follow();
+    /// Where crossings will be asked for until it moves again, seen from above; everywhere if it is never said.
+    void will_be_asked_within(const Box& asked) { asked_ = asked; }
 
     [[nodiscard]] const BodyRange& range() const { return *range_; }
     [[nodiscard]] std::size_t vertex_count() const { return static_cast<std::size_t>(range_->vertices.count); }
@@ -76,7 +79,11 @@ private:
     Box box_;
     Box swept_;
     RayGrid grid_;
+    Box asked_{Vector3::Constant(-std::numeric_limits<double>::infinity()),
+               Vector3::Constant(std::numeric_limits<double>::infinity())};
+    bool rests_ = false;
     bool grid_is_current_ = false;
+    bool grid_is_whole_ = false;
     SurfaceDistance distance_;
     bool distance_is_current_ = false;
 };

@@ -37,6 +37,16 @@ struct DepthTruth::State {
         previous.swap(position);
         position = now;
         for (BodySurface& one : bodies) one.follow();
+        for (std::size_t b = 0; b < bodies.size(); ++b) {
+            Box asked;
+            for (const Direction& direction : directions) {
+                if (static_cast<std::size_t>(direction.into) != b) continue;
+                const Box& box = body(direction.from).box();
+                asked.add(box.min);
+                asked.add(box.max);
+            }
+            bodies[b].will_be_asked_within(asked);
+        }
     }
 
     void judge(Direction& direction) {

@@ -71,11 +71,10 @@ EdgeDepth edge_depth(const Triangles& triangles, const Matrix3X& position, std::
         if (!box.overlaps(grid.box())) continue;
         cuts.assign({0.0, 1.0});
         grid.visit_along(p, q, [&](Index t) {
-            const Vector3 a = position.col(triangles(0, t));
-            const Vector3 b = position.col(triangles(1, t));
-            const Vector3 c = position.col(triangles(2, t));
-            if (!box.overlaps({a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)})) return;
-            if (const auto way = way_through(a, b, c, p, q)) cuts.push_back(*way);
+            if (!box.overlaps(grid.box_of(t))) return;
+            const auto way = way_through(position.col(triangles(0, t)), position.col(triangles(1, t)),
+                                         position.col(triangles(2, t)), p, q);
+            if (way) cuts.push_back(*way);
         });
         std::sort(cuts.begin(), cuts.end());
         const auto depth_at = [&](double way) {

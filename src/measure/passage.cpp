@@ -96,7 +96,7 @@ void PassageTruth::place_target(Index body, double jaw) {
     place_body(scene_->bodies[at(body)], own.vertices, pose, shape_);
     target.jaw = jaw;
     target.box = box_of(shape_, own.vertices);
-    target.grid.build(topology.triangles, own.triangles, shape_, target.box);
+    target.grid.build(topology.triangles, own.triangles, shape_, target.box, target.box);
     target.distance.prepare(topology.triangles, own.triangles, shape_);
     target.distance.refit(topology.triangles, shape_);
     target.normal.resize(3, own.triangles.count);

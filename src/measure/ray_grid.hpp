@@ -12,13 +12,17 @@ namespace trocar {
 
 class RayGrid {
 public:
-    /// `box` holds the triangles of the range. What was built before is replaced.
-    void build(const Triangles& triangles, Range range, const Matrix3X& position, const Box& box);
+    /// `box` holds the triangles of the range. What was built before is replaced. Triangles that are beside `asked`,
+    /// seen from above, are left out: where nobody will ask.
+    void build(const Triangles& triangles, Range range, const Matrix3X& position, const Box& box, const Box& asked);
 
     /// Signed crossings of the upward ray from p with the surface. Exact.
     [[nodiscard]] int crossings(const Triangles& triangles, const Matrix3X& position, const Vector3& p) const;
 
     [[nodiscard]] const Box& box() const { return box_; }
+    [[nodiscard]] const Box& box_of(Index triangle) const {
+        return boxes_[static_cast<std::size_t>(triangle - first_)];
+    }
 
     /// Calls act(triangle) at least once for every triangle that the segment from p to q meets, and for some others.
     template <typename Act>
@@ -57,19 +61,24 @@ private:
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(cells_) + static_cast<std::size_t>(x);
     }
     template <typename Visit>
-    void for_each_cell(const Triangles& triangles, Range range, const Matrix3X& position, const Visit& visit) const {
-        for (Index t = range.first; t < range.end(); ++t) {
-            const Vector3 a = position.col(triangles(0, t));
-            const Vector3 b = position.col(triangles(1, t));
-            const Vector3 c = position.col(triangles(2, t));
-            const Vector3 low = a.cwiseMin(b).cwiseMin(c);
-            const Vector3 high = a.cwiseMax(b).cwiseMax(c);
-            for (Index y = index(low.y(), 1); y <= index(high.y(), 1); ++y) {
-                for (Index x = index(low.x(), 0); x <= index(high.x(), 0); ++x) visit(cell_at(x, y), t);
+    void for_each_cell(const Visit& visit) const {
+        for (std::size_t i = 0; i < boxes_.size(); ++i) {
+            const Box& box = boxes_[i];
+            if (box.max.x() < asked_.min.x() || box.min.x() > asked_.max.x() || box.max.y() < asked_.min.y() ||
+                box.min.y() > asked_.max.y()) {
+                continue;
+            }
+            for (Index y = index(box.min.y(), 1); y <= index(box.max.y(), 1); ++y) {
+                for (Index x = index(box.min.x(), 0); x <= index(box.max.x(), 0); ++x) {
+                    visit(cell_at(x, y), first_ + static_cast<Index>(i));
+                }
             }
         }
     }
 
+    Box asked_;
+    Index first_ = 0;         ///< triangle
+    std::vector<Box> boxes_;  ///< per triangle
     Box box_;
     Index cells_ = 0;
     Eigen::Vector2d scale_ = Eigen::Vector2d::Zero();

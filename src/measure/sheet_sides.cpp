@@ -46,7 +46,7 @@ void SheetSides::each_neighbour(std::size_t vertex, const Act& act) const {
     const auto& edges = body_->edges();
     for (auto edge = std::lower_bound(edges.begin(), edges.end(), std::array<Index, 2>{v, -1});
          edge != edges.end() && (*edge)[0] == v; ++edge) {
-        act(static_cast<std::size_t>((*edge)[1] - first));
+        act(static_cast<std::size_t>((*edge)[1] - first), static_cast<std::size_t>(edge - edges.begin()));
     }
 }
 
@@ -63,7 +63,7 @@ void SheetSides::find_shells() {
         while (!waiting.empty()) {
             const std::size_t vertex = waiting.back();
             waiting.pop_back();
-            each_neighbour(vertex, [&](std::size_t other) {
+            each_neighbour(vertex, [&](std::size_t other, std::size_t /*edge*/) {
                 if (shell_of_vertex_[other] != no_shell) return;
                 shell_of_vertex_[other] = shell;
                 waiting.push_back(other);
@@ -169,6 +169,7 @@ int SheetSides::rim_contribution(const Vector3& before, const Vector3& now) cons
 
 void SheetSides::find_near_rim() {
     near_rim_.clear();
+    near_rim_box_.clear();
     Box box;
     for (const RimEdge& edge : sheet_->rim()) {
         const Vector3 u = sheet_->now().col(edge.from);
@@ -176,6 +177,7 @@ void SheetSides::find_near_rim() {
         const Box ends{u.cwiseMin(v), u.cwiseMax(v)};
         if (rays_miss(body_->box(), ends)) continue;
         near_rim_.push_back(edge);
+        near_rim_box_.push_back(ends);
         box.add(u);
         box.add(v);
     }
@@ -187,14 +189,17 @@ void SheetSides::find_near_rim() {
     // A curtain has no end: the grid is asked seen from above alone.
     box.min.z() = -std::numeric_limits<double>::infinity();
     box.max.z() = std::numeric_limits<double>::infinity();
-    near_rim_grid_.build(near_rim_corners_, {0, static_cast<Index>(near_rim_.size())}, sheet_->now(), box);
+    near_rim_grid_.build(near_rim_corners_, {0, static_cast<Index>(near_rim_.size())}, sheet_->now(), box, box);
 }
 
 /// Signed crossings of the curtain on the straight way, as they change the upward ray's.
 int SheetSides::curtain_passages(const Vector3& from, const Vector3& to) {
     if (near_rim_.empty()) return 0;
     met_.clear();
-    near_rim_grid_.visit_along(from, to, [this](Index edge) { met_.push_back(edge); });
+    const Box way{from.cwiseMin(to), from.cwiseMax(to)};
+    near_rim_grid_.visit_along(from, to, [&](Index edge) {
+        if (!apart_seen_from_above(near_rim_box_[static_cast<std::size_t>(edge)], way)) met_.push_back(edge);
+    });
     std::sort(met_.begin(), met_.end());
     met_.erase(std::unique(met_.begin(), met_.end()), met_.end());
     int sum = 0;
@@ -222,9 +227,31 @@ void SheetSides::read_surface() {
         }
         return;
     }
+    cross_edges();
     walk_edges();
     join_area_samples();
     look_for_rim_inside();
+}
+
+/// What every edge of the body crosses; the other way round it is the opposite.
+void SheetSides::cross_edges() {
+    const Index first = body_->range().vertices.first;
+    const auto& edges = body_->edges();
+    if (reverse_.empty()) {
+        reverse_.reserve(edges.size());
+        for (const auto& [u, v] : edges) {
+            const auto same = std::lower_bound(edges.begin(), edges.end(), std::array<Index, 2>{v, u});
+            reverse_.push_back(static_cast<std::size_t>(same - edges.begin()));
+        }
+        crossed_.assign(edges.size(), 0);
+    }
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        if (edges[i][0] > edges[i][1]) continue;
+        const auto from = static_cast<std::size_t>(edges[i][0] - first);
+        const auto to = static_cast<std::size_t>(edges[i][1] - first);
+        crossed_[i] = step(body_->point(from), rays_[from], body_->point(to), rays_[to]);
+        crossed_[reverse_[i]] = -crossed_[i];
+    }
 }
 
 /// The way from the anchor that crosses the sheet the fewest times (Dijkstra 1959).
@@ -243,9 +270,8 @@ void SheetSides::walk_edges() {
         const auto [cost, vertex] = queue_.back();
         queue_.pop_back();
         if (static_cast<int>(cost) != cost_[vertex]) continue;
-        const Vector3 p = body_->point(vertex);
-        each_neighbour(vertex, [&, cost = cost, vertex = vertex](std::size_t other) {
-            const int crossed = step(p, rays_[vertex], body_->point(other), rays_[other]);
+        each_neighbour(vertex, [&, cost = cost, vertex = vertex](std::size_t other, std::size_t edge) {
+            const int crossed = crossed_[edge];
             const int reached = static_cast<int>(cost) + std::abs(crossed);
             if (reached >= cost_[other]) return;
             cost_[other] = reached;
@@ -276,14 +302,12 @@ void SheetSides::join_area_samples() {
 /// Two ways over the surface that do not agree have the rim between them.
 void SheetSides::look_for_rim_inside() {
     const Index first = body_->range().vertices.first;
-    for (const auto& [u, v] : body_->edges()) {
-        if (u >= v) continue;
-        const auto from = static_cast<std::size_t>(u - first);
-        const auto to = static_cast<std::size_t>(v - first);
+    const auto& edges = body_->edges();
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        const auto from = static_cast<std::size_t>(edges[i][0] - first);
+        const auto to = static_cast<std::size_t>(edges[i][1] - first);
         Shell& shell = shells_[shell_of_vertex_[from]];
-        if (shell.rim_inside) continue;
-        const int crossed = step(body_->point(from), rays_[from], body_->point(to), rays_[to]);
-        shell.rim_inside = by_surface_[to] - by_surface_[from] != crossed;
+        shell.rim_inside = shell.rim_inside || by_surface_[to] - by_surface_[from] != crossed_[i];
     }
     if (!body_->range().closed) return;
     const auto is_inside = [this](Index vertex) {

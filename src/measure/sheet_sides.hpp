@@ -62,6 +62,7 @@ private:
     void follow_anchors();
     void find_near_rim();
     void read_surface();
+    void cross_edges();
     void walk_edges();
     void join_area_samples();
     void look_for_rim_inside();
@@ -87,9 +88,12 @@ private:
     std::vector<Side> side_;
 
     std::vector<RimEdge> near_rim_;  ///< whose curtain the body may meet
-    Triangles near_rim_corners_;     ///< the same as triangles without area, for the grid
+    std::vector<Box> near_rim_box_;
+    Triangles near_rim_corners_;  ///< the same as triangles without area, for the grid
     RayGrid near_rim_grid_;
-    std::vector<Index> met_;  ///< buffers
+    std::vector<Index> met_;            ///< buffers
+    std::vector<int> crossed_;          ///< per edge of the body, both ways: signed crossings of the sheet
+    std::vector<std::size_t> reverse_;  ///< where the same edge stands the other way round
     std::vector<int> cost_;
     std::vector<std::array<std::size_t, 2>> queue_;
 };
