@@ -22,7 +22,7 @@ struct WorkCounters {
 };
 
 /// A detector fills pairs (sorted by (a, b), each once), within a reach also the near ones, optionally native contacts,
-/// and the counters; the shared stage `derive` fills contacts. Pairs name only triangles of body pairs that the
+/// and the counters; the contact source fills contacts. Pairs name only triangles of body pairs that the
 /// topology lists.
 struct ContactSet {
     std::vector<TrianglePair> pairs;  ///< triangles that meet, whatever the reach
@@ -34,7 +34,7 @@ struct ContactSet {
     /// Contacts that begin between the frames; only a detector with such an option fills it. Sorted by (a, b, body_a,
     /// body_b), each once; never part of `pairs`.
     std::vector<SweptContact> swept;
-    std::vector<Contact> contacts;  ///< canonical: one per entry of `pairs`, same order
+    std::vector<Contact> contacts;  ///< what the source made of the answer; its order is the source's
     WorkCounters work;
     /// Set by the caller: whether a method that has native contacts shall compute them. Off where only pairs are asked
     /// for, so that nobody pays for answers that nobody reads; clear() leaves it alone.

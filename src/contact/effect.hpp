@@ -84,7 +84,7 @@ struct Effect {
     std::int64_t no_hit = 0;         ///< projections without a contact point (METHODS §6)
     std::int64_t detached = 0;       ///< grasped vertices that slipped in this tick
     std::int64_t grasped = 0;        ///< vertices held by a grasp in this tick
-    bool contacts_held = false;      ///< setting `hold`: integrate the forces of the frame over the whole tick
+    bool contacts_held = false;      ///< setting contacts=hold of `thesis`: integrate the forces of the frame over the whole tick
     bool contacts_explicit = false;  ///< setting `explicit`: every sub-step, from the state at its start
 
     void resize(Index vertex_count, Index body_count);

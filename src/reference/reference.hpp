@@ -1,6 +1,6 @@
 // The stored reference of a closed-loop scene (STUDIES "Reference for the closed loop"): what force and motion an
 // implicit solver of the same springs found, once with hard contact and once with contact as stiff as the scene says,
-// with how well it knows them; and the errors of a run against it. Reads no detector, response, contact or ledger.
+// with how well it knows them; and the errors of a run against it. Reads no detector, response or contact.
 //
 // Figures that every closed-loop record carries in its summary (NaN = no reference, see environment
 // "reference.hard" and "reference.equal_k"):

@@ -1,6 +1,6 @@
 // Interpenetration resolved from one frame alone by global intersection analysis (Baraff, Witkin, Kass 2003; thesis
 // §2.2 names it as too expensive to try): closed curves of intersection cut off a region on each surface, and the
-// regions attract each other until the surfaces have passed back through each other. The rival of the crossing ledger,
+// regions attract each other until the surfaces have passed back through each other. The rival of the source `tracked`,
 // which needs history.
 //
 // A vertex of a region and the other surface's region (the faces on the curve, those with a vertex in the region, and a

@@ -6,11 +6,9 @@
 // Features are held a hair apart, the skin: what presses then stays on its side, where the way between two features
 // has a direction, however hard it presses.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <utility>
 #include <vector>
 
 #include "method/entry.hpp"
@@ -94,7 +92,7 @@ private:
         return std::isfinite(pressure) ? pressure : std::numeric_limits<double>::infinity();
     }
 
-    /// Body b is tissue: it is pushed along the normal, the other side takes the reaction.
+    /// m², of the tissue around the point.
     [[nodiscard]] double area_of(const ContactPoint& point) const {
         double sum = 0.0;
         for (std::size_t i = 0; i < 3; ++i) {
@@ -102,6 +100,8 @@ private:
         }
         return sum;
     }
+
+    /// Body b is tissue: it is pushed along the normal, the other side takes the reaction.
     void hold_apart(const Frame& frame, double dt, const Contact& contact, Effect& effect) const {
         const TissueScale& scale = scale_[at(contact.body_b)];
         const Vector3 velocity_a = contact.on_a.blend(frame.velocity);
@@ -153,6 +153,7 @@ private:
         grasp_.hold_by_springs(*materials_, springs_, frame, dt, effect);
         effect.grasped = static_cast<std::int64_t>(grasp_.held().size());
     }
+
     HoldSettings settings_;
     const Topology* topology_ = nullptr;
     const Materials* materials_ = nullptr;

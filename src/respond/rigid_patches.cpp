@@ -1,12 +1,8 @@
 #include "respond/rigid_patches.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numeric>
 #include <tuple>
-
-#include "respond/surface.hpp"
 
 namespace trocar {
 namespace {
@@ -18,44 +14,12 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 void RigidPatches::prepare(const Topology& topology, const Materials& materials, double k, double mu) {
     topology_ = &topology;
     laws_.prepare(topology, materials, k, mu);
-    area_.assign(at(topology.vertex_count), 0.0);
-    measured_ = false;
+    surface_.prepare(topology);
     crossed_.reserve(256);
-    find_neighbours();
-}
-
-void RigidPatches::find_neighbours() {
-    std::vector<std::array<Index, 2>> ways;
-    for (const BodyRange& body : topology_->bodies) {
-        if (body.kind == BodyKind::tissue) continue;
-        for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
-            const auto corner = topology_->triangles.col(t);
-            for (int i = 0; i < 3; ++i) {
-                ways.push_back({corner[i], corner[(i + 1) % 3]});
-                ways.push_back({corner[(i + 1) % 3], corner[i]});
-            }
-        }
-    }
-    std::sort(ways.begin(), ways.end());
-    ways.erase(std::unique(ways.begin(), ways.end()), ways.end());
-    first_neighbour_.assign(at(topology_->vertex_count) + 1, 0);
-    neighbour_.clear();
-    neighbour_.reserve(ways.size());
-    for (const auto& [from, to] : ways) {
-        ++first_neighbour_[at(from) + 1];
-        neighbour_.push_back(to);
-    }
-    std::partial_sum(first_neighbour_.begin(), first_neighbour_.end(), first_neighbour_.begin());
 }
 
 void RigidPatches::respond(const Frame& frame, std::span<const Contact> contacts, Effect& effect) {
-    if (!measured_) {
-        for (Index t = 0; t < topology_->triangle_count(); ++t) {
-            const double third = area_normal(*topology_, frame.position, t).norm() / 6.0;
-            for (int i = 0; i < 3; ++i) area_[at(topology_->triangles(i, t))] += third;
-        }
-        measured_ = true;
-    }
+    surface_.measure(*topology_, frame.position);
     crossed_.clear();
     for (const Contact& contact : contacts) {
         const bool tissue = topology_->bodies[at(contact.body_b)].kind == BodyKind::tissue;
@@ -94,9 +58,11 @@ bool RigidPatches::is_outermost(const Frame& frame, const ContactPoint& point, c
     constexpr double rounding = 1e-9;
     for (const Index v : point.vertices) {
         if (v < 0) continue;
-        for (Index i = first_neighbour_[at(v)]; i < first_neighbour_[at(v) + 1]; ++i) {
-            const Vector3 way = frame.position.col(neighbour_[at(i)]) - frame.position.col(v);
-            if (way.dot(direction) > rounding * way.norm()) return false;
+        for (const Index t : surface_.triangles_at(v)) {
+            for (int i = 0; i < 3; ++i) {
+                const Vector3 way = frame.position.col(topology_->triangles(i, t)) - frame.position.col(v);
+                if (way.dot(direction) > rounding * way.norm()) return false;
+            }
         }
     }
     return true;
@@ -105,7 +71,7 @@ bool RigidPatches::is_outermost(const Frame& frame, const ContactPoint& point, c
 double RigidPatches::area_of(const ContactPoint& point) const {
     double sum = 0.0;
     for (std::size_t i = 0; i < 3; ++i) {
-        if (point.vertices[i] >= 0) sum += point.weights[i] * area_[at(point.vertices[i])];
+        if (point.vertices[i] >= 0) sum += point.weights[i] * surface_.area(point.vertices[i]);
     }
     return sum;
 }

@@ -8,6 +8,7 @@
 #include "contact/contact.hpp"
 #include "contact/effect.hpp"
 #include "respond/common.hpp"
+#include "respond/surface.hpp"
 
 namespace trocar {
 
@@ -30,7 +31,6 @@ private:
         bool foremost = false;
         [[nodiscard]] double share() const { return depth * depth * area; }
     };
-    void find_neighbours();
     [[nodiscard]] bool is_foremost(const Frame& frame, const Contact& contact) const;
     [[nodiscard]] bool is_outermost(const Frame& frame, const ContactPoint& point, const Vector3& direction) const;
     [[nodiscard]] double area_of(const ContactPoint& point) const;
@@ -38,9 +38,7 @@ private:
 
     const Topology* topology_ = nullptr;
     PairLaws laws_;
-    bool measured_ = false;
-    std::vector<double> area_;                        ///< m², per vertex, a third of its faces at the first frame
-    std::vector<Index> first_neighbour_, neighbour_;  ///< per vertex of instruments and rigid bodies
+    SurfaceNeighbours surface_;  ///< areas as at the first frame
     std::vector<Crossed> crossed_;
 };
 

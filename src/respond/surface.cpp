@@ -1,7 +1,5 @@
 #include "respond/surface.hpp"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace trocar {
@@ -29,17 +27,6 @@ void SurfaceNeighbours::prepare(const Topology& topology) {
         for (int i = 0; i < 3; ++i) triangle_[at(next[at(topology.triangles(i, t))]++)] = t;
     }
     area_.clear();
-    rim_.assign(at(topology.triangle_count()), 0);
-    for (Index t = 0; t < topology.triangle_count(); ++t) {
-        for (int i = 0; i < 3; ++i) {
-            const Index end = topology.triangles((i + 1) % 3, t);
-            const auto faces = triangles_at(topology.triangles(i, t));
-            const auto shared = std::count_if(faces.begin(), faces.end(), [&](Index face) {
-                return (topology.triangles.col(face).array() == end).any();
-            });
-            if (shared == 1) rim_[at(t)] |= static_cast<std::uint8_t>(1U << static_cast<unsigned>(i));
-        }
-    }
 }
 
 void SurfaceNeighbours::measure(const Topology& topology, const Matrix3X& position) {
@@ -85,35 +72,6 @@ Vector3 SurfaceNeighbours::blended_normal(const Topology& topology, const Matrix
     constexpr double least_agreement = 0.26;  // cosine of 75 degrees
     if (length == 0.0 || sum.dot(face) < least_agreement * length) return face;
     return sum / length;
-}
-
-bool SurfaceNeighbours::is_behind(const Topology& topology, const Matrix3X& position, Index triangle,
-                                  const Vector3& weights, const Vector3& point) const {
-    Vector3 foot = Vector3::Zero();
-    std::array<Index, 3> on{-1, -1, -1};
-    std::size_t count = 0;
-    for (int i = 0; i < 3; ++i) {
-        if (weights[i] == 0.0) continue;
-        on[count++] = topology.triangles(i, triangle);
-        foot += weights[i] * position.col(topology.triangles(i, triangle));
-    }
-    if (count == 3) return area_normal(topology, position, triangle).dot(point - foot) < 0.0;
-    Vector3 sum = Vector3::Zero();
-    for (const Index t : triangles_at(on[0])) {
-        const auto corner = topology.triangles.col(t);
-        if (count == 2 && (corner.array() != on[1]).all()) continue;
-        double weight = 1.0;
-        if (count == 1) {
-            const int here = corner[0] == on[0] ? 0 : (corner[1] == on[0] ? 1 : 2);
-            const Vector3 u = position.col(corner[(here + 1) % 3]) - foot;
-            const Vector3 w = position.col(corner[(here + 2) % 3]) - foot;
-            weight = std::atan2(u.cross(w).norm(), u.dot(w));
-        }
-        const Vector3 normal = area_normal(topology, position, t);
-        const double size = normal.norm();
-        if (size > 0.0) sum += weight / size * normal;
-    }
-    return sum.dot(point - foot) < 0.0;
 }
 
 }  // namespace trocar

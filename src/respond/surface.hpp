@@ -1,7 +1,6 @@
 // Neighbourhood of the surfaces that a response works on: which triangles meet at a vertex, vertex areas and normals.
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -19,17 +18,10 @@ public:
         const auto v = static_cast<std::size_t>(vertex);
         return {triangle_.data() + first_[v], static_cast<std::size_t>(first_[v + 1] - first_[v])};
     }
-    /// Bit i is set where the triangle's edge from corner i to corner i + 1 belongs to no other triangle.
-    [[nodiscard]] unsigned rim_edges(Index triangle) const { return rim_[static_cast<std::size_t>(triangle)]; }
     /// One third of the adjacent triangles' area when measured, m².
     [[nodiscard]] double area(Index vertex) const { return area_[static_cast<std::size_t>(vertex)]; }
     /// Unit, area-weighted mean of the adjacent outer normals; zero where they cancel.
     [[nodiscard]] Vector3 vertex_normal(const Topology& topology, const Matrix3X& position, Index vertex) const;
-    /// True when a point lies behind the surface, judged at its nearest point, which the weights name in a triangle (0
-    /// on an edge or corner): by the face's normal, on edges and corners by the mean normal weighted with the angles,
-    /// which alone never tells the wrong side there (Baerentzen and Aanaes 2005).
-    [[nodiscard]] bool is_behind(const Topology& topology, const Matrix3X& position, Index triangle,
-                                 const Vector3& weights, const Vector3& point) const;
     /// Normalised barycentric blend of the corner normals of a triangle: continuous along the surface (METHODS §5). Not
     /// across creases of more than 60 degrees of a tool or bone, whose faces stay flat up to the crease; and the face
     /// normal where the blend leaves it by more than 75 degrees (a sharp rim).
@@ -39,7 +31,6 @@ public:
 private:
     std::vector<Index> first_;  ///< N + 1
     std::vector<Index> triangle_;
-    std::vector<std::uint8_t> rim_;  ///< per triangle
     std::vector<double> area_;
 };
 

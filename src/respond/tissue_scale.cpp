@@ -36,10 +36,6 @@ std::vector<TissueScale> tissue_scales(const Topology& topology, const Materials
         }
         if (sums[b].springs > 0.0) scales[b].edge = sums[b].length / sums[b].springs;
         scales[b].side = std::sqrt(area);
-        // By the side and not by the edges, or a finer mesh of the same tissue would lose contacts sooner; by the edges
-        // at the ends, where a triangle would be lost before it is left, or one that is far off would count.
-        constexpr double of_side = 1.0 / 30.0;
-        scales[b].margin = std::clamp(of_side * scales[b].side, 0.4 * scales[b].edge, scales[b].edge);
         scales[b].wave_speed = mass > 0.0 && sums[b].energy > 0.0 ? std::sqrt(sums[b].energy / (3.0 * mass))
                                                                   : std::numeric_limits<double>::infinity();
     }

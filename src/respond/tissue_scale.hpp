@@ -1,9 +1,8 @@
-// How large a tissue body is and how fast it moves by itself: what the margins and speeds of the contact handling are
-// told in, so that the same scene in another size or of another material is handled alike. No margin is a length of
+// How large a tissue body is and how fast it moves by itself: what the stiffnesses and speeds of the contact handling are
+// told in, so that the same scene in another size or of another material is handled alike. No bound is a length of
 // its own; what a user asks of the result (0.1 mm counts as clear) is.
 #pragma once
 
-#include <algorithm>
 #include <vector>
 
 #include "scene/world.hpp"
@@ -13,14 +12,10 @@ namespace trocar {
 struct TissueScale {
     double edge = 0.0;  ///< m, mean rest length of its springs
     double side = 0.0;  ///< m, side of a square as large as its surface at rest
-    double margin =
-        0.0;  ///< m, as near counts as resting on it: a thirtieth of its side, at least 0.4 and at most 1 of its edges
     double wave_speed =
         0.0;  ///< m/s, sqrt(E / rho) of what its springs and masses amount to; infinite without mass or springs
 
-    static constexpr double most_clear_depth = 1e-4;  ///< m
-    /// A depth that counts as none, m: what a user asks for, less where the tissue is small.
-    [[nodiscard]] double clear_depth() const { return std::min(most_clear_depth, 0.02 * edge); }
+    static constexpr double most_clear_depth = 1e-4;  ///< m, that counts as none: what a user asks for
 };
 
 /// One per body; all 0 for bodies that are no tissue. With k = E h ΣA/L² (METHODS §4) Σ k L² = 3 E h A over the springs

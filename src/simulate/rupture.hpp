@@ -22,7 +22,7 @@ public:
     std::int64_t judge(const Frame& frame, const Effect& effect, std::span<const ContactLoad> loads, double dt);
 
     static constexpr double tear_time = 0.005;  ///< s, without a break
-    static constexpr double deep = 1e-4;        ///< m, more than what counts as clear
+    static constexpr double deep = 1e-4;        ///< m, what counts as clear no more
 
 private:
     struct Strained {

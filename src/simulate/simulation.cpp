@@ -203,10 +203,8 @@ StepRow Simulation::step() {
     s.timed(Stage::move, row, [&] { s.leading.move(row.time, s.seen); });
     if (row.tick == 0) s.seen.moved.reset();  // nobody has seen a frame to compare with
     s.check_finite(s.seen);
-    s.timed(Stage::update, row, [&] {
-        row.reach = s.ask_reach(s.stepper ? s.stepper->largest_move() : 0.0);
-        s.detector->update(s.seen, row.reach);
-    });
+    row.reach = s.ask_reach(s.stepper ? s.stepper->largest_move() : 0.0);
+    s.timed(Stage::update, row, [&] { s.detector->update(s.seen, row.reach); });
     s.timed(Stage::detect, row, [&] { s.detector->detect(s.seen, s.contacts); });
     s.take_over_detection(row);
     s.timed(Stage::contacts, row, [&] { s.source->gather(s.seen, s.contacts); });
@@ -244,10 +242,8 @@ StepRow Simulation::replay(const Frame& frame) {
     s.outcome = s.prepared;  // a frame that cannot be answered says nothing about the next one
     s.seen = frame;
     if (s.outcome.ok() && !s.seen.all_finite()) s.outcome = not_finite();
-    s.timed(Stage::update, row, [&] {
-        row.reach = s.ask_reach(furthest_move(s.seen, s.leading.free_tissue()));
-        s.detector->update(s.seen, row.reach);
-    });
+    row.reach = s.ask_reach(furthest_move(s.seen, s.leading.free_tissue()));
+    s.timed(Stage::update, row, [&] { s.detector->update(s.seen, row.reach); });
     s.timed(Stage::detect, row, [&] { s.detector->detect(s.seen, s.contacts); });
     s.take_over_detection(row);
     s.timed(Stage::contacts, row, [&] { s.source->gather(s.seen, s.contacts); });

@@ -1,16 +1,21 @@
 // `hold` on the shipped scenes: what CONTACT §5 asks of it, held against what is not its own (truth of depth at every
 // tick, the stored references, closed forms).
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <string>
 #include <vector>
 
+#include "reference/reference.hpp"
 #include "scene/scene.hpp"
+#include "support/known_gap.hpp"
 #include "support/scene_runs.hpp"
+#include "support/scene_samples.hpp"
 
 namespace trocar {
 namespace {
@@ -35,36 +40,55 @@ double largest_force(const Record& record) {
     return largest;
 }
 
-/// Scenes of tissue that hard contact clears, and the tick from which on: deep ones have to get clear first.
-struct ClearScene {
-    const char* name;
-    std::int64_t from_tick;
-};
-constexpr ClearScene clear_scenes[] = {
-    {"hover", 0},           {"i2t_deep_sheet", 30},    {"i2t_deep_start", 30}, {"i2t_drag", 0},        {"i2t_grasp", 0},
-    {"i2t_lay", 0},         {"i2t_operator_press", 0}, {"i2t_poke", 0},        {"i2t_press_slide", 0}, {"i2t_stab", 0},
-    {"i2t_stab_closed", 0}, {"i2t_stab_withdraw", 0},  {"i2t_two_grasp", 0},   {"indent_1x", 0},       {"r2t_bone", 0},
-    {"r2t_spike", 0},       {"t2t_closed", 0},         {"t2t_press", 0}};
+/// Scenes of tissue that hard contact clears within the strain limit, by the stored references; and graspers, whose
+/// reference has no jaws that hold.
+std::vector<std::string> clear_scenes() {
+    std::vector<std::string> names{"i2t_grasp", "i2t_two_grasp"};
+    const std::filesystem::path scenes = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes";
+    for (const auto& entry : std::filesystem::directory_iterator(scenes)) {
+        const std::string name = entry.path().stem().string();
+        // Scenes of the data outside the project have tests of their own; those of bones and tools have no tissue.
+        if (entry.path().extension() != ".json" || name == "liver_maryland" || name == "i2i_cross" ||
+            name == "i2r_scrape") {
+            continue;
+        }
+        const Reference reference = find_reference(shipped(name)).reference;
+        if (reference.hard.clears_within_strain_limit.value_or(false)) names.push_back(name);
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
 
-class HoldOnShippedScenes : public testing::TestWithParam<ClearScene> {};
+/// Deep starts have to get clear first.
+bool starts_deep(const std::string& name) { return name.starts_with("i2t_deep_"); }
+
+class HoldOnShippedScenes : public testing::TestWithParam<std::string> {};
 
 TEST_P(HoldOnShippedScenes, LeavesNoMoreThanATwentiethOfAMillimetreAtAnyTick) {
-    const Record record = run_scene_with(shipped(GetParam().name), "hold");
+    const Record record = run_scene_with(shipped(GetParam()), "hold");
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
-    EXPECT_LE(worst_depth(record, GetParam().from_tick), 5e-5);
+    EXPECT_LE(worst_depth(record, starts_deep(GetParam()) ? 30 : 0), 5e-5);
 }
 
-/// Against the hard reference where the scene has one: the reference's own bound, or one part in a hundred of the peak.
+/// Against the stored hard reference: its own bound, or one part in a hundred of its peak, or one and a half times what
+/// was left before `hold` (`thesis:profile=corrected` of November 2026, as published then).
 TEST_P(HoldOnShippedScenes, ShowsTheForceOfHardContact) {
-    const Record record = run_scene_with(shipped(GetParam().name), "hold", 0);
-    const auto error = record.summary.find("force_error_rms_hard");
-    if (error == record.summary.end() || std::isnan(error->second)) GTEST_SKIP() << "no reference of hard contact";
-    if (GetParam().from_tick > 0) GTEST_SKIP() << "how fast a deep start clears is the response's own";
-    EXPECT_LE(error->second, std::max(0.005, 0.012 * largest_force(record)));
+    if (starts_deep(GetParam())) GTEST_SKIP() << "how fast a deep start clears is the response's own";
+    const std::map<std::string, double> before{{"i2t_operator_press", 0.000776}, {"i2t_poke", 0.000829},
+                                               {"i2t_stab", 0.0102},             {"i2t_stab_withdraw", 0.00452},
+                                               {"r2t_bone", 0.00140},            {"t2t_press", 0.0623}};
+    const Scene scene = shipped(GetParam());
+    const ReferenceSolution hard = find_reference(scene).reference.hard;
+    if (!hard.available) GTEST_SKIP() << "no reference of hard contact";
+    const double peak = hard.force.colwise().norm().maxCoeff();
+    const auto known = before.find(GetParam());
+    const double limit =
+        std::max({hard.force_bound, 0.01 * peak, known == before.end() ? 0.0 : 1.5 * known->second});
+    EXPECT_LE(run_scene_with(scene, "hold", 0).summary.at("force_error_rms_hard"), limit);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, HoldOnShippedScenes, testing::ValuesIn(clear_scenes),
-                         [](const auto& each) { return std::string(each.param.name); });
+INSTANTIATE_TEST_SUITE_P(Scenes, HoldOnShippedScenes, testing::ValuesIn(clear_scenes()),
+                         [](const auto& each) { return each.param; });
 
 /// A tool led straight into a bone's face, at rest at the end.
 class ToolInBone : public testing::TestWithParam<double> {
@@ -96,7 +120,94 @@ TEST_P(ToolInBone, APointShowsStiffnessTimesDepth) {
     EXPECT_NEAR(force.head<2>().norm(), 0.0, 1e-6);
 }
 
+TEST_P(ToolInBone, AShaftShowsStiffnessTimesDepth) {
+    const double depth = GetParam();
+    for (const char* tip : {"round", "flat"}) {
+        const Record record = run_scene_with(
+            scene(fmt::format(R"({{"shape":"shaft","radius":0.0025,"length":0.06,"tip":"{}","edge":0.002}})", tip),
+                  depth),
+            "hold");
+        ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
+        const Vector3& force = record.rows.back().tool_force;
+        EXPECT_NEAR(force.z(), 1000.0 * depth, 1e-6) << tip;
+        EXPECT_NEAR(force.head<2>().norm(), 0.0, 1e-6) << tip;
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Depths, ToolInBone, testing::Values(0.0005, 0.0011, 0.0014, 0.002, 0.005));
+
+/// A scene of two bodies, the second a tool that a script leads or a hand of 300 N/m pushes along the keys.
+Scene rigid_scene(const std::string& first, const std::string& part, const std::string& drive,
+                  const std::string& keys) {
+    return test::scene_from_text(fmt::format(
+        R"({{"format":"trocar-scene-1","name":"rigid","unit":"m","dt":0.001,"ticks":600,"seed":1,"bodies":[{},
+ {{"name":"tool","kind":"instrument","closed":true,"parts":[{}],
+   "motion":{{"drive":"{}","keys":[{}]}}}}],"contact":[{{"bodies":["first","tool"],"k":1000,"mu":0}}]}})",
+        first, part, drive, keys));
+}
+
+TEST(HoldOnBone, ATipBehindOpenBoneIsPressedBackAlsoWhereTrianglesStandTwice) {
+    const std::string sheet = R"({"shape":"sheet","size":[0.05,0.05],"edge":0.005})";
+    for (const std::string& parts : {sheet, sheet + "," + sheet}) {
+        // 0.5 mm is the radius of the tips' proxies of other responses.
+        for (const double depth : {0.0005, 0.001}) {
+            const Scene scene = rigid_scene(
+                fmt::format(R"({{"name":"first","kind":"rigid","closed":false,"side":"front","parts":[{}]}})", parts),
+                R"({"shape":"shaft","radius":0.0025,"length":0.06,"edge":0.002})", "prescribed",
+                fmt::format(R"({{"time":0,"pose":[0.0021,0.0013,{},0,0,0]}})", -depth));
+            const Record record = run_scene_with(scene, "hold", 0, 20);
+            ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
+            EXPECT_NEAR((record.rows.back().tool_force - Vector3(0.0, 0.0, 1000.0 * depth)).norm(), 0.0, 1e-9);
+        }
+    }
+}
+
+TEST(HoldOnBone, AToolLedThroughAPlateIsToldToHavePassed) {
+    const Scene scene = rigid_scene(
+        R"({"name":"first","kind":"rigid","closed":true,"pose":[0,0,-0.003,0,0,0],
+            "parts":[{"shape":"box","size":[0.05,0.05,0.006],"edge":0.005}]})",
+        R"({"shape":"shaft","radius":0.0025,"length":0.06,"edge":0.002})", "prescribed",
+        R"({"time":0,"pose":[0.0021,0.0013,0.002,0,0,0]},{"time":0.2,"pose":[0.0021,0.0013,-0.02,0,0,0]},
+           {"time":0.4,"pose":[0.0021,0.0013,-0.08,0,0,0]})");
+    const Record record = run_scene_with(scene, "hold");
+    ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
+    EXPECT_EQ(record.summary.at("passed_through"), 1.0);
+}
+
+/// Two crossed shafts of 5 mm, one led by a hand that would like to be `force` / 300 N/m below where they touch.
+Record crossed_shafts(double force) {
+    const std::string part = R"({"shape":"shaft","radius":0.0025,"length":0.1,"edge":0.002,"pose":[0,0,-0.05,0,0,0]})";
+    return run_scene_with(
+        rigid_scene(fmt::format(R"({{"name":"first","kind":"instrument","closed":true,"parts":[{}],
+            "motion":{{"drive":"prescribed","keys":[{{"time":0,"pose":[0,0,0,90,0,0]}}]}}}})",
+                                part),
+                    part, "operator",
+                    fmt::format(R"({{"time":0,"pose":[0.0003,0.0002,0.006,0,90,0]}},
+                                   {{"time":0.2,"pose":[0.0003,0.0002,{},0,90,0]}})",
+                                0.005 - force / 300.0)),
+        "hold");
+}
+
+TEST(HoldOfTwoShafts, HoldsThemApartOrTellsThatOneHasPassed) {
+    // The hand's spring and the contact's of 1000 N/m in a row: 1000 / 1300 of the force; polygons are a little thinner.
+    for (const double force : {1.0, 1.5}) {
+        const Record record = crossed_shafts(force);
+        ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
+        EXPECT_EQ(record.summary.at("passed_through"), 0.0) << force;
+        EXPECT_NEAR(-record.rows.back().tool_force.z(), force / 1.3, 0.1 * force) << force;
+    }
+    for (const double force : {4.0, 5.0}) {
+        const Record record = crossed_shafts(force);
+        ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
+        EXPECT_EQ(record.summary.at("passed_through"), 1.0) << force;
+    }
+}
+
+TEST(HoldOfTwoShafts, GapHoldsFourAndAHalfNewtons) {
+    test::expect_known_gap("once an axis is passed, 2.5 mm deep, the way out is on the other side", [] {
+        EXPECT_EQ(crossed_shafts(4.5).summary.at("passed_through"), 0.0);
+    });
+}
 
 TEST(HoldInSqueeze, TissueWithoutAPlaceIsToldTornAndPressedNoHarderThanItsLimit) {
     const Record record = run_scene_with(shipped("r2t_squeeze"), "hold");

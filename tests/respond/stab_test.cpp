@@ -1,5 +1,5 @@
 // Stab-stop, stab-withdraw and stab-drag (METHODS §14, I26), on prepared sheets and organs and on the shipped scenes:
-// the corrected response ends clear 200 ms after the last key or says rupture, the faithful one does not.
+// `hold` ends clear 200 ms after the last key or says rupture, the faithful one does not.
 #include <gtest/gtest.h>
 
 #include <algorithm>

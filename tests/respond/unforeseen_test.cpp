@@ -1,4 +1,4 @@
-// Ways of touching tissue that no shipped scene has: the corrected response keeps to 0.1 mm in every tick or names a
+// Ways of touching tissue that no shipped scene has: `hold` keeps to 0.1 mm in every tick or names a
 // rupture, and never answers with a force that no tissue could give.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
