@@ -79,12 +79,13 @@ struct Effect {
     std::vector<LinearContact> contacts;
     Matrix3X held_force;                ///< 3×N, N; constant over the tick. Sized by prepare, zeroed by clear.
     std::vector<Placement> placements;  ///< at most one per vertex
-    std::vector<Wrench> wrench;      ///< per body: forces that no linear contact carries (reactions to placements …)
-    std::int64_t skipped = 0;        ///< pairs without a response (touch, coplanar, degenerate, class not handled)
-    std::int64_t no_hit = 0;         ///< projections without a contact point (METHODS §6)
-    std::int64_t detached = 0;       ///< grasped vertices that slipped in this tick
-    std::int64_t grasped = 0;        ///< vertices held by a grasp in this tick
-    bool contacts_held = false;      ///< setting contacts=hold of `thesis`: integrate the forces of the frame over the whole tick
+    std::vector<Wrench> wrench;  ///< per body: forces that no linear contact carries (reactions to placements …)
+    std::int64_t skipped = 0;    ///< pairs without a response (touch, coplanar, degenerate, class not handled)
+    std::int64_t no_hit = 0;     ///< projections without a contact point (METHODS §6)
+    std::int64_t detached = 0;   ///< grasped vertices that slipped in this tick
+    std::int64_t grasped = 0;    ///< vertices held by a grasp in this tick
+    bool contacts_held =
+        false;  ///< setting contacts=hold of `thesis`: integrate the forces of the frame over the whole tick
     bool contacts_explicit = false;  ///< setting `explicit`: every sub-step, from the state at its start
 
     void resize(Index vertex_count, Index body_count);
