@@ -111,7 +111,11 @@ bool ContactSolver::enter(const LinearContact& contact, const Frame& frame, cons
     }
     if (entry.count == 0) return false;
     // Only what a source's contact is held by tells where the other side is at the start of the tick (reaction_point).
-    entry.turns = contact.role == ContactRole::constraint && contact.source_id != 0;
+    // Tissue that nothing can move has no place in the state, and no motion to follow.
+    const auto in_state = [&state](Index vertex) { return vertex < 0 || state.place[at(vertex)] >= 0; };
+    entry.turns = contact.role == ContactRole::constraint && contact.source_id != 0 &&
+                  std::all_of(contact.vertices.begin(), contact.vertices.end(), in_state) &&
+                  std::all_of(contact.reaction_vertices.begin(), contact.reaction_vertices.end(), in_state);
     const int corners = count_of(contact.vertices);
     const int others = count_of(contact.reaction_vertices);
     if (others == 0) {

@@ -2,6 +2,7 @@
 // question has the same answer, no tick asks for memory, and nothing has gone further than it says.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "measure/allocations.hpp"
@@ -143,6 +144,35 @@ TEST_P(StepperContract, BetweenTwoContactsTheOneWithTheLimitGivesWay) {
     EXPECT_NEAR(stepper->loads()[0].normal, 0.3, 1e-12);
     EXPECT_NEAR(stepper->loads()[1].normal, 0.3, 1e-6);
     EXPECT_TRUE(stepper->loads()[0].at_limit);
+}
+
+TEST_P(StepperContract, AFaceHeldAgainstTissueThatNothingMovesIsPushedByItsWeights) {
+    // Three free corners without springs, a pinned vertex that no spring ties to anything: the corners share the
+    // impulse as the contact's weights say.
+    const std::array<double, 3> weights{0.1, 0.2, 0.7};
+    const Vector3 foot(0.02 + 0.2 * 0.01, 0.03 + 0.7 * 0.01, 0.0);
+    test::TissueSample s =
+        test::make_tissue({Vector3(0.02, 0.03, 0.0), Vector3(0.03, 0.03, 0.0), Vector3(0.02, 0.04, 0.0), foot},
+                          {1e-3, 1e-3, 1e-3, 1e-3}, {0, 0, 0, 1}, {});
+    const auto stepper = make_stepper(GetParam());
+    stepper->prepare(s.topology, s.materials);
+    Effect effect = test::empty_effect(s.topology);
+    LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 100.0, 0.0);
+    contact.role = ContactRole::constraint;
+    contact.source_id = 1;
+    contact.vertices = {0, 1, 2};
+    contact.weights = weights;
+    contact.reaction_vertices = {3, -1, -1};
+    contact.reaction_weights = {1.0, 0.0, 0.0};
+    effect.contacts.push_back(contact);
+    std::vector<Wrench> reaction(1);
+    ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+    const double impulse = stepper->loads()[0].normal * dt;
+    EXPECT_GT(impulse, 0.0);
+    for (Index v = 0; v < 3; ++v) {
+        EXPECT_NEAR(s.frame.velocity(2, v), weights[static_cast<std::size_t>(v)] * impulse / 1e-3, 1e-12) << v;
+    }
+    EXPECT_EQ(s.frame.position.col(3), foot);
 }
 
 TEST_P(StepperContract, TheSameEffectsEndOnTheSameBits) {
