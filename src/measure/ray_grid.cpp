@@ -1,7 +1,5 @@
 #include "measure/ray_grid.hpp"
 
-#include "measure/vertical_crossings.hpp"
-
 namespace trocar {
 
 void RayGrid::build(const Triangles& triangles, Range range, const Matrix3X& position, const Box& box,
@@ -30,19 +28,13 @@ void RayGrid::build(const Triangles& triangles, Range range, const Matrix3X& pos
 }
 
 int RayGrid::crossings(const Triangles& triangles, const Matrix3X& position, const Vector3& p) const {
-    if (p.x() < box_.min.x() || p.x() > box_.max.x() || p.y() < box_.min.y() || p.y() > box_.max.y() ||
-        p.z() > box_.max.z()) {
-        return 0;
-    }
+    const Box point{p, p};
+    if (rays_miss(point, box_)) return 0;
     const std::size_t cell = cell_at(index(p.x(), 0), index(p.y(), 1));
     int sum = 0;
     for (Index i = starts_[cell]; i < starts_[cell + 1]; ++i) {
         const Index t = entries_[static_cast<std::size_t>(i)];
-        const Box& box = box_of(t);
-        if (p.x() < box.min.x() || p.x() > box.max.x() || p.y() < box.min.y() || p.y() > box.max.y() ||
-            p.z() > box.max.z()) {
-            continue;
-        }
+        if (rays_miss(point, box_of(t))) continue;
         sum += upward_crossing(position.col(triangles(0, t)), position.col(triangles(1, t)),
                                position.col(triangles(2, t)), p);
     }

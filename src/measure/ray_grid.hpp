@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "geometry/types.hpp"
+#include "measure/vertical_crossings.hpp"
 
 namespace trocar {
 
@@ -64,10 +65,7 @@ private:
     void for_each_cell(const Visit& visit) const {
         for (std::size_t i = 0; i < boxes_.size(); ++i) {
             const Box& box = boxes_[i];
-            if (box.max.x() < asked_.min.x() || box.min.x() > asked_.max.x() || box.max.y() < asked_.min.y() ||
-                box.min.y() > asked_.max.y()) {
-                continue;
-            }
+            if (apart_seen_from_above(box, asked_)) continue;
             for (Index y = index(box.min.y(), 1); y <= index(box.max.y(), 1); ++y) {
                 for (Index x = index(box.min.x(), 0); x <= index(box.max.x(), 0); ++x) {
                     visit(cell_at(x, y), first_ + static_cast<Index>(i));

@@ -15,15 +15,6 @@ namespace {
 constexpr int unreached = std::numeric_limits<int>::max();
 constexpr std::size_t no_shell = std::numeric_limits<std::size_t>::max();
 
-bool apart_seen_from_above(const Box& a, const Box& b) {
-    return a.max.x() < b.min.x() || a.min.x() > b.max.x() || a.max.y() < b.min.y() || a.min.y() > b.max.y();
-}
-
-/// No upward ray that starts in `points` meets what is in `surface`.
-bool rays_miss(const Box& points, const Box& surface) {
-    return apart_seen_from_above(points, surface) || points.min.z() > surface.max.z();
-}
-
 }  // namespace
 
 SheetSides::SheetSides(BodySurface& body, BodySurface& sheet) : body_(&body), sheet_(&sheet) {

@@ -6,6 +6,15 @@
 
 namespace trocar {
 
+inline bool apart_seen_from_above(const Box& a, const Box& b) {
+    return a.max.x() < b.min.x() || a.min.x() > b.max.x() || a.max.y() < b.min.y() || a.min.y() > b.max.y();
+}
+
+/// No upward ray that starts in `points` meets what is in `surface`.
+inline bool rays_miss(const Box& points, const Box& surface) {
+    return apart_seen_from_above(points, surface) || points.min.z() > surface.max.z();
+}
+
 /// Signed crossing of the ray from p in direction +z with triangle a, b, c: +1 where the triangle is counter-clockwise
 /// seen from above, −1 where it is clockwise, 0 where the ray misses it. Exact; p is thought moved by the
 /// infinitesimal step (e³, e², e), so that a ray through shared edges and corners still counts each surface once.
