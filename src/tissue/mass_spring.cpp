@@ -207,7 +207,7 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, const Frame& fram
             } else {
                 contacts_.push_held(h, state_);
             }
-            contacts_.rub(h, substeps, state_);
+            contacts_.rub(h, state_);
             contacts_.finish_substep(h, substeps, state_);
             for (std::size_t t = 0; t < touched.size(); ++t) {
                 const Vector3 way = h * state_.velocity.col(touched[t]).head<3>();

@@ -1,0 +1,300 @@
+#include "tissue/tick_contacts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "geometry/triangle_distance.hpp"
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+int count_of(const std::array<Index, 3>& vertices) {
+    return static_cast<int>(std::count_if(vertices.begin(), vertices.end(), [](Index v) { return v >= 0; }));
+}
+
+/// Of the points on two lines that are nearest to each other, how far along each, in [0, 1].
+std::pair<double, double> closest_on_edges(const Vector3& a0, const Vector3& along_a, const Vector3& b0,
+                                           const Vector3& along_b) {
+    const Vector3 across = along_a.cross(along_b);
+    const double square = across.squaredNorm();
+    const Vector3 between = b0 - a0;
+    return {std::clamp(between.cross(along_b).dot(across) / square, 0.0, 1.0),
+            std::clamp(between.cross(along_a).dot(across) / square, 0.0, 1.0)};
+}
+
+auto velocity_of(const TissueState& state, Index local) { return state.velocity.col(local).head<3>(); }
+
+}  // namespace
+
+TickContacts::TickContacts(Index vertex_count, std::size_t moving) {
+    slip_.setZero(3, vertex_count);
+    rubbed_.assign(at(vertex_count), 0);
+    grip_.assign(at(vertex_count), {});
+    rubbing_.reserve(at(vertex_count));
+    spot_.assign(at(vertex_count), -1);
+    touched_.reserve(moving);
+}
+
+void TickContacts::collect(const Effect& effect, const Frame& frame, const TissueState& state) {
+    effect_ = &effect;
+    for (const Index v : touched_) spot_[at(v)] = -1;
+    touched_.clear();
+    contacts_.clear();
+    elapsed_ = 0.0;
+    mean_normal_.assign(effect.contacts.size(), Vector3::Zero());
+    loads_.assign(effect.contacts.size(), {});
+    mean_friction_.assign(effect.contacts.size(), Vector3::Zero());
+    // A contact that was not in the last tick's effect starts with an unstretched tangential spring.
+    std::erase_if(rubbing_, [this](Index v) { return --rubbed_[at(v)] == 0; });
+    for (std::size_t c = 0; c < effect.contacts.size(); ++c) {
+        TickContact entry;
+        entry.source = c;
+        if (!enter(effect.contacts[c], frame, state, entry)) continue;
+        remember_slip(effect.contacts[c], entry);
+        for (int i = 0; i < entry.count; ++i) {
+            const Index v = entry.vertex[at(i)];
+            if (spot_[at(v)] >= 0) continue;
+            spot_[at(v)] = static_cast<Index>(touched_.size());
+            touched_.push_back(v);
+        }
+        contacts_.push_back(entry);
+    }
+}
+
+/// False when nothing of the contact moves here.
+bool TickContacts::enter(const LinearContact& contact, const Frame& frame, const TissueState& state, TickContact& entry) {
+    entry.normal = contact.normal;
+    entry.depth = -contact.gap;
+    entry.stiffness = contact.k;
+    entry.damping = std::max(contact.mu, 0.0);
+    entry.explicit_damping = std::min(contact.mu, 0.0);
+    entry.adhesive = contact.adhesive;
+    entry.bilateral = contact.bilateral();
+    entry.limit = contact.limit;
+    double speed = 0.0;  // of P at the frame
+    const auto add = [&](Index vertex, double weight) {
+        if (vertex < 0 || weight == 0.0) return;
+        const Index local = state.place[at(vertex)];
+        if (local >= 0 && state.moves(local)) {
+            entry.vertex[at(entry.count)] = local;
+            entry.weight[at(entry.count)] = weight;
+            entry.mobility += weight * weight * state.inverse_mass[at(local)];
+            ++entry.count;
+            speed += weight * frame.velocity.col(vertex).dot(contact.normal);
+        } else {
+            const Vector3 velocity = local >= 0 ? Vector3(velocity_of(state, local)) : frame.velocity.col(vertex);
+            entry.fixed_rate += weight * velocity.dot(contact.normal);
+            entry.surface -= weight * velocity;
+        }
+    };
+    for (std::size_t i = 0; i < 3; ++i) add(contact.vertices[i], contact.weights[i]);
+    if (contact.reaction_vertices[0] >= 0) {
+        for (std::size_t i = 0; i < 3; ++i) add(contact.reaction_vertices[i], -contact.reaction_weights[i]);
+    } else {
+        entry.fixed_rate -= contact.face_velocity;
+        entry.surface += contact.surface_velocity;
+    }
+    if (entry.count == 0) return false;
+    // Only what a source's contact is held by tells where the other side is at the start of the tick (reaction_point).
+    // Tissue that nothing can move has no place in the state, and no motion to follow.
+    const auto in_state = [&state](Index vertex) { return vertex < 0 || state.place[at(vertex)] >= 0; };
+    entry.turns = contact.role == ContactRole::constraint && contact.source_id != 0 &&
+                  std::all_of(contact.vertices.begin(), contact.vertices.end(), in_state) &&
+                  std::all_of(contact.reaction_vertices.begin(), contact.reaction_vertices.end(), in_state);
+    const int corners = count_of(contact.vertices);
+    const int others = count_of(contact.reaction_vertices);
+    if (others == 0) {
+        entry.turns = entry.turns && (corners == 3 || (corners == 2 && !contact.other_edge.isZero()));
+    } else {
+        entry.turns = entry.turns && corners + others == 4;  // a vertex and a face, or two edges
+    }
+    entry.held = entry.stiffness * entry.depth - contact.mu * (entry.fixed_rate + speed);
+    if (!entry.adhesive && !entry.bilateral) entry.held = std::max(entry.held, 0.0);
+    if (!entry.bilateral && entry.depth < 0.0) entry.held = 0.0;
+    entry.held = entry.within_limit(entry.held);
+    return true;
+}
+
+void TickContacts::remember_slip(const LinearContact& contact, TickContact& entry) {
+    const Index key = contact.slip_key;
+    if (contact.friction <= 0.0 || key < 0) return;
+    entry.rubs = true;
+    if (at(key) >= rubbed_.size()) {
+        const auto known = static_cast<Eigen::Index>(rubbed_.size());
+        slip_.conservativeResize(3, key + 1);
+        slip_.rightCols(key + 1 - known).setZero();
+        rubbed_.resize(at(key) + 1, 0);
+        grip_.resize(at(key) + 1);
+    }
+    if (rubbed_[at(key)] == 0) {
+        slip_.col(key).setZero();
+        rubbing_.push_back(key);
+    }
+    rubbed_[at(key)] = 2;
+}
+
+double TickContacts::rate(const TickContact& contact, const TissueState& state) {
+    double sum = contact.fixed_rate;
+    for (int i = 0; i < contact.count; ++i) {
+        sum += contact.weight[at(i)] * velocity_of(state, contact.vertex[at(i)]).dot(contact.normal);
+    }
+    return sum;
+}
+
+void TickContacts::hold_current_force(const TissueState& state) {
+    for (TickContact& contact : contacts_) {
+        const double speed = rate(contact, state);
+        double force = contact.stiffness * contact.depth - (contact.damping + contact.explicit_damping) * speed;
+        if (!contact.bilateral && (contact.depth < 0.0 || (!contact.adhesive && force < 0.0))) force = 0.0;
+        contact.held = contact.within_limit(force);
+    }
+}
+
+void TickContacts::turn(const TissueState& state) {
+    for (TickContact& contact : contacts_) {
+        if (!contact.turns) continue;
+        const LinearContact& given = effect_->contacts[contact.source];
+        if (given.reaction_vertices[0] >= 0) {
+            turn_tissues(state, contact);
+            continue;
+        }
+        const auto corner = [&](std::size_t i) -> Vector3 {
+            return state.position.col(state.place[at(given.vertices[i])]).head<3>();
+        };
+        const Vector3 point = given.reaction_point + elapsed_ * given.surface_velocity;
+        const Vector3& edge = given.other_edge;
+        const Vector3 first = corner(0);
+        const Vector3 second = corner(1);
+        const bool of_edges = given.vertices[2] < 0;
+        const Vector3 third = of_edges ? Vector3(first + edge) : corner(2);
+        Vector3 normal = (second - first).cross(third - first);
+        const double size = normal.norm();
+        if (size == 0.0) continue;
+        normal /= normal.dot(contact.normal) < 0.0 ? -size : size;
+        Vector3 weights;
+        if (of_edges) {
+            // Seen along the other edge, both lie in one plane.
+            const auto flat = [&edge](const Vector3& v) { return Vector3(v - v.dot(edge) * edge); };
+            const Vector3 along = flat(second - first);
+            const double way = std::clamp(flat(point - first).dot(along) / along.squaredNorm(), 0.0, 1.0);
+            weights = {1.0 - way, way, 0.0};
+        } else {
+            weights = closest_point_on_triangle({first, second, third}, point);
+        }
+        take_weights(state, weights, Vector3::Zero(), normal, contact);
+    }
+}
+
+/// Of two tissues, a vertex and a face or two edges: both sides are where the last sub-step left them.
+void TickContacts::turn_tissues(const TissueState& state, TickContact& contact) const {
+    const LinearContact& given = effect_->contacts[contact.source];
+    const auto corners = [&](const std::array<Index, 3>& vertices) {
+        Matrix3 places = Matrix3::Zero();
+        for (int i = 0; i < count_of(vertices); ++i) {
+            places.col(i) = state.position.col(state.place[at(vertices[at(i)])]).head<3>();
+        }
+        return places;
+    };
+    const Matrix3 pushed = corners(given.vertices);
+    const Matrix3 other = corners(given.reaction_vertices);
+    Vector3 normal;
+    Vector3 weights = Vector3::UnitX();
+    Vector3 other_weights = Vector3::UnitX();
+    if (count_of(given.vertices) == 2) {
+        const Vector3 along = pushed.col(1) - pushed.col(0);
+        const Vector3 other_along = other.col(1) - other.col(0);
+        normal = along.cross(other_along);
+        if (normal.isZero(0.0)) return;
+        const auto [way, other_way] = closest_on_edges(pushed.col(0), along, other.col(0), other_along);
+        weights = {1.0 - way, way, 0.0};
+        other_weights = {1.0 - other_way, other_way, 0.0};
+    } else {
+        const bool is_face = count_of(given.vertices) == 3;
+        const Matrix3& face = is_face ? pushed : other;
+        normal = (face.col(1) - face.col(0)).cross(face.col(2) - face.col(0));
+        (is_face ? weights : other_weights) =
+            closest_point_on_triangle({face.col(0), face.col(1), face.col(2)}, is_face ? other.col(0) : pushed.col(0));
+    }
+    const double size = normal.norm();
+    if (size == 0.0) return;
+    normal /= normal.dot(contact.normal) < 0.0 ? -size : size;
+    take_weights(state, weights, other_weights, normal, contact);
+}
+
+/// Nothing changes where none of the weights is on a vertex that moves. `other_weights` count where the other side is
+/// tissue.
+void TickContacts::take_weights(const TissueState& state, const Vector3& weights, const Vector3& other_weights,
+                                 const Vector3& normal, TickContact& contact) const {
+    const LinearContact& given = effect_->contacts[contact.source];
+    const auto each = [&](const auto& act) {
+        for (int i = 0; i < 3; ++i) {
+            if (given.vertices[at(i)] >= 0) act(state.place[at(given.vertices[at(i)])], weights[i]);
+        }
+        for (int i = 0; i < 3; ++i) {
+            if (given.reaction_vertices[at(i)] >= 0) {
+                act(state.place[at(given.reaction_vertices[at(i)])], -other_weights[i]);
+            }
+        }
+    };
+    bool yields = false;
+    each([&](Index local, double weight) { yields = yields || (weight != 0.0 && state.moves(local)); });
+    if (!yields) return;
+    contact.normal = normal;
+    contact.surface = given.reaction_vertices[0] < 0 ? given.surface_velocity : Vector3(Vector3::Zero());
+    contact.mobility = 0.0;
+    contact.count = 0;
+    each([&](Index local, double weight) {
+        if (!state.moves(local)) {
+            contact.surface -= weight * velocity_of(state, local);
+            return;
+        }
+        contact.vertex[at(contact.count)] = local;
+        contact.weight[at(contact.count)] = weight;
+        contact.mobility += weight * weight * state.inverse_mass[at(local)];
+        ++contact.count;
+    });
+    contact.fixed_rate = -contact.surface.dot(normal);
+}
+
+void TickContacts::gather_grip() {
+    for (const Index key : rubbing_) grip_[at(key)] = {};
+    for (std::size_t a = 0; a < contacts_.size(); ++a) {
+        const TickContact& contact = contacts_[a];
+        if (!contact.rubs || contact.force <= 0.0) continue;
+        const LinearContact& source = effect_->contacts[contact.source];
+        Grip& grip = grip_[at(source.slip_key)];
+        if (grip.most == 0.0 || contact.force > contacts_[grip.firmest].force) grip.firmest = a;
+        grip.most += source.friction * contact.force;
+    }
+}
+
+void TickContacts::finish_substep(double h, int substeps, const TissueState& state) {
+    elapsed_ += h;
+    for (TickContact& contact : contacts_) {
+        contact.depth -= h * rate(contact, state);
+        ContactLoad& load = loads_[contact.source];
+        load.normal += contact.force / substeps;
+        mean_normal_[contact.source] += contact.force / substeps * contact.normal;
+        if (contact.rubs) mean_friction_[contact.source] += contact.rubbed / substeps;
+        load.at_limit = std::abs(contact.force) >= contact.limit;
+        if (contact.rubs) load.slip += slip_.col(effect_->contacts[contact.source].slip_key).norm() / substeps;
+    }
+}
+
+void TickContacts::react(std::vector<Wrench>& reaction) {
+    for (const TickContact& contact : contacts_) {
+        const LinearContact& source = effect_->contacts[contact.source];
+        ContactLoad& load = loads_[contact.source];
+        load.friction = mean_friction_[contact.source].norm();
+        if (source.reaction_body < 0) continue;
+        const Vector3 force = -mean_normal_[contact.source] - mean_friction_[contact.source];
+        Wrench& wrench = reaction[at(source.reaction_body)];
+        wrench.force += force;
+        wrench.moment += source.reaction_point.cross(force);
+    }
+}
+
+}  // namespace trocar

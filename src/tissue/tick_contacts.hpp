@@ -1,0 +1,115 @@
+// The contacts of an effect as a stepper sees them in one tick: which of them touch something that moves, where they
+// stand now, the stretch of their tangential springs, and what they have given, for the loads and the reactions.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "contact/effect.hpp"
+#include "scene/world.hpp"
+#include "tissue/spring_kernels.hpp"
+
+namespace trocar {
+
+/// One contact inside a tick: entries are the moving vertices with their signed weights.
+struct TickContact {
+    std::size_t source = 0;  ///< number in the effect
+    int count = 0;
+    std::array<Index, 6> vertex{};  ///< positions in the state
+    std::array<double, 6> weight{};
+    Vector3 normal = Vector3::Zero();
+    double depth = 0.0;           ///< m, now
+    double stiffness = 0.0;       ///< N/m
+    double damping = 0.0;         ///< N s/m, >= 0, implicit
+    double explicit_damping = 0;  ///< N s/m, <= 0
+    double fixed_rate = 0.0;      ///< m/s, normal velocity of P minus that of the face from what does not move here
+    double mobility = 0.0;        ///< 1/kg, velocity of P per impulse
+    double held = 0.0;            ///< N, for contacts_held
+    double limit = 0.0;           ///< N, largest force
+    double force = 0.0;           ///< N, of the last sub-step
+    Vector3 surface = Vector3::Zero();  ///< m/s, velocity of the other side from what does not move here
+    Vector3 rubbed = Vector3::Zero();   ///< N, friction of the last sub-step on P
+    bool adhesive = false;
+    bool bilateral = false;
+    bool on = false;
+    bool capped = false;  ///< on, and with the force `force` that its limit leaves it instead of its spring's
+    bool rubs = false;
+    bool turns = false;
+
+    [[nodiscard]] double within_limit(double given) const { return std::clamp(given, -limit, limit); }
+};
+
+class TickContacts {
+public:
+    /// `vertex_count` is that of the frame, `moving` how many of its vertices the tissue can move.
+    TickContacts(Index vertex_count, std::size_t moving);
+
+    /// Takes over the effect's contacts that touch at least one vertex that moves; what does not move acts by its
+    /// velocity. The effect must live until `react` of the same tick.
+    void collect(const Effect& effect, const Frame& frame, const TissueState& state);
+    [[nodiscard]] std::span<TickContact> all() { return contacts_; }
+    [[nodiscard]] std::span<const TickContact> all() const { return contacts_; }
+    [[nodiscard]] const LinearContact& given(const TickContact& contact) const {
+        return effect_->contacts[contact.source];
+    }
+    /// Positions in the state of the vertices that contacts act on, and of a vertex of the state its position among
+    /// them, -1 = none acts on it.
+    [[nodiscard]] std::span<const Index> touched() const { return touched_; }
+    [[nodiscard]] Index spot(Index local) const { return spot_[static_cast<std::size_t>(local)]; }
+
+    /// At the start of a sub-step: constraints of a face or edge of tissue follow how it has turned and where
+    /// on it the contact is by now. What is linearised once a tick lags behind light vertices, and feeds their
+    /// swinging.
+    void turn(const TissueState& state);
+    /// Setting `explicit`: `held` becomes the force of the state as it stands. Without this call it is that of the
+    /// frame (setting `hold`).
+    void hold_current_force(const TissueState& state);
+    /// m/s, at which the gap opens.
+    [[nodiscard]] static double rate(const TickContact& contact, const TissueState& state);
+
+    /// The contacts that share one tangential spring: a vertex that several faces hold has one stretch, at the face
+    /// that presses most, and slides at the sum of what all of them allow.
+    struct Grip {
+        double most = 0.0;        ///< N
+        std::size_t firmest = 0;  ///< position in all()
+    };
+    /// Grips of the contacts' forces as they are now.
+    void gather_grip();
+    [[nodiscard]] bool any_rubs() const { return !rubbing_.empty(); }
+    [[nodiscard]] const Grip& grip(Index key) const { return grip_[static_cast<std::size_t>(key)]; }
+    /// m, stretch of the tangential spring under a slip key.
+    [[nodiscard]] auto slip(Index key) { return slip_.col(key); }
+
+    /// Moves the gaps by the new velocities and adds up what each contact gave in a sub-step of h (s).
+    void finish_substep(double h, int substeps, const TissueState& state);
+    /// After the last sub-step: adds to the bodies that take reactions what the contacts gave, mean over the tick.
+    void react(std::vector<Wrench>& reaction);
+    /// Per contact of the effect, complete after `react`; zero for contacts without tissue.
+    [[nodiscard]] std::span<const ContactLoad> loads() const { return loads_; }
+
+private:
+    bool enter(const LinearContact& contact, const Frame& frame, const TissueState& state, TickContact& entry);
+    void turn_tissues(const TissueState& state, TickContact& contact) const;
+    void take_weights(const TissueState& state, const Vector3& weights, const Vector3& other_weights,
+                      const Vector3& normal, TickContact& contact) const;
+    void remember_slip(const LinearContact& contact, TickContact& entry);
+
+    const Effect* effect_ = nullptr;
+    double elapsed_ = 0.0;  ///< s, since the start of the tick
+    // Buffers grow to the largest number of contacts seen and are kept.
+    std::vector<TickContact> contacts_;
+    std::vector<Vector3> mean_normal_;    ///< N, per contact of the effect: mean force as a vector
+    std::vector<Vector3> mean_friction_;  ///< N, per contact of the effect
+    std::vector<ContactLoad> loads_;      ///< per contact of the effect
+    Matrix3X slip_;                       ///< per slip key (N at first), m: tangential spring of the contact
+    std::vector<std::uint8_t> rubbed_;    ///< per slip key; 2: in contact in this tick, 1: in the last one, 0: not
+    std::vector<Index> rubbing_;          ///< slip keys with rubbed_ > 0
+    std::vector<Grip> grip_;              ///< of the sub-step, per slip key
+    std::vector<Index> touched_;
+    std::vector<Index> spot_;  ///< per vertex of the state: position in touched_ or -1
+};
+
+}  // namespace trocar
