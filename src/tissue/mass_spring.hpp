@@ -10,7 +10,7 @@
 #include "contact/outcome.hpp"
 #include "scene/world.hpp"
 #include "tissue/contact_solver.hpp"
-#include "tissue/spring_kernels.hpp"
+#include "tissue/moving_tissue.hpp"
 #include "tissue/stability.hpp"
 
 namespace trocar {
@@ -49,8 +49,8 @@ public:
     Outcome advance(const Effect& effect, double dt, const Frame& from, Frame& to, std::vector<Wrench>& reaction);
 
     /// Largest edge strain after the last advance (1 = doubled length), and edges the limiter acted on.
-    [[nodiscard]] double max_strain() const { return max_strain_; }
-    [[nodiscard]] std::int64_t limited_edges() const { return limited_edges_; }
+    [[nodiscard]] double max_strain() const { return tissue_.max_strain(); }
+    [[nodiscard]] std::int64_t limited_edges() const { return tissue_.limited_edges(); }
     /// What contact i of the last advance's effect gave; zero for contacts without tissue.
     [[nodiscard]] std::span<const ContactLoad> loads() const { return contacts_.loads(); }
     /// m, no vertex has gone further in the last advance, placements included.
@@ -60,33 +60,13 @@ public:
     [[nodiscard]] std::int64_t contact_passes() const { return contacts_.passes(); }
 
 private:
-    template <typename Act>
-    void each_placed(const Effect& effect, const Act& act) const;
-    void place(const Effect& effect, const Frame& frame);
-    void set_constant_force(const Matrix3X* held);
-    void release(const Effect& effect);
     Outcome integrate(const Effect& effect, double dt, const Frame& frame);
-    void limit_strain();
-    void limit_every_spring(double longest);
-    [[nodiscard]] double longest_way(const Matrix3X& start) const;
-    [[nodiscard]] double furthest(const Matrix3X& start) const;
-    [[nodiscard]] Matrix3X start_of(const Effect& effect, const Frame& frame) const;
-    [[nodiscard]] double placed_move(const Effect& effect, const Frame& frame) const;
     bool blows_up(double dt, const Effect& effect, const Frame& frame);
 
-    const Materials* materials_;
-    const SpringKernels* kernels_;
-    std::vector<Spring> moving_springs_;  ///< those with an end that moves
-    SpringArrays springs_;                ///< the same in the same order
-    TissueState state_;
+    MovingTissue tissue_;
     ContactSolver contacts_;
-    double extent_ = 0.0;                   ///< m, sum of rest lengths: no vertex may move further in one tick
     std::vector<Vector3> position_before_;  ///< m, of the vertices in contact before a sub-step
-    std::vector<std::uint8_t> limited_;     ///< per spring
-    bool pushed_ = false;                   ///< the last tick's effect held a force
     double largest_move_ = 0.0;
-    double max_strain_ = 0.0;
-    std::int64_t limited_edges_ = 0;
     std::int64_t limited_ticks_ = 0;
 };
 

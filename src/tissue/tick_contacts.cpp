@@ -65,7 +65,8 @@ void TickContacts::collect(const Effect& effect, const Frame& frame, const Tissu
 }
 
 /// False when nothing of the contact moves here.
-bool TickContacts::enter(const LinearContact& contact, const Frame& frame, const TissueState& state, TickContact& entry) {
+bool TickContacts::enter(const LinearContact& contact, const Frame& frame, const TissueState& state,
+                         TickContact& entry) {
     entry.normal = contact.normal;
     entry.depth = -contact.gap;
     entry.stiffness = contact.k;
@@ -227,7 +228,7 @@ void TickContacts::turn_tissues(const TissueState& state, TickContact& contact) 
 /// Nothing changes where none of the weights is on a vertex that moves. `other_weights` count where the other side is
 /// tissue.
 void TickContacts::take_weights(const TissueState& state, const Vector3& weights, const Vector3& other_weights,
-                                 const Vector3& normal, TickContact& contact) const {
+                                const Vector3& normal, TickContact& contact) const {
     const LinearContact& given = effect_->contacts[contact.source];
     const auto each = [&](const auto& act) {
         for (int i = 0; i < 3; ++i) {

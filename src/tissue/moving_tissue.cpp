@@ -1,0 +1,228 @@
+#include "tissue/moving_tissue.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "tissue/stability.hpp"
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// By the bits (all but the sign) and to the end, so that the loop takes several numbers at a time.
+bool all_zero(const Matrix3X& matrix) {
+    std::uint64_t bits = 0;
+    for (Eigen::Index e = 0; e < matrix.size(); ++e) bits |= std::bit_cast<std::uint64_t>(matrix.data()[e]) << 1;
+    return bits == 0;
+}
+
+/// False: what was handed over is not finite already, so that the integrator is not to blame.
+bool finite_input(const Effect& effect, const Frame& frame) {
+    const auto all_finite = [](const LinearContact& contact) {
+        return std::isfinite(contact.gap) && std::isfinite(contact.k) && std::isfinite(contact.mu) &&
+               std::isfinite(contact.face_velocity) && contact.normal.allFinite() &&
+               std::all_of(contact.weights.begin(), contact.weights.end(), [](double w) { return std::isfinite(w); }) &&
+               std::all_of(contact.reaction_weights.begin(), contact.reaction_weights.end(),
+                           [](double w) { return std::isfinite(w); });
+    };
+    return frame.position.allFinite() && frame.velocity.allFinite() && effect.held_force.allFinite() &&
+           std::all_of(effect.contacts.begin(), effect.contacts.end(), all_finite) &&
+           std::all_of(effect.placements.begin(), effect.placements.end(), [](const Placement& placement) {
+               return placement.position.allFinite() && placement.velocity.allFinite();
+           });
+}
+
+/// Free vertices of the tissue, and what a spring ties to them: the rest cannot move and moves nothing.
+TissueState state_of(const Topology& topology, const Materials& materials) {
+    const std::size_t n = at(topology.vertex_count);
+    std::vector<std::uint8_t> free(n, 0);
+    for (const BodyRange& body : topology.bodies) {
+        if (body.kind != BodyKind::tissue) continue;
+        for (Index v = body.vertices.first; v < body.vertices.end(); ++v) free[at(v)] = is_free(materials, v) ? 1 : 0;
+    }
+    std::vector<std::uint8_t> taken = free;
+    for (const Spring& spring : materials.springs) {
+        if (free[at(spring.i)] == 0 && free[at(spring.j)] == 0) continue;
+        taken[at(spring.i)] = taken[at(spring.j)] = 1;
+    }
+    TissueState state;
+    state.place.assign(n, -1);
+    for (Index v = 0; v < topology.vertex_count; ++v) {
+        if (taken[at(v)] == 0) continue;
+        state.place[at(v)] = static_cast<Index>(state.vertex.size());
+        if (state.ranges.empty() || state.ranges.back().end() != v) state.ranges.push_back({v, 0});
+        ++state.ranges.back().count;
+        state.vertex.push_back(v);
+        state.inverse_mass.push_back(free[at(v)] != 0 ? 1.0 / materials.mass[at(v)] : 0.0);
+        state.drag.push_back(materials.drag.empty() ? 0.0 : materials.drag[at(v)]);
+    }
+    const auto columns = static_cast<Eigen::Index>(state.size());
+    for (Matrix4X* array : {&state.position, &state.velocity, &state.constant}) array->setZero(4, columns);
+    return state;
+}
+
+/// Those that pull at something that moves.
+std::vector<Spring> moving_springs(const Materials& materials, const TissueState& state) {
+    std::vector<Spring> springs;
+    for (const Spring& spring : materials.springs) {
+        const Index i = state.place[at(spring.i)];
+        const Index j = state.place[at(spring.j)];
+        if (i >= 0 && j >= 0 && (state.moves(i) || state.moves(j))) springs.push_back(spring);
+    }
+    return springs;
+}
+
+}  // namespace
+
+MovingTissue::MovingTissue(const Topology& topology, const Materials& materials)
+    : materials_(&materials), kernels_(&spring_kernels().front()), state_(state_of(topology, materials)) {
+    springs_ = moving_springs(materials, state_);
+    arrays_ = trocar::spring_arrays(springs_, state_.place, state_.size());
+    set_constant_force(nullptr);
+    for (const Spring& spring : materials.springs) extent_ += spring.rest;
+    limited_.assign(springs_.size(), 0);
+}
+
+/// Calls act(placement) for those that put a vertex of the state somewhere; what the materials hold stays.
+template <typename Act>
+void MovingTissue::each_placed(const Effect& effect, const Act& act) const {
+    for (const Placement& placement : effect.placements) {
+        if (state_.place[at(placement.vertex)] >= 0 && is_free(*materials_, placement.vertex)) act(placement);
+    }
+}
+
+/// Takes over the frame with the effect's placements.
+void MovingTissue::take_over(const Effect& effect, const Frame& frame) {
+    const bool pushed = effect.held_force.cols() == frame.position.cols() && !all_zero(effect.held_force);
+    if (pushed || pushed_) set_constant_force(pushed ? &effect.held_force : nullptr);
+    pushed_ = pushed;
+    for (const Range& range : state_.ranges) {
+        const Index local = state_.place[at(range.first)];
+        kernels_->take_over(frame.position, range, local, state_.position);
+        kernels_->take_over(frame.velocity, range, local, state_.velocity);
+    }
+    each_placed(effect, [&](const Placement& placement) {
+        const Index local = state_.place[at(placement.vertex)];
+        state_.position.col(local).head<3>() = placement.position;
+        state_.velocity.col(local).head<3>() = placement.velocity;
+        if (placement.held) state_.inverse_mass[at(local)] = 0.0;
+    });
+}
+
+/// Rest bias and, where there is one, the force that is held over the tick (3×N, N).
+void MovingTissue::set_constant_force(const Matrix3X* held) {
+    for (std::size_t i = 0; i < state_.size(); ++i) {
+        const Index v = state_.vertex[i];
+        auto constant = state_.constant.col(static_cast<Eigen::Index>(i)).head<3>();
+        constant.setZero();
+        if (v < materials_->rest_bias.cols()) constant = materials_->rest_bias.col(v);
+        if (held != nullptr) constant += held->col(v);
+    }
+}
+
+/// Lets go of the vertices that were held for the tick.
+void MovingTissue::release(const Effect& effect) {
+    each_placed(effect, [&](const Placement& placement) {
+        state_.inverse_mass[at(state_.place[at(placement.vertex)])] = 1.0 / materials_->mass[at(placement.vertex)];
+    });
+}
+
+void MovingTissue::give_back(const Effect& effect, const Frame& from, Frame& to) const {
+    for (const Range& range : state_.ranges) {
+        const Index local = state_.place[at(range.first)];
+        to.previous.middleCols(range.first, range.count) = from.position.middleCols(range.first, range.count);
+        kernels_->give_back(state_.position, local, range, to.position);
+        kernels_->give_back(state_.velocity, local, range, to.velocity);
+    }
+    each_placed(effect, [&](const Placement& placement) { to.previous.col(placement.vertex) = placement.position; });
+}
+
+Outcome MovingTissue::check(bool finite, double bound, const Effect& effect, const Frame& frame) const {
+    if (!finite && !finite_input(effect, frame)) {
+        return {OutcomeKind::not_finite, "a tissue vertex left the finite numbers"};
+    }
+    if (!finite || (extent_ > 0.0 && bound > extent_ && furthest(start_of(effect, frame)) > extent_)) {
+        return {OutcomeKind::unstable, "a tissue vertex moved further in one tick than all springs are long"};
+    }
+    return {};
+}
+
+/// Furthest way to where a vertex was put before the tick, m.
+double MovingTissue::placed_move(const Effect& effect, const Frame& frame) const {
+    double square = 0.0;
+    each_placed(effect, [&](const Placement& placement) {
+        square = std::max(square, (placement.position - frame.position.col(placement.vertex)).squaredNorm());
+    });
+    return std::sqrt(square);
+}
+
+/// Largest way of a vertex since then, m.
+double MovingTissue::longest_way(const Matrix3X& start) const {
+    double square = 0.0;
+    for (std::size_t i = 0; i < state_.size(); ++i) {
+        const Vector3 way = state_.position.col(static_cast<Eigen::Index>(i)).head<3>() - start.col(state_.vertex[i]);
+        square = std::max(square, way.squaredNorm());
+    }
+    return std::sqrt(square);
+}
+
+/// Largest way of a vertex along one axis since the start of the tick, m.
+double MovingTissue::furthest(const Matrix3X& start) const {
+    double furthest = 0.0;
+    for (std::size_t i = 0; i < state_.size(); ++i) {
+        const Vector3 way = state_.position.col(static_cast<Eigen::Index>(i)).head<3>() - start.col(state_.vertex[i]);
+        furthest = std::max(furthest, way.cwiseAbs().maxCoeff());
+    }
+    return furthest;
+}
+
+/// All vertices where the sub-steps start from.
+Matrix3X MovingTissue::start_of(const Effect& effect, const Frame& frame) const {
+    Matrix3X start = frame.position;
+    each_placed(effect, [&](const Placement& placement) { start.col(placement.vertex) = placement.position; });
+    return start;
+}
+
+void MovingTissue::limit_strain() {
+    const double longest = 1.0 + materials_->strain_limit;
+    limited_edges_ = 0;
+    double stretch = kernels_->largest_stretch(arrays_, state_);
+    constexpr double rounding = 1e-12;
+    if (stretch > longest * (1.0 - rounding)) {
+        limit_every_spring(longest);
+        stretch = kernels_->largest_stretch(arrays_, state_);
+    }
+    max_strain_ = std::max(0.0, stretch - 1.0);
+}
+
+/// Two passes of Provot's correction: an edge that is too long is brought back to the limit by its ends' inverse
+/// masses, and the part of their relative velocity that would lengthen it again is taken away.
+void MovingTissue::limit_every_spring(double longest) {
+    std::fill(limited_.begin(), limited_.end(), std::uint8_t{0});
+    for (int pass = 0; pass < 2; ++pass) {
+        for (std::size_t s = 0; s < arrays_.size(); ++s) {
+            const Index i = arrays_.i[s];
+            const Index j = arrays_.j[s];
+            const double limit = longest * springs_[s].rest;
+            const double sum = state_.inverse_mass[at(i)] + state_.inverse_mass[at(j)];
+            if (limit <= 0.0 || sum == 0.0) continue;
+            const Vector3 d = (state_.position.col(j) - state_.position.col(i)).head<3>();
+            const double length = d.norm();
+            if (length <= limit) continue;
+            limited_[s] = 1;
+            const Vector3 u = d / length;
+            const Vector3 correction = (length - limit) / sum * u;
+            state_.position.col(i).head<3>() += state_.inverse_mass[at(i)] * correction;
+            state_.position.col(j).head<3>() -= state_.inverse_mass[at(j)] * correction;
+            const double opening = (state_.velocity.col(j) - state_.velocity.col(i)).head<3>().dot(u);
+            if (opening <= 0.0) continue;
+            state_.velocity.col(i).head<3>() += state_.inverse_mass[at(i)] / sum * opening * u;
+            state_.velocity.col(j).head<3>() -= state_.inverse_mass[at(j)] / sum * opening * u;
+        }
+    }
+    limited_edges_ = std::count(limited_.begin(), limited_.end(), std::uint8_t{1});
+}
+
+}  // namespace trocar

@@ -1,0 +1,69 @@
+// What every stepper of the mass-spring tissue needs beside its rule: the vertices that move as flat arrays, taken over
+// from a frame with the placements of an effect and given back to one, the strain limit, and the checks of a tick.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "contact/effect.hpp"
+#include "contact/outcome.hpp"
+#include "scene/world.hpp"
+#include "tissue/spring_kernels.hpp"
+
+namespace trocar {
+
+class MovingTissue {
+public:
+    /// Materials outlive the object.
+    MovingTissue(const Topology& topology, const Materials& materials);
+
+    [[nodiscard]] const Materials& materials() const { return *materials_; }
+    [[nodiscard]] const SpringKernels& kernels() const { return *kernels_; }
+    [[nodiscard]] TissueState& state() { return state_; }
+    [[nodiscard]] const TissueState& state() const { return state_; }
+    /// Those with an end that moves, as the scene gives them and as arrays in the same order.
+    [[nodiscard]] const std::vector<Spring>& springs() const { return springs_; }
+    [[nodiscard]] SpringArrays& spring_arrays() { return arrays_; }
+
+    /// Takes over the frame with the effect's placements; the constant forces become rest bias and held forces.
+    void take_over(const Effect& effect, const Frame& frame);
+    /// Lets go of the vertices that were held for the tick.
+    void release(const Effect& effect);
+    /// Writes position and velocity; previous becomes the place from which the tick started.
+    void give_back(const Effect& effect, const Frame& from, Frame& to) const;
+
+    /// Strain limit (METHODS §4) on the positions as they are, and the strain that is left.
+    void limit_strain();
+    [[nodiscard]] double max_strain() const { return max_strain_; }
+    [[nodiscard]] std::int64_t limited_edges() const { return limited_edges_; }
+
+    /// Named outcome of numbers that were not finite, or of a vertex further than all springs are long; `bound` (m): no
+    /// coordinate has gone further since the tick began. Ok otherwise.
+    [[nodiscard]] Outcome check(bool finite, double bound, const Effect& effect, const Frame& frame) const;
+    /// m, largest way of a vertex since then.
+    [[nodiscard]] double longest_way(const Matrix3X& start) const;
+    /// m, furthest way to where a vertex was put before the tick.
+    [[nodiscard]] double placed_move(const Effect& effect, const Frame& frame) const;
+    /// All vertices where the tick starts from.
+    [[nodiscard]] Matrix3X start_of(const Effect& effect, const Frame& frame) const;
+
+private:
+    template <typename Act>
+    void each_placed(const Effect& effect, const Act& act) const;
+    void set_constant_force(const Matrix3X* held);
+    void limit_every_spring(double longest);
+    [[nodiscard]] double furthest(const Matrix3X& start) const;
+
+    const Materials* materials_;
+    const SpringKernels* kernels_;
+    std::vector<Spring> springs_;
+    SpringArrays arrays_;
+    TissueState state_;
+    double extent_ = 0.0;                ///< m, sum of rest lengths
+    std::vector<std::uint8_t> limited_;  ///< per spring
+    bool pushed_ = false;                ///< the last tick's effect held a force
+    double max_strain_ = 0.0;
+    std::int64_t limited_edges_ = 0;
+};
+
+}  // namespace trocar
