@@ -1,0 +1,210 @@
+// The stepper `xpbd`: springs, strain limit and contacts of a tick in one loop of small steps, each constraint once
+// per step (Macklin, Storey, Lu, Terdiman, Chentanez, Jeschke, Müller 2019, "Small steps in physics simulation";
+// compliance and damping of Macklin, Müller, Chentanez 2016, eq. 18 and 26). A step never blows up by itself: one that
+// is too long for the springs makes them softer instead, and how much is what more steps buy.
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "method/entry.hpp"
+#include "tissue/moving_tissue.hpp"
+#include "tissue/tick_contacts.hpp"
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+class XpbdStepper final : public Stepper {
+public:
+    explicit XpbdStepper(int substeps) : substeps_(substeps) {}
+
+    void prepare(const Topology& topology, const Materials& materials) override {
+        tissue_.emplace(topology, materials);
+        contacts_.emplace(topology.vertex_count, tissue_->state().size());
+        before_ = tissue_->state().position;
+        largest_move_ = 0.0;
+    }
+
+    Outcome advance(const Effect& effect, double dt, const Frame& from, Frame& to,
+                    std::vector<Wrench>& reaction) override {
+        tissue_->take_over(effect, from);
+        contacts_->collect(effect, from, tissue_->state());
+        const Outcome outcome = step(effect, dt, from);
+        tissue_->release(effect);
+        if (!outcome.ok()) return outcome;
+        tissue_->give_back(effect, from, to);
+        contacts_->react(reaction);
+        return outcome;
+    }
+
+    [[nodiscard]] std::span<const ContactLoad> loads() const override { return contacts_->loads(); }
+    [[nodiscard]] double max_strain() const override { return tissue_->max_strain(); }
+    [[nodiscard]] std::int64_t limited_edges() const override { return tissue_->limited_edges(); }
+    [[nodiscard]] double largest_move() const override { return largest_move_; }
+
+private:
+    Outcome step(const Effect& effect, double dt, const Frame& from) {
+        const double h = dt / substeps_;
+        double bound = 0.0;  // m, no coordinate has gone further in this tick
+        for (int small = 0; small < substeps_; ++small) {
+            if (effect.contacts_explicit && !effect.contacts_held) contacts_->hold_current_force(tissue_->state());
+            if (!effect.contacts_held && !effect.contacts_explicit) contacts_->turn(tissue_->state());
+            small_step(h, effect);
+            const auto way = (tissue_->state().position - before_).cwiseAbs();
+            const double furthest = way.size() > 0 ? way.maxCoeff<Eigen::PropagateNaN>() : 0.0;
+            bound += furthest;
+            const Outcome outcome = tissue_->check(std::isfinite(furthest), bound, effect, from);
+            if (!outcome.ok()) return outcome;
+        }
+        tissue_->limit_strain();
+        largest_move_ = tissue_->longest_way(from.position);
+        return {};
+    }
+
+    void small_step(double h, const Effect& effect) {
+        TissueState& state = tissue_->state();
+        before_ = state.position;
+        for (std::size_t v = 0; v < state.size(); ++v) {
+            const double w = state.inverse_mass[v];
+            if (w == 0.0) continue;
+            const auto column = static_cast<Eigen::Index>(v);
+            state.velocity.col(column) =
+                (state.velocity.col(column) + h * w * state.constant.col(column)) / (1.0 + h * w * state.drag[v]);
+            state.position.col(column) += h * state.velocity.col(column);
+        }
+        for (const Spring& spring : tissue_->springs()) draw_together(spring, h);
+        for (TickContact& contact : contacts_->all()) press(contact, h, effect);
+        if (contacts_->any_rubs()) {
+            contacts_->gather_grip();
+            for (std::size_t c = 0; c < contacts_->all().size(); ++c) rub(c, h);
+        }
+        for (std::size_t v = 0; v < state.size(); ++v) {
+            const auto column = static_cast<Eigen::Index>(v);
+            if (state.inverse_mass[v] != 0.0) {
+                state.velocity.col(column) = (state.position.col(column) - before_.col(column)) / h;
+            }
+        }
+        contacts_->finish_substep(h, substeps_, state);
+    }
+
+    /// Thesis eq. 3.1 as a constraint of compliance 1/k: tension k (l - rest) + preload + c dl/dt; and no longer than
+    /// the strain limit.
+    void draw_together(const Spring& spring, double h) {
+        TissueState& state = tissue_->state();
+        const Index i = state.place[at(spring.i)];
+        const Index j = state.place[at(spring.j)];
+        const double wi = state.inverse_mass[at(i)];
+        const double wj = state.inverse_mass[at(j)];
+        const Vector3 d = (state.position.col(j) - state.position.col(i)).head<3>();
+        const double length = d.norm();
+        if (length == 0.0) return;
+        const Vector3 u = d / length;
+        const Vector3 before = (before_.col(j) - before_.col(i)).head<3>();
+        const double stiff = spring.k * h * h;
+        const double damped = spring.damping * h;
+        double drawn = (stiff * (length - spring.rest) + spring.preload * h * h + damped * (d - before).dot(u)) /
+                       (1.0 + (stiff + damped) * (wi + wj));
+        const double longest = (1.0 + tissue_->materials().strain_limit) * spring.rest;
+        if (spring.rest > 0.0 && length - drawn * (wi + wj) > longest) drawn = (length - longest) / (wi + wj);
+        state.position.col(i).head<3>() += wi * drawn * u;
+        state.position.col(j).head<3>() -= wj * drawn * u;
+    }
+
+    /// m, of what moves, how far the contact's point has come in this small step.
+    [[nodiscard]] Vector3 way(const TickContact& contact) const {
+        Vector3 sum = Vector3::Zero();
+        for (int i = 0; i < contact.count; ++i) {
+            const Index v = contact.vertex[at(i)];
+            sum += contact.weight[at(i)] * (tissue_->state().position.col(v) - before_.col(v)).head<3>();
+        }
+        return sum;
+    }
+
+    void push(const TickContact& contact, const Vector3& by) {
+        TissueState& state = tissue_->state();
+        for (int i = 0; i < contact.count; ++i) {
+            const Index v = contact.vertex[at(i)];
+            state.position.col(v).head<3>() += contact.weight[at(i)] * state.inverse_mass[at(v)] * by;
+        }
+    }
+
+    /// Backward Euler on gap and rate: F = k (depth - way) - mu way / h, way = moved + F h² mobility.
+    void press(TickContact& contact, double h, const Effect& effect) {
+        contact.force = contact.held;
+        if (!effect.contacts_held && !effect.contacts_explicit) {
+            const double moved = way(contact).dot(contact.normal) + contact.fixed_rate * h;
+            const double depth = contact.depth - moved;
+            const double stiff = contact.stiffness * h * h;
+            const double damped = contact.damping * h;
+            double force = (stiff * depth - damped * moved) / (1.0 + (stiff + damped) * contact.mobility) / (h * h);
+            const bool on = contact.bilateral || depth > 0.0 || (contact.adhesive && contact.depth >= 0.0);
+            // Negative damping (eq. 3.6 as printed) is taken explicitly.
+            force -= contact.explicit_damping * TickContacts::rate(contact, tissue_->state());
+            if (!contact.bilateral && !contact.adhesive) force = std::max(force, 0.0);
+            contact.force = on ? contact.within_limit(force) : 0.0;
+        }
+        push(contact, contact.force * h * h * contact.normal);
+    }
+
+    /// A tangential spring with a critical damper, implicit, that slides at friction × normal force.
+    void rub(std::size_t number, double h) {
+        TickContact& contact = contacts_->all()[number];
+        if (!contact.rubs) return;
+        contact.rubbed.setZero();
+        const LinearContact& source = contacts_->given(contact);
+        const TickContacts::Grip& grip = contacts_->grip(source.slip_key);
+        auto slip = contacts_->slip(source.slip_key);
+        if (grip.most <= 0.0) slip.setZero();
+        if (grip.most <= 0.0 || grip.firmest != number) return;
+        const auto across = [&contact](const Vector3& v) {
+            return Vector3(v - v.dot(contact.normal) * contact.normal);
+        };
+        const Vector3 speed = across(way(contact) / h - contact.surface);
+        const Vector3 stretch = across(slip);
+        const double damping = 2.0 * std::sqrt(source.tangent_k / contact.mobility);
+        const Vector3 sticking = -(source.tangent_k * (stretch + h * speed) + damping * speed) /
+                                 (1.0 + h * contact.mobility * (damping + h * source.tangent_k));
+        const double wanted = sticking.norm();
+        const bool slides = wanted > grip.most;
+        contact.rubbed = slides ? Vector3(grip.most / wanted * sticking) : sticking;
+        push(contact, h * h * contact.rubbed);
+        if (slides) {
+            slip = source.tangent_k > 0.0 ? Vector3(-contact.rubbed / source.tangent_k) : Vector3(Vector3::Zero());
+        } else {
+            slip = stretch + h * (speed + h * contact.mobility * contact.rubbed);
+        }
+    }
+
+    int substeps_;
+    std::optional<MovingTissue> tissue_;
+    std::optional<TickContacts> contacts_;
+    Matrix4X before_;  ///< m, positions at the start of the small step
+    double largest_move_ = 0.0;
+};
+
+}  // namespace
+
+StepperEntry xpbd_stepper() {
+    StepperEntry entry;
+    entry.name = "xpbd";
+    entry.version = "1";
+    entry.meaning = "springs, strain limit and contacts as compliant constraints, each once in every small step";
+    entry.takes_linear_contacts = true;
+    entry.takes_placements = true;
+    entry.takes_held_forces = true;
+    entry.parameters = {{.name = "substeps",
+                         .type = Parameter::Type::integer,
+                         .unit = "1",
+                         .default_value = "10",
+                         .minimum = 1,
+                         .maximum = 1000,
+                         .meaning = "small steps a tick; fewer make stiff tissue softer"}};
+    entry.make = [](const ParameterValues& values) {
+        return std::make_unique<XpbdStepper>(static_cast<int>(values.integer("substeps")));
+    };
+    return entry;
+}
+
+}  // namespace trocar
