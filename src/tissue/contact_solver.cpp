@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tissue/active_set.hpp"
+
 namespace trocar {
 namespace {
 
@@ -29,16 +31,6 @@ void ContactSolver::collect(const Effect& effect, const Frame& frame, const Tiss
     mass_.clear();
     for (const Index local : touched()) mass_.push_back(1.0 / state.inverse_mass[at(local)]);
     block_inverse_.resize(mass_.size());
-}
-
-/// A contact whose law says `force` and that presses or pulls more than it may.
-bool ContactSolver::reaches_limit(const TickContact& contact, double force) {
-    const bool pulls = contact.bilateral || contact.adhesive;
-    return contact.on && !contact.capped && (force > contact.limit || (pulls && force < -contact.limit));
-}
-
-bool ContactSolver::leaves_limit(const TickContact& contact, double force) {
-    return contact.force >= 0.0 ? force < contact.limit : force > -contact.limit;
 }
 
 void ContactSolver::push(const TickContact& contact, double impulse, TissueState& state) const {
@@ -173,48 +165,20 @@ void ContactSolver::solve(double h, TissueState& state) {
     sweep(h, state);
 }
 
-/// Searches for the contacts that are on, and of these for the ones at their limit, every guess solved exactly. False
-/// where a guess cannot be (conjugate gradients end too soon for so many vertices), which makes further guesses
-/// worthless, or where none of them settles.
+/// As trocar::find_active; conjugate gradients may end too soon for so many vertices.
 bool ContactSolver::find_active(double h, const TissueState& state) {
-    // All that have to change at once settle most sub-steps in a few rounds. Where many contacts share few vertices
-    // that may go round in circles; one at a time, always the first, cannot (Murty 1974, least index).
-    constexpr int rounds_at_once = 8;
-    constexpr int most_changes = 60;
     constexpr int most_products = 1500;
     const std::int64_t start = passes_;
-    for (int change = 0; change < most_changes && passes_ - start < most_products; ++change) {
-        if (!solve_linear(h, state)) return false;
-        bool settled = true;
-        for (TickContact& contact : contacts_.all()) {
-            double new_rate = contact.fixed_rate;
-            for (int i = 0; i < contact.count; ++i) {
-                const Index l = contacts_.spot(contact.vertex[at(i)]);
-                new_rate += contact.weight[at(i)] * solution_.col(l).dot(contact.normal);
-            }
-            const double new_depth = contact.depth - h * new_rate;
-            const double force = contact.stiffness * new_depth - contact.damping * new_rate + contact.held;
-            if (contact.capped && !leaves_limit(contact, force)) continue;
-            if (contact.capped || reaches_limit(contact, force)) {
-                if (change < rounds_at_once || settled) {
-                    contact.capped = !contact.capped;
-                    contact.force = contact.within_limit(force);
-                }
-                settled = false;
-                continue;
-            }
-            contact.force = contact.on ? force : 0.0;
-            if (contact.bilateral || contact.adhesive) continue;
-            const bool leaves = contact.on && force < 0.0;
-            const bool joins = !contact.on && force > 0.0 && new_depth > 0.0;
-            if (leaves) contact.force = 0.0;
-            if (!leaves && !joins) continue;
-            if (change < rounds_at_once || settled) contact.on = joins;
-            settled = false;
+    const auto solved = [&] { return passes_ - start < most_products && solve_linear(h, state); };
+    const auto rate = [this](const TickContact& contact) {
+        double sum = contact.fixed_rate;
+        for (int i = 0; i < contact.count; ++i) {
+            const Index l = contacts_.spot(contact.vertex[at(i)]);
+            sum += contact.weight[at(i)] * solution_.col(l).dot(contact.normal);
         }
-        if (settled) return true;
-    }
-    return false;
+        return sum;
+    };
+    return trocar::find_active(contacts_.all(), h, solved, rate);
 }
 
 /// Projected Gauss-Seidel for a bounded number of sweeps: not exact, but what every contact is said to give is what the

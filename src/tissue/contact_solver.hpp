@@ -39,8 +39,6 @@ public:
     [[nodiscard]] std::int64_t passes() const { return passes_; }
 
 private:
-    static bool reaches_limit(const TickContact& contact, double force);
-    static bool leaves_limit(const TickContact& contact, double force);
     void push(const TickContact& contact, double impulse, TissueState& state) const;
     void assemble(double h, const TissueState& state);
     void apply(double h, const Matrix3X& velocity, Matrix3X& result);

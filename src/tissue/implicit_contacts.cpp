@@ -1,0 +1,256 @@
+#include "tissue/implicit_contacts.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tissue/active_set.hpp"
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+Eigen::Index number(std::size_t i) { return static_cast<Eigen::Index>(i); }
+
+constexpr std::size_t usual_rows = 256;
+
+}  // namespace
+
+ImplicitContacts::ImplicitContacts(std::size_t spring_count, std::size_t vertex_count)
+    : compliance_(spring_count, vertex_count) {
+    rows_.reserve(usual_rows);
+    rub_rows_.reserve(usual_rows);
+    force_.reserve(usual_rows);
+    on_.reserve(usual_rows);
+    answer_.setZero(usual_rows, usual_rows);
+    matrix_.setZero(usual_rows, usual_rows);
+    right_side_.setZero(usual_rows);
+}
+
+void ImplicitContacts::solve(double h, bool known, const SpringArrays& springs, const SpringSystem& system,
+                             const TissueState& state, double tolerance, int iterations, TickContacts& contacts) {
+    const std::span<TickContact> all = contacts.all();
+    if (all.empty()) return;
+    list_rows(state, contacts);
+    if (known && rows_.size() == all.size()) {  // nothing has to be found
+        for (TickContact& contact : all) contact.force = contact.held;
+        return;
+    }
+    find_compliance(springs, system, tolerance, iterations, contacts);
+    for (TickContact& contact : all) {
+        contact.on = contact.bilateral || contact.depth >= 0.0;
+        contact.capped = false;
+        // Negative damping from the velocity of the free motion.
+        if (!known) contact.held = contact.on ? -contact.explicit_damping * TickContacts::rate(contact, state) : 0.0;
+        contact.force = known ? contact.held : 0.0;
+        contact.rubbed.setZero();
+    }
+    // Normal forces with friction as it is, then friction with those: each changes the other through the tissue.
+    constexpr int most_rounds = 20;
+    constexpr double settled = 1e-6;  // of the largest force
+    for (int round = 0; round < most_rounds; ++round) {
+        if (!known) find_pressing(h, all);
+        double largest = 0.0;
+        for (std::size_t c = 0; c < all.size(); ++c) {
+            force_[c] = all[c].force;
+            largest = std::max(largest, std::abs(force_[c]));
+        }
+        if (rows_.size() == all.size() || rub(h, contacts) <= settled * largest) break;
+    }
+}
+
+void ImplicitContacts::push(double h, const TickContacts& contacts, Matrix4X& right_side) {
+    for (const TickContact& contact : contacts.all()) {
+        const Vector3 impulse = h * (contact.force * contact.normal + contact.rubbed);
+        for (int i = 0; i < contact.count; ++i) {
+            right_side.col(contact.vertex[at(i)]).head<3>() += contact.weight[at(i)] * impulse;
+        }
+    }
+}
+
+void ImplicitContacts::list_rows(const TissueState& state, TickContacts& contacts) {
+    rows_.clear();
+    const std::span<TickContact> all = contacts.all();
+    const auto free_rate = [&state](const TickContact& contact, const Vector3& direction) {
+        double rate = -contact.surface.dot(direction);
+        for (int i = 0; i < contact.count; ++i) {
+            rate += contact.weight[at(i)] * state.velocity.col(contact.vertex[at(i)]).head<3>().dot(direction);
+        }
+        return rate;
+    };
+    for (std::size_t c = 0; c < all.size(); ++c) {
+        rows_.push_back({c, all[c].normal, TickContacts::rate(all[c], state)});
+    }
+    rub_rows_.assign(all.size(), 0);
+    for (std::size_t c = 0; c < all.size(); ++c) {
+        if (!all[c].rubs) continue;
+        rub_rows_[c] = rows_.size();
+        const Vector3 along = all[c].normal.unitOrthogonal();
+        for (const Vector3& direction : {along, Vector3(all[c].normal.cross(along))}) {
+            rows_.push_back({c, direction, free_rate(all[c], direction)});
+        }
+    }
+    force_.assign(rows_.size(), 0.0);
+}
+
+/// Rates of all rows per impulse on each, eight rows at a time.
+void ImplicitContacts::find_compliance(const SpringArrays& springs, const SpringSystem& system, double tolerance,
+                                       int iterations, const TickContacts& contacts) {
+    const std::size_t count = rows_.size();
+    if (number(count) > answer_.rows()) {
+        const Eigen::Index room = 2 * number(count);
+        answer_.setZero(room, room);
+        matrix_.setZero(room, room);
+        right_side_.setZero(room);
+    }
+    compliance_.begin(springs, system, contacts.touched());
+    const std::span<const TickContact> all = contacts.all();
+    for (std::size_t first = 0; first < count; first += compliance_lanes) {
+        const std::size_t lanes = std::min(compliance_lanes, count - first);
+        compliance_.clear();
+        for (std::size_t lane = 0; lane < lanes; ++lane) {
+            const Row& row = rows_[first + lane];
+            const TickContact& contact = all[row.contact];
+            for (int i = 0; i < contact.count; ++i) {
+                compliance_.add(lane, contacts.spot(contact.vertex[at(i)]), contact.weight[at(i)] * row.direction);
+            }
+        }
+        compliance_.solve(tolerance, iterations);
+        for (std::size_t r = 0; r < count; ++r) {
+            const TickContact& contact = all[rows_[r].contact];
+            for (std::size_t lane = 0; lane < lanes; ++lane) {
+                double sum = 0.0;
+                for (int i = 0; i < contact.count; ++i) {
+                    const Vector3 way = compliance_.answer(lane, contacts.spot(contact.vertex[at(i)]));
+                    sum += contact.weight[at(i)] * way.dot(rows_[r].direction);
+                }
+                answer_(number(r), number(first + lane)) = sum;
+            }
+        }
+    }
+    // What the iterations have left open is made symmetric, as A⁻¹ is.
+    for (Eigen::Index r = 0; r < number(count); ++r) {
+        for (Eigen::Index c = 0; c < r; ++c) {
+            answer_(r, c) = answer_(c, r) = 0.5 * (answer_(r, c) + answer_(c, r));
+        }
+    }
+}
+
+double ImplicitContacts::rate(std::size_t row, double h) const {
+    double sum = rows_[row].rate;
+    for (std::size_t other = 0; other < rows_.size(); ++other) {
+        sum += h * answer_(number(row), number(other)) * force_[other];
+    }
+    return sum;
+}
+
+void ImplicitContacts::find_pressing(double h, std::span<TickContact> contacts) {
+    const auto solved = [&] { return solve_pressing(h, contacts); };
+    const auto rate_of = [&](const TickContact& contact) {
+        return rate(static_cast<std::size_t>(&contact - contacts.data()), h);
+    };
+    if (find_active(contacts, h, solved, rate_of)) return;
+    // Projected Gauss-Seidel from no force at all, so that what is not converged gives less energy, never more.
+    constexpr int most_sweeps = 200;
+    constexpr double settled = 1e-6;  // of the largest force
+    std::fill_n(force_.begin(), contacts.size(), 0.0);
+    for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+        double largest = 0.0;
+        double change = 0.0;
+        for (std::size_t c = 0; c < contacts.size(); ++c) {
+            TickContact& contact = contacts[c];
+            const double damping = contact.damping + h * contact.stiffness;
+            const double own = h * answer_(number(c), number(c));
+            const double others = rate(c, h) - own * force_[c];
+            double force =
+                (contact.stiffness * contact.depth + contact.held - damping * others) / (1.0 + damping * own);
+            if (!contact.bilateral && !contact.adhesive) force = std::max(force, 0.0);
+            if (!contact.bilateral && contact.adhesive && contact.depth < 0.0) force = 0.0;
+            contact.force = contact.within_limit(force);
+            change = std::max(change, std::abs(contact.force - force_[c]));
+            largest = std::max(largest, std::abs(contact.force));
+            force_[c] = contact.force;
+        }
+        if (change <= settled * largest) break;
+    }
+}
+
+/// Forces of the contacts that are on: f / c + h W f = (k d + held) / c - r with c = mu + h k, all else as it is.
+bool ImplicitContacts::solve_pressing(double h, std::span<TickContact> contacts) {
+    on_.clear();
+    for (std::size_t c = 0; c < contacts.size(); ++c) {
+        const TickContact& contact = contacts[c];
+        force_[c] = contact.capped ? contact.force : 0.0;
+        if (!contact.on || contact.capped) continue;
+        if (contact.damping + h * contact.stiffness > 0.0) {
+            on_.push_back(c);
+        } else {
+            force_[c] = contact.held;
+        }
+    }
+    const Eigen::Index count = number(on_.size());
+    for (Eigen::Index a = 0; a < count; ++a) {
+        const std::size_t c = on_[static_cast<std::size_t>(a)];
+        const TickContact& contact = contacts[c];
+        const double damping = contact.damping + h * contact.stiffness;
+        for (Eigen::Index b = 0; b < count; ++b) {
+            matrix_(a, b) = h * answer_(number(c), number(on_[static_cast<std::size_t>(b)]));
+        }
+        matrix_(a, a) += 1.0 / damping;
+        right_side_[a] = (contact.stiffness * contact.depth + contact.held) / damping - rate(c, h);
+    }
+    Eigen::Ref<Eigen::MatrixXd> matrix = matrix_.topLeftCorner(count, count);
+    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(matrix);
+    if (factor.info() != Eigen::Success) return false;
+    auto force = right_side_.head(count);
+    factor.solveInPlace(force);
+    for (Eigen::Index a = 0; a < count; ++a) {
+        if (!std::isfinite(force[a])) return false;
+        force_[on_[static_cast<std::size_t>(a)]] = force[a];
+    }
+    return true;
+}
+
+/// One round over the contacts that rub: a tangential spring with a critical damper, implicit, that slides at friction
+/// × normal force. Gives the largest change of a force, N.
+double ImplicitContacts::rub(double h, TickContacts& contacts) {
+    contacts.gather_grip();
+    const std::span<TickContact> all = contacts.all();
+    double change = 0.0;
+    for (std::size_t c = 0; c < all.size(); ++c) {
+        const std::size_t first = rub_rows_[c];
+        if (first == 0) continue;
+        TickContact& contact = all[c];
+        const LinearContact& source = contacts.given(contact);
+        const TickContacts::Grip& grip = contacts.grip(source.slip_key);
+        Vector3 rubbed = Vector3::Zero();
+        if (grip.most > 0.0 && grip.firmest == c) {
+            const Vector3 stretch = contacts.slip(source.slip_key);
+            Eigen::Matrix2d own;
+            Eigen::Vector2d speed, stretched;
+            for (Eigen::Index a = 0; a < 2; ++a) {
+                const std::size_t row = first + static_cast<std::size_t>(a);
+                for (Eigen::Index b = 0; b < 2; ++b) {
+                    own(a, b) = h * answer_(number(row), number(first + static_cast<std::size_t>(b)));
+                }
+                speed[a] = rate(row, h);
+                stretched[a] = stretch.dot(rows_[row].direction);
+            }
+            speed -= own * Eigen::Vector2d(force_[first], force_[first + 1]);
+            const double damping = 2.0 * std::sqrt(source.tangent_k * h / (0.5 * own.trace()));
+            const double slope = damping + h * source.tangent_k;
+            const Eigen::Vector2d push = -(source.tangent_k * stretched + slope * speed);
+            const Eigen::Matrix2d matrix = Eigen::Matrix2d::Identity() + slope * own;
+            Eigen::Vector2d sticking = matrix.inverse() * push;
+            const double wanted = sticking.norm();
+            if (wanted > grip.most) sticking *= grip.most / wanted;
+            rubbed = sticking[0] * rows_[first].direction + sticking[1] * rows_[first + 1].direction;
+        }
+        change = std::max(change, (rubbed - contact.rubbed).norm());
+        contact.rubbed = rubbed;
+        for (std::size_t a = 0; a < 2; ++a) force_[first + a] = rubbed.dot(rows_[first + a].direction);
+    }
+    return change;
+}
+
+}  // namespace trocar

@@ -1,0 +1,52 @@
+// Contacts and friction of an implicit step as constraints with the whole compliance of the tissue: a push at one
+// contact moves all others through A⁻¹ (free motion first, then the correction, as SOFA's constraint solvers have it).
+#pragma once
+
+#include <Eigen/Dense>
+#include <span>
+#include <vector>
+
+#include "tissue/compliance.hpp"
+#include "tissue/tick_contacts.hpp"
+
+namespace trocar {
+
+class ImplicitContacts {
+public:
+    ImplicitContacts(std::size_t spring_count, std::size_t vertex_count);
+
+    /// Finds `force` and `rubbed` of all contacts over a step of h (s) such that every contact law holds at its end.
+    /// `state` has the velocities of the free motion. `known`: the normal forces are what the contacts hold
+    /// (settings `hold` and `explicit`), friction is found.
+    void solve(double h, bool known, const SpringArrays& springs, const SpringSystem& system, const TissueState& state,
+               double tolerance, int iterations, TickContacts& contacts);
+    /// Adds h times all forces to a right side, N s.
+    static void push(double h, const TickContacts& contacts, Matrix4X& right_side);
+
+private:
+    /// One direction in which a contact can push.
+    struct Row {
+        std::size_t contact = 0;
+        Vector3 direction = Vector3::Zero();
+        double rate = 0.0;  ///< m/s, of the free motion
+    };
+    void list_rows(const TissueState& state, TickContacts& contacts);
+    void find_compliance(const SpringArrays& springs, const SpringSystem& system, double tolerance, int iterations,
+                         const TickContacts& contacts);
+    /// m/s, with all forces but those of `without` rows from there on.
+    [[nodiscard]] double rate(std::size_t row, double h) const;
+    bool solve_pressing(double h, std::span<TickContact> contacts);
+    void find_pressing(double h, std::span<TickContact> contacts);
+    double rub(double h, TickContacts& contacts);
+
+    Compliance compliance_;
+    std::vector<Row> rows_;              ///< normals first, one per contact; then two per contact that rubs
+    std::vector<std::size_t> rub_rows_;  ///< per contact: its first row along the surface, 0 = does not rub
+    std::vector<double> force_;          ///< N, per row
+    Eigen::MatrixXd answer_;             ///< rows × rows, m/s per N s
+    Eigen::MatrixXd matrix_;             ///< of the contacts that are on
+    Eigen::VectorXd right_side_;
+    std::vector<std::size_t> on_;  ///< contacts in matrix_
+};
+
+}  // namespace trocar

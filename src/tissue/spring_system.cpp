@@ -1,0 +1,312 @@
+// Compiled once per instruction set by Highway, which includes this file again for each of them.
+#include "tissue/spring_system.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "tissue/spring_system.cpp"
+#include <hwy/foreach_target.h>
+// foreach_target.h must come first
+#include <hwy/highway.h>
+
+#include "geometry/simd_targets.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace trocar::HWY_NAMESPACE {
+
+HWY_INLINE const double* column(const Matrix4X& matrix, std::size_t local) { return matrix.data() + 4 * local; }
+HWY_INLINE double* column(Matrix4X& matrix, std::size_t local) { return matrix.data() + 4 * local; }
+
+/// One spring: its entries of the system and what it adds to the right side.
+HWY_INLINE void linearise_one(double h, const SpringArrays& springs, std::size_t s, const TissueState& state,
+                              SpringSystem& system) {
+    const auto i = static_cast<std::size_t>(springs.i[s]);
+    const auto j = static_cast<std::size_t>(springs.j[s]);
+    const double* const xi = column(state.position, i);
+    const double* const xj = column(state.position, j);
+    const double* const vi = column(state.velocity, i);
+    const double* const vj = column(state.velocity, j);
+    const double d[3] = {xj[0] - xi[0], xj[1] - xi[1], xj[2] - xi[2]};
+    // What does not move in the step keeps its place, whatever its velocity is.
+    const double mi = state.inverse_mass[i] != 0.0 ? 1.0 : 0.0;
+    const double mj = state.inverse_mass[j] != 0.0 ? 1.0 : 0.0;
+    const double length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    const double inverse = length == 0.0 ? 0.0 : 1.0 / length;
+    const double u[3] = {d[0] * inverse, d[1] * inverse, d[2] * inverse};
+    const double tension = length == 0.0 ? 0.0 : springs.k[s] * length + springs.offset[s];
+    const double beta = std::max(0.0, h * h * tension * inverse);
+    const double alpha = length == 0.0 ? 0.0 : h * (springs.damping[s] + h * springs.k[s]) - beta;
+    system.x[s] = u[0];
+    system.y[s] = u[1];
+    system.z[s] = u[2];
+    system.alpha[s] = alpha;
+    system.beta[s] = beta;
+    double closing = 0.0;
+    double opening = 0.0;  // of places
+    for (int axis = 0; axis < 3; ++axis) {
+        closing += (vj[axis] - vi[axis]) * u[axis];
+        opening += (mj * vj[axis] - mi * vi[axis]) * u[axis];
+    }
+    const double along = h * (tension + springs.damping[s] * closing) + (h * h * springs.k[s] - beta) * opening;
+    double* const bi = column(system.right_side, i);
+    double* const bj = column(system.right_side, j);
+    for (int axis = 0; axis < 3; ++axis) {
+        const double push = along * u[axis] + beta * (mj * vj[axis] - mi * vi[axis]);
+        bi[axis] += push;
+        bj[axis] -= push;
+    }
+}
+
+HWY_INLINE void multiply_one(const SpringArrays& springs, std::size_t s, const SpringSystem& system,
+                             const Matrix4X& vector, Matrix4X& result) {
+    const auto i = static_cast<std::size_t>(springs.i[s]);
+    const auto j = static_cast<std::size_t>(springs.j[s]);
+    const double* const vi = column(vector, i);
+    const double* const vj = column(vector, j);
+    const double d[3] = {vj[0] - vi[0], vj[1] - vi[1], vj[2] - vi[2]};
+    const double along = system.alpha[s] * (d[0] * system.x[s] + d[1] * system.y[s] + d[2] * system.z[s]);
+    const double u[3] = {system.x[s], system.y[s], system.z[s]};
+    double* const ri = column(result, i);
+    double* const rj = column(result, j);
+    for (int axis = 0; axis < 3; ++axis) {
+        const double push = along * u[axis] + system.beta[s] * d[axis];
+        ri[axis] -= push;
+        rj[axis] += push;
+    }
+}
+
+#if HWY_MAX_BYTES >= 32
+
+namespace hn = hwy::HWY_NAMESPACE;
+using Four = hn::FixedTag<double, 4>;
+using Vector = hn::Vec<Four>;
+
+/// Coordinates of four columns apart, and together again.
+HWY_INLINE void apart(Vector p0, Vector p1, Vector p2, Vector p3, Vector& x, Vector& y, Vector& z) {
+    const Four d;
+    const auto low_01 = hn::InterleaveLower(d, p0, p1);  // x0 x1 z0 z1
+    const auto low_23 = hn::InterleaveLower(d, p2, p3);
+    x = hn::ConcatLowerLower(d, low_23, low_01);
+    y = hn::ConcatLowerLower(d, hn::InterleaveUpper(d, p2, p3), hn::InterleaveUpper(d, p0, p1));
+    z = hn::ConcatUpperUpper(d, low_23, low_01);
+}
+
+HWY_INLINE void together(Vector x, Vector y, Vector z, Vector& p0, Vector& p1, Vector& p2, Vector& p3) {
+    const Four d;
+    const auto none = hn::Zero(d);
+    const auto xy_02 = hn::InterleaveLower(d, x, y);  // x0 y0 x2 y2
+    const auto xy_13 = hn::InterleaveUpper(d, x, y);
+    const auto z_02 = hn::InterleaveLower(d, z, none);
+    const auto z_13 = hn::InterleaveUpper(d, z, none);
+    p0 = hn::ConcatLowerLower(d, z_02, xy_02);
+    p1 = hn::ConcatLowerLower(d, z_13, xy_13);
+    p2 = hn::ConcatUpperUpper(d, z_02, xy_02);
+    p3 = hn::ConcatUpperUpper(d, z_13, xy_13);
+}
+
+HWY_INLINE void add_to(double* to, Vector by) {
+    const Four d;
+    hn::StoreU(hn::Add(hn::LoadU(d, to), by), d, to);
+}
+
+HWY_INLINE void take_from(double* to, Vector by) {
+    const Four d;
+    hn::StoreU(hn::Sub(hn::LoadU(d, to), by), d, to);
+}
+
+void multiply_springs(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& vector,
+                      Matrix4X& result) {
+    const Four d;
+    const double* const from = vector.data();
+    double* const to = result.data();
+    const Index* const i = springs.i.data();
+    const Index* const j = springs.j.data();
+    const auto spot = [](Index local) HWY_ATTR { return 4 * static_cast<std::ptrdiff_t>(local); };
+    const auto between = [&](std::size_t s) HWY_ATTR {
+        return hn::Sub(hn::LoadU(d, from + spot(j[s])), hn::LoadU(d, from + spot(i[s])));
+    };
+    std::size_t s = 0;
+    for (; s + 4 <= springs.size(); s += 4) {
+        Vector dx, dy, dz;
+        apart(between(s), between(s + 1), between(s + 2), between(s + 3), dx, dy, dz);
+        const auto x = hn::LoadU(d, system.x.data() + s);
+        const auto y = hn::LoadU(d, system.y.data() + s);
+        const auto z = hn::LoadU(d, system.z.data() + s);
+        const auto dot = hn::Add(hn::Add(hn::Mul(dx, x), hn::Mul(dy, y)), hn::Mul(dz, z));
+        const auto along = hn::Mul(hn::LoadU(d, system.alpha.data() + s), dot);
+        const auto beta = hn::LoadU(d, system.beta.data() + s);
+        Vector p0, p1, p2, p3;
+        together(hn::Add(hn::Mul(along, x), hn::Mul(beta, dx)), hn::Add(hn::Mul(along, y), hn::Mul(beta, dy)),
+                 hn::Add(hn::Mul(along, z), hn::Mul(beta, dz)), p0, p1, p2, p3);
+        take_from(to + spot(i[s]), p0);
+        add_to(to + spot(j[s]), p0);
+        take_from(to + spot(i[s + 1]), p1);
+        add_to(to + spot(j[s + 1]), p1);
+        take_from(to + spot(i[s + 2]), p2);
+        add_to(to + spot(j[s + 2]), p2);
+        take_from(to + spot(i[s + 3]), p3);
+        add_to(to + spot(j[s + 3]), p3);
+    }
+    for (; s < springs.size(); ++s) multiply_one(springs, s, system, vector, result);
+}
+
+#else
+
+void multiply_springs(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& vector,
+                      Matrix4X& result) {
+    for (std::size_t s = 0; s < springs.size(); ++s) multiply_one(springs, s, system, vector, result);
+}
+
+#endif
+
+void multiply(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& vector, Matrix4X& result) {
+    const std::size_t count = system.inertia.size();
+    for (std::size_t v = 0; v < count; ++v) {
+        const double* const from = column(vector, v);
+        double* const to = column(result, v);
+        for (int axis = 0; axis < 4; ++axis) to[axis] = system.inertia[v] * from[axis];
+    }
+    multiply_springs(springs, system, vector, result);
+    for (std::size_t v = 0; v < count; ++v) {
+        if (system.inertia[v] == 0.0) std::fill_n(column(result, v), 4, 0.0);
+    }
+}
+
+/// Blocks of A on its diagonal, inverted.
+void invert_blocks(const SpringArrays& springs, SpringSystem& system) {
+    for (std::size_t v = 0; v < system.inertia.size(); ++v) {
+        double* const inverse = system.inverse.data() + 12 * v;
+        if (system.inertia[v] == 0.0) {
+            std::fill_n(inverse, 12, 0.0);
+            continue;
+        }
+        double xx = system.inertia[v];
+        double yy = system.inertia[v];
+        double zz = system.inertia[v];
+        double xy = 0.0;
+        double xz = 0.0;
+        double yz = 0.0;
+        const auto add = [&](std::size_t s) HWY_ATTR {
+            const double x = system.alpha[s] * system.x[s];
+            const double y = system.alpha[s] * system.y[s];
+            xx += x * system.x[s] + system.beta[s];
+            yy += y * system.y[s] + system.beta[s];
+            zz += system.alpha[s] * system.z[s] * system.z[s] + system.beta[s];
+            xy += x * system.y[s];
+            xz += x * system.z[s];
+            yz += y * system.z[s];
+        };
+        for (std::size_t s = springs.first_out[v]; s < springs.first_out[v + 1]; ++s) add(s);
+        for (std::uint32_t e = springs.first_in[v]; e < springs.first_in[v + 1]; ++e) add(springs.in[e]);
+        const double cxx = yy * zz - yz * yz;
+        const double cxy = xz * yz - xy * zz;
+        const double cxz = xy * yz - xz * yy;
+        const double scale = 1.0 / (xx * cxx + xy * cxy + xz * cxz);
+        const double rows[3][3] = {
+            {cxx, cxy, cxz}, {cxy, xx * zz - xz * xz, xy * xz - xx * yz}, {cxz, xy * xz - xx * yz, xx * yy - xy * xy}};
+        for (std::size_t c = 0; c < 3; ++c) {
+            for (std::size_t r = 0; r < 3; ++r) inverse[4 * c + r] = scale * rows[c][r];
+            inverse[4 * c + 3] = 0.0;
+        }
+    }
+}
+
+void linearise(double h, const SpringArrays& springs, const TissueState& state, SpringSystem& system) {
+    for (std::size_t v = 0; v < state.size(); ++v) {
+        const bool moves = state.inverse_mass[v] != 0.0;
+        system.inertia[v] = moves ? 1.0 / state.inverse_mass[v] + h * state.drag[v] : 0.0;
+        double* const right = column(system.right_side, v);
+        const double* const constant = column(state.constant, v);
+        const double* const velocity = column(state.velocity, v);
+        for (int axis = 0; axis < 4; ++axis) {
+            right[axis] = moves ? h * (constant[axis] - state.drag[v] * velocity[axis]) : 0.0;
+        }
+    }
+    for (std::size_t s = 0; s < springs.size(); ++s) linearise_one(h, springs, s, state, system);
+    for (std::size_t v = 0; v < state.size(); ++v) {
+        if (system.inertia[v] == 0.0) std::fill_n(column(system.right_side, v), 4, 0.0);
+    }
+    invert_blocks(springs, system);
+}
+
+}  // namespace trocar::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace trocar {
+
+HWY_EXPORT(linearise);
+HWY_EXPORT(multiply);
+
+const std::vector<SystemKernels>& system_kernels() {
+    static const std::vector<SystemKernels> kernels = versions_by_target([](const char* target) {
+        return SystemKernels{.linearise = &HWY_DYNAMIC_DISPATCH(linearise),
+                             .multiply = &HWY_DYNAMIC_DISPATCH(multiply),
+                             .target = target};
+    });
+    return kernels;
+}
+
+SpringSystem::SpringSystem(std::size_t spring_count, std::size_t vertex_count) {
+    for (std::vector<double>* array : {&x, &y, &z, &alpha, &beta}) array->assign(spring_count, 0.0);
+    inertia.assign(vertex_count, 0.0);
+    inverse.assign(12 * vertex_count, 0.0);
+    right_side.setZero(4, static_cast<Eigen::Index>(vertex_count));
+}
+
+ConjugateGradients::ConjugateGradients(std::size_t vertex_count) {
+    for (Matrix4X* buffer : {&residual_, &preconditioned_, &direction_, &image_}) {
+        buffer->setZero(4, static_cast<Eigen::Index>(vertex_count));
+    }
+}
+
+namespace {
+
+/// Axis by axis, then these, so that the sum does not hang on how wide vectors are.
+double dot(const Matrix4X& a, const Matrix4X& b) {
+    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+    for (Eigen::Index v = 0; v < a.cols(); ++v) sum += a.col(v).cwiseProduct(b.col(v));
+    return (sum[0] + sum[1]) + sum[2];
+}
+
+void precondition(const SpringSystem& system, const Matrix4X& residual, Matrix4X& result) {
+    for (Eigen::Index v = 0; v < residual.cols(); ++v) {
+        const double* const inverse = system.inverse.data() + 12 * v;
+        const Eigen::Map<const Eigen::Vector4d> x(inverse), y(inverse + 4), z(inverse + 8);
+        const auto r = residual.col(v);
+        result.col(v) = x * r[0] + y * r[1] + z * r[2];
+    }
+}
+
+}  // namespace
+
+int ConjugateGradients::solve(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& right_side,
+                              double tolerance, int iterations, Matrix4X& solution) {
+    const SystemKernels& kernels = system_kernels().front();
+    precondition(system, right_side, preconditioned_);
+    const double small = tolerance * tolerance * dot(right_side, preconditioned_);
+    kernels.multiply(springs, system, solution, image_);
+    residual_ = right_side - image_;
+    precondition(system, residual_, preconditioned_);
+    direction_ = preconditioned_;
+    double rho = dot(residual_, preconditioned_);
+    int taken = 0;
+    while (taken < iterations && rho > small) {
+        ++taken;
+        kernels.multiply(springs, system, direction_, image_);
+        const double curvature = dot(direction_, image_);
+        if (!(curvature > 0.0)) break;
+        const double step = rho / curvature;
+        solution += step * direction_;
+        residual_ -= step * image_;
+        precondition(system, residual_, preconditioned_);
+        const double next = dot(residual_, preconditioned_);
+        direction_ = preconditioned_ + (next / rho) * direction_;
+        rho = next;
+    }
+    return taken;
+}
+
+}  // namespace trocar
+#endif

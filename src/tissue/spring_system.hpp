@@ -1,0 +1,51 @@
+// The linear system of a linearly implicit Euler step over h (Baraff and Witkin 1998, eq. 6) for the springs of thesis
+// eq. 3.1: A dv = b with A = M + h (C + D) + h² K, C the dampers, D the drag and K the springs' stiffness at the start
+// of the step. Where a spring is shorter than its tension bears, what it does across itself is left out of K, so that A
+// is positive definite at any place.
+#pragma once
+
+#include <vector>
+
+#include "tissue/spring_kernels.hpp"
+
+namespace trocar {
+
+/// Springs as the system has them: alpha u uᵀ + beta I between the two ends. In the order of SpringArrays.
+struct SpringSystem {
+    std::vector<double> x, y, z;  ///< unit direction from i to j
+    std::vector<double> alpha;    ///< kg, h (c + h k) - beta
+    std::vector<double> beta;     ///< kg, h² tension / length, at least 0
+    std::vector<double> inertia;  ///< kg, per vertex of the state: mass + h drag; 0 = does not move
+    std::vector<double>
+        inverse;          ///< 12 per vertex: columns of the inverse of A's 3×3 block, each with a fourth number 0
+    Matrix4X right_side;  ///< N s: h f - h² K v
+
+    /// Arrays for that many.
+    SpringSystem(std::size_t spring_count, std::size_t vertex_count);
+};
+
+struct SystemKernels {
+    /// Linearises at the state for a step of h (s): all of SpringSystem, constant forces in its right side.
+    void (*linearise)(double h, const SpringArrays& springs, const TissueState& state, SpringSystem& system);
+    /// result = A · vector; columns of what does not move have to be 0 in `vector` and are 0 in `result`.
+    void (*multiply)(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& vector, Matrix4X& result);
+    const char* target;  ///< name of the instruction set
+};
+
+/// One version per instruction set of this CPU, the best one first; all give the same bits.
+const std::vector<SystemKernels>& system_kernels();
+
+/// Preconditioned conjugate gradients with the 3×3 blocks as preconditioner.
+class ConjugateGradients {
+public:
+    explicit ConjugateGradients(std::size_t vertex_count);
+    /// Improves `solution` until the residual, measured by the preconditioner, is below `tolerance` times that of the
+    /// right side, for at most `iterations`. Gives how many it took.
+    int solve(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& right_side, double tolerance,
+              int iterations, Matrix4X& solution);
+
+private:
+    Matrix4X residual_, preconditioned_, direction_, image_;
+};
+
+}  // namespace trocar
