@@ -34,7 +34,6 @@ public:
         gradients_.emplace(vertices);
         solver_.emplace(springs, vertices);
         change_.setZero(4, static_cast<Eigen::Index>(vertices));
-        start_ = change_;
         largest_move_ = 0.0;
     }
 
@@ -79,15 +78,11 @@ private:
         const SpringArrays& springs = tissue_->spring_arrays();
         system_kernels().front().linearise(h, springs, state, *system_);
         // Free motion, without contacts.
-        start_ = state.velocity;
-        change_.setZero();
-        improve(springs);
-        state.velocity = start_ + change_;
+        gradients_->solve(springs, *system_, system_->right_side, settings_.tolerance, settings_.iterations, change_);
+        state.velocity += change_;
         if (!contacts_->all().empty()) {
             solver_->solve(h, known, springs, *system_, state, settings_.tolerance, settings_.iterations, *contacts_);
-            ImplicitContacts::push(h, *contacts_, system_->right_side);
-            improve(springs);
-            state.velocity = start_ + change_;
+            solver_->correct(h, settings_.tolerance, settings_.iterations, *contacts_, state);
             stretch_slips(h);
             contacts_->finish_substep(h, settings_.steps, state);
         }
@@ -101,10 +96,6 @@ private:
             furthest = most <= furthest ? furthest : most;  // keeps what is not a number
         }
         return furthest;
-    }
-
-    void improve(const SpringArrays& springs) {
-        gradients_->solve(springs, *system_, system_->right_side, settings_.tolerance, settings_.iterations, change_);
     }
 
     /// Tangential springs after the step: stretched by the way along the surface where they stick, as long as their
@@ -143,7 +134,6 @@ private:
     std::optional<ConjugateGradients> gradients_;
     std::optional<ImplicitContacts> solver_;
     Matrix4X change_;  ///< m/s, of the velocities in a step
-    Matrix4X start_;   ///< m/s, velocities at its start
     double largest_move_ = 0.0;
 };
 

@@ -32,11 +32,12 @@ void ImplicitContacts::solve(double h, bool known, const SpringArrays& springs, 
     const std::span<TickContact> all = contacts.all();
     if (all.empty()) return;
     list_rows(state, contacts);
+    compliance_.begin(springs, system, contacts.touched());
     if (known && rows_.size() == all.size()) {  // nothing has to be found
         for (TickContact& contact : all) contact.force = contact.held;
         return;
     }
-    find_compliance(springs, system, tolerance, iterations, contacts);
+    find_compliance(tolerance, iterations, contacts);
     for (TickContact& contact : all) {
         contact.on = contact.bilateral || contact.depth >= 0.0;
         contact.capped = false;
@@ -59,13 +60,17 @@ void ImplicitContacts::solve(double h, bool known, const SpringArrays& springs, 
     }
 }
 
-void ImplicitContacts::push(double h, const TickContacts& contacts, Matrix4X& right_side) {
+void ImplicitContacts::correct(double h, double tolerance, int iterations, const TickContacts& contacts,
+                               TissueState& state) {
+    compliance_.clear();
     for (const TickContact& contact : contacts.all()) {
         const Vector3 impulse = h * (contact.force * contact.normal + contact.rubbed);
         for (int i = 0; i < contact.count; ++i) {
-            right_side.col(contact.vertex[at(i)]).head<3>() += contact.weight[at(i)] * impulse;
+            compliance_.add(0, contacts.spot(contact.vertex[at(i)]), contact.weight[at(i)] * impulse);
         }
     }
+    compliance_.solve(tolerance, iterations);
+    compliance_.add_answer(0, state.velocity);
 }
 
 void ImplicitContacts::list_rows(const TissueState& state, TickContacts& contacts) {
@@ -94,8 +99,7 @@ void ImplicitContacts::list_rows(const TissueState& state, TickContacts& contact
 }
 
 /// Rates of all rows per impulse on each, eight rows at a time.
-void ImplicitContacts::find_compliance(const SpringArrays& springs, const SpringSystem& system, double tolerance,
-                                       int iterations, const TickContacts& contacts) {
+void ImplicitContacts::find_compliance(double tolerance, int iterations, const TickContacts& contacts) {
     const std::size_t count = rows_.size();
     if (number(count) > answer_.rows()) {
         const Eigen::Index room = 2 * number(count);
@@ -103,7 +107,6 @@ void ImplicitContacts::find_compliance(const SpringArrays& springs, const Spring
         matrix_.setZero(room, room);
         right_side_.setZero(room);
     }
-    compliance_.begin(springs, system, contacts.touched());
     const std::span<const TickContact> all = contacts.all();
     for (std::size_t first = 0; first < count; first += compliance_lanes) {
         const std::size_t lanes = std::min(compliance_lanes, count - first);

@@ -20,8 +20,8 @@ public:
     /// (settings `hold` and `explicit`), friction is found.
     void solve(double h, bool known, const SpringArrays& springs, const SpringSystem& system, const TissueState& state,
                double tolerance, int iterations, TickContacts& contacts);
-    /// Adds h times all forces to a right side, N s.
-    static void push(double h, const TickContacts& contacts, Matrix4X& right_side);
+    /// Changes the velocities of the state by what all forces of `solve` do over the step.
+    void correct(double h, double tolerance, int iterations, const TickContacts& contacts, TissueState& state);
 
 private:
     /// One direction in which a contact can push.
@@ -31,8 +31,7 @@ private:
         double rate = 0.0;  ///< m/s, of the free motion
     };
     void list_rows(const TissueState& state, TickContacts& contacts);
-    void find_compliance(const SpringArrays& springs, const SpringSystem& system, double tolerance, int iterations,
-                         const TickContacts& contacts);
+    void find_compliance(double tolerance, int iterations, const TickContacts& contacts);
     /// m/s, with all forces but those of `without` rows from there on.
     [[nodiscard]] double rate(std::size_t row, double h) const;
     bool solve_pressing(double h, std::span<TickContact> contacts);

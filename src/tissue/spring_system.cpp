@@ -160,17 +160,118 @@ void multiply_springs(const SpringArrays& springs, const SpringSystem& system, c
 
 #endif
 
-void multiply(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& vector, Matrix4X& result) {
+#if HWY_MAX_BYTES >= 32
+
+/// Sum of the first three lanes, in the order of the version without vectors.
+HWY_INLINE double sum_of_axes(Vector sums) {
+    const Four d;
+    double lanes[4];
+    hn::StoreU(sums, d, lanes);
+    return (lanes[0] + lanes[1]) + lanes[2];
+}
+
+HWY_INLINE void scale_by_inertia(const SpringSystem& system, const Matrix4X& vector, Matrix4X& result) {
+    const Four d;
     const std::size_t count = system.inertia.size();
     for (std::size_t v = 0; v < count; ++v) {
-        const double* const from = column(vector, v);
-        double* const to = column(result, v);
-        for (int axis = 0; axis < 4; ++axis) to[axis] = system.inertia[v] * from[axis];
+        hn::StoreU(hn::Mul(hn::Set(d, system.inertia[v]), hn::LoadU(d, column(vector, v))), d, column(result, v));
     }
-    multiply_springs(springs, system, vector, result);
+}
+
+HWY_INLINE double close_rows(const SpringSystem& system, const Matrix4X& vector, Matrix4X& result) {
+    const Four d;
+    const std::size_t count = system.inertia.size();
+    auto sums = hn::Zero(d);
     for (std::size_t v = 0; v < count; ++v) {
-        if (system.inertia[v] == 0.0) std::fill_n(column(result, v), 4, 0.0);
+        auto row = hn::LoadU(d, column(result, v));
+        if (system.inertia[v] == 0.0) {
+            row = hn::Zero(d);
+            hn::StoreU(row, d, column(result, v));
+        }
+        sums = hn::Add(sums, hn::Mul(hn::LoadU(d, column(vector, v)), row));
     }
+    return sum_of_axes(sums);
+}
+
+double advance(const SpringSystem& system, double step, Matrix4X& solution, GradientVectors& vectors) {
+    const Four d;
+    const auto by = hn::Set(d, step);
+    auto sums = hn::Zero(d);
+    const std::size_t count = system.inertia.size();
+    for (std::size_t v = 0; v < count; ++v) {
+        double* const solved = column(solution, v);
+        hn::StoreU(hn::Add(hn::LoadU(d, solved), hn::Mul(by, hn::LoadU(d, column(vectors.direction, v)))), d, solved);
+        double* const residual = column(vectors.residual, v);
+        const auto left = hn::Sub(hn::LoadU(d, residual), hn::Mul(by, hn::LoadU(d, column(vectors.image, v))));
+        hn::StoreU(left, d, residual);
+        const double* const inverse = system.inverse.data() + 12 * v;
+        const auto better = hn::Add(hn::Add(hn::Mul(hn::LoadU(d, inverse), hn::Set(d, residual[0])),
+                                            hn::Mul(hn::LoadU(d, inverse + 4), hn::Set(d, residual[1]))),
+                                    hn::Mul(hn::LoadU(d, inverse + 8), hn::Set(d, residual[2])));
+        hn::StoreU(better, d, column(vectors.preconditioned, v));
+        sums = hn::Add(sums, hn::Mul(left, better));
+    }
+    return sum_of_axes(sums);
+}
+
+void turn(double ratio, GradientVectors& vectors) {
+    const Four d;
+    const auto by = hn::Set(d, ratio);
+    const auto count = static_cast<std::size_t>(vectors.direction.cols());
+    for (std::size_t v = 0; v < count; ++v) {
+        double* const direction = column(vectors.direction, v);
+        hn::StoreU(hn::Add(hn::LoadU(d, column(vectors.preconditioned, v)), hn::Mul(by, hn::LoadU(d, direction))), d,
+                   direction);
+    }
+}
+
+#else
+
+HWY_INLINE void scale_by_inertia(const SpringSystem& system, const Matrix4X& vector, Matrix4X& result) {
+    for (std::size_t v = 0; v < system.inertia.size(); ++v) {
+        for (int axis = 0; axis < 4; ++axis) column(result, v)[axis] = system.inertia[v] * column(vector, v)[axis];
+    }
+}
+
+HWY_INLINE double close_rows(const SpringSystem& system, const Matrix4X& vector, Matrix4X& result) {
+    double sums[3] = {0.0, 0.0, 0.0};
+    for (std::size_t v = 0; v < system.inertia.size(); ++v) {
+        double* const row = column(result, v);
+        if (system.inertia[v] == 0.0) std::fill_n(row, 4, 0.0);
+        for (int axis = 0; axis < 3; ++axis) sums[axis] += column(vector, v)[axis] * row[axis];
+    }
+    return (sums[0] + sums[1]) + sums[2];
+}
+
+double advance(const SpringSystem& system, double step, Matrix4X& solution, GradientVectors& vectors) {
+    double sums[3] = {0.0, 0.0, 0.0};
+    for (std::size_t v = 0; v < system.inertia.size(); ++v) {
+        double* const residual = column(vectors.residual, v);
+        for (int axis = 0; axis < 4; ++axis) {
+            column(solution, v)[axis] += step * column(vectors.direction, v)[axis];
+            residual[axis] -= step * column(vectors.image, v)[axis];
+        }
+        const double* const inverse = system.inverse.data() + 12 * v;
+        double* const better = column(vectors.preconditioned, v);
+        for (int axis = 0; axis < 4; ++axis) {
+            better[axis] =
+                (inverse[axis] * residual[0] + inverse[4 + axis] * residual[1]) + inverse[8 + axis] * residual[2];
+        }
+        for (int axis = 0; axis < 3; ++axis) sums[axis] += residual[axis] * better[axis];
+    }
+    return (sums[0] + sums[1]) + sums[2];
+}
+
+void turn(double ratio, GradientVectors& vectors) {
+    vectors.direction = vectors.preconditioned + ratio * vectors.direction;
+}
+
+#endif
+
+double multiply(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& vector, Matrix4X& result) {
+    scale_by_inertia(system, vector, result);
+    multiply_springs(springs, system, vector, result);
+    return close_rows(system, vector, result);
 }
 
 /// Blocks of A on its diagonal, inverted.
@@ -238,11 +339,15 @@ namespace trocar {
 
 HWY_EXPORT(linearise);
 HWY_EXPORT(multiply);
+HWY_EXPORT(advance);
+HWY_EXPORT(turn);
 
 const std::vector<SystemKernels>& system_kernels() {
     static const std::vector<SystemKernels> kernels = versions_by_target([](const char* target) {
         return SystemKernels{.linearise = &HWY_DYNAMIC_DISPATCH(linearise),
                              .multiply = &HWY_DYNAMIC_DISPATCH(multiply),
+                             .advance = &HWY_DYNAMIC_DISPATCH(advance),
+                             .turn = &HWY_DYNAMIC_DISPATCH(turn),
                              .target = target};
     });
     return kernels;
@@ -256,53 +361,26 @@ SpringSystem::SpringSystem(std::size_t spring_count, std::size_t vertex_count) {
 }
 
 ConjugateGradients::ConjugateGradients(std::size_t vertex_count) {
-    for (Matrix4X* buffer : {&residual_, &preconditioned_, &direction_, &image_}) {
-        buffer->setZero(4, static_cast<Eigen::Index>(vertex_count));
+    for (Matrix4X* vector : {&vectors_.residual, &vectors_.preconditioned, &vectors_.direction, &vectors_.image}) {
+        vector->setZero(4, static_cast<Eigen::Index>(vertex_count));
     }
 }
-
-namespace {
-
-/// Axis by axis, then these, so that the sum does not hang on how wide vectors are.
-double dot(const Matrix4X& a, const Matrix4X& b) {
-    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-    for (Eigen::Index v = 0; v < a.cols(); ++v) sum += a.col(v).cwiseProduct(b.col(v));
-    return (sum[0] + sum[1]) + sum[2];
-}
-
-void precondition(const SpringSystem& system, const Matrix4X& residual, Matrix4X& result) {
-    for (Eigen::Index v = 0; v < residual.cols(); ++v) {
-        const double* const inverse = system.inverse.data() + 12 * v;
-        const Eigen::Map<const Eigen::Vector4d> x(inverse), y(inverse + 4), z(inverse + 8);
-        const auto r = residual.col(v);
-        result.col(v) = x * r[0] + y * r[1] + z * r[2];
-    }
-}
-
-}  // namespace
 
 int ConjugateGradients::solve(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& right_side,
                               double tolerance, int iterations, Matrix4X& solution) {
     const SystemKernels& kernels = system_kernels().front();
-    precondition(system, right_side, preconditioned_);
-    const double small = tolerance * tolerance * dot(right_side, preconditioned_);
-    kernels.multiply(springs, system, solution, image_);
-    residual_ = right_side - image_;
-    precondition(system, residual_, preconditioned_);
-    direction_ = preconditioned_;
-    double rho = dot(residual_, preconditioned_);
+    solution.setZero();
+    vectors_.residual = right_side;
+    double rho = kernels.advance(system, 0.0, solution, vectors_);
+    const double small = tolerance * tolerance * rho;
+    kernels.turn(0.0, vectors_);
     int taken = 0;
     while (taken < iterations && rho > small) {
         ++taken;
-        kernels.multiply(springs, system, direction_, image_);
-        const double curvature = dot(direction_, image_);
+        const double curvature = kernels.multiply(springs, system, vectors_.direction, vectors_.image);
         if (!(curvature > 0.0)) break;
-        const double step = rho / curvature;
-        solution += step * direction_;
-        residual_ -= step * image_;
-        precondition(system, residual_, preconditioned_);
-        const double next = dot(residual_, preconditioned_);
-        direction_ = preconditioned_ + (next / rho) * direction_;
+        const double next = kernels.advance(system, rho / curvature, solution, vectors_);
+        kernels.turn(next / rho, vectors_);
         rho = next;
     }
     return taken;

@@ -24,11 +24,22 @@ struct SpringSystem {
     SpringSystem(std::size_t spring_count, std::size_t vertex_count);
 };
 
+/// The vectors of conjugate gradients, 4 × vertices.
+struct GradientVectors {
+    Matrix4X residual, preconditioned, direction, image;
+};
+
 struct SystemKernels {
     /// Linearises at the state for a step of h (s): all of SpringSystem, constant forces in its right side.
     void (*linearise)(double h, const SpringArrays& springs, const TissueState& state, SpringSystem& system);
-    /// result = A · vector; columns of what does not move have to be 0 in `vector` and are 0 in `result`.
-    void (*multiply)(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& vector, Matrix4X& result);
+    /// result = A · vector; columns of what does not move have to be 0 in `vector` and are 0 in `result`. Gives
+    /// vector · result.
+    double (*multiply)(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& vector,
+                       Matrix4X& result);
+    /// A step along the direction: the solution, the residual after it and that preconditioned. Gives their product.
+    double (*advance)(const SpringSystem& system, double step, Matrix4X& solution, GradientVectors& vectors);
+    /// direction = preconditioned + ratio direction.
+    void (*turn)(double ratio, GradientVectors& vectors);
     const char* target;  ///< name of the instruction set
 };
 
@@ -39,13 +50,13 @@ const std::vector<SystemKernels>& system_kernels();
 class ConjugateGradients {
 public:
     explicit ConjugateGradients(std::size_t vertex_count);
-    /// Improves `solution` until the residual, measured by the preconditioner, is below `tolerance` times that of the
-    /// right side, for at most `iterations`. Gives how many it took.
+    /// Solves until the residual, measured by the preconditioner, is below `tolerance` times that of the right side,
+    /// for at most `iterations`. Gives how many it took.
     int solve(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& right_side, double tolerance,
               int iterations, Matrix4X& solution);
 
 private:
-    Matrix4X residual_, preconditioned_, direction_, image_;
+    GradientVectors vectors_;
 };
 
 }  // namespace trocar
