@@ -369,7 +369,8 @@ ConjugateGradients::ConjugateGradients(std::size_t vertex_count) {
 int ConjugateGradients::solve(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& right_side,
                               double tolerance, int iterations, Matrix4X& solution) {
     const SystemKernels& kernels = system_kernels().front();
-    solution.setZero();
+    // Cleared, not scaled by zero: numbers that were not finite would stay.
+    for (Matrix4X* vector : {&solution, &vectors_.direction, &vectors_.image}) vector->setZero();
     vectors_.residual = right_side;
     double rho = kernels.advance(system, 0.0, solution, vectors_);
     const double small = tolerance * tolerance * rho;

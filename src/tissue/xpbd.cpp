@@ -9,6 +9,7 @@
 
 #include "method/entry.hpp"
 #include "tissue/moving_tissue.hpp"
+#include "tissue/stability.hpp"
 #include "tissue/tick_contacts.hpp"
 
 namespace trocar {
@@ -24,12 +25,16 @@ public:
         tissue_.emplace(topology, materials);
         contacts_.emplace(topology.vertex_count, tissue_->state().size());
         before_ = tissue_->state().position;
+        counter_.setZero(3, static_cast<Eigen::Index>(tissue_->springs().size()));
+        is_first_ = true;
         largest_move_ = 0.0;
     }
 
     Outcome advance(const Effect& effect, double dt, const Frame& from, Frame& to,
                     std::vector<Wrench>& reaction) override {
         tissue_->take_over(effect, from);
+        if (is_first_) share_rest_bias(from);
+        is_first_ = false;
         contacts_->collect(effect, from, tissue_->state());
         const Outcome outcome = step(effect, dt, from);
         tissue_->release(effect);
@@ -45,6 +50,35 @@ public:
     [[nodiscard]] double largest_move() const override { return largest_move_; }
 
 private:
+    /// A preload is held off by the rest bias of its two ends. As one force of the whole vertex that would meet the
+    /// springs one after the other and move tissue at rest; each spring's own part, taken with the spring, leaves it
+    /// where it is. The parts are known where the run starts from the rest shape: they then sum to the bias.
+    void share_rest_bias(const Frame& start) {
+        const Matrix3X& bias = tissue_->materials().rest_bias;
+        if (bias.cols() != start.position.cols()) return;
+        TissueState& state = tissue_->state();
+        own_bias_.setZero(4, static_cast<Eigen::Index>(state.size()));
+        double largest = 0.0;
+        for (std::size_t s = 0; s < tissue_->springs().size(); ++s) {
+            const Spring& spring = tissue_->springs()[s];
+            const Vector3 d = start.position.col(spring.j) - start.position.col(spring.i);
+            if (d.norm() == 0.0) continue;
+            counter_.col(static_cast<Eigen::Index>(s)) = spring.preload * d.normalized();
+            own_bias_.col(state.place[at(spring.i)]).head<3>() -= spring.preload * d.normalized();
+            own_bias_.col(state.place[at(spring.j)]).head<3>() += spring.preload * d.normalized();
+            largest = std::max(largest, spring.preload);
+        }
+        constexpr double rounding = 1e-9;
+        for (std::size_t v = 0; v < state.size(); ++v) {
+            if (!is_free(tissue_->materials(), state.vertex[v])) continue;
+            const auto column = static_cast<Eigen::Index>(v);
+            if ((own_bias_.col(column).head<3>() - bias.col(state.vertex[v])).norm() <= rounding * largest) continue;
+            counter_.setZero();
+            own_bias_.setZero();
+            return;
+        }
+    }
+
     Outcome step(const Effect& effect, double dt, const Frame& from) {
         const double h = dt / substeps_;
         double bound = 0.0;  // m, no coordinate has gone further in this tick
@@ -70,11 +104,13 @@ private:
             const double w = state.inverse_mass[v];
             if (w == 0.0) continue;
             const auto column = static_cast<Eigen::Index>(v);
+            Eigen::Vector4d constant = state.constant.col(column);
+            if (own_bias_.cols() > 0) constant -= own_bias_.col(column);
             state.velocity.col(column) =
-                (state.velocity.col(column) + h * w * state.constant.col(column)) / (1.0 + h * w * state.drag[v]);
+                (state.velocity.col(column) + h * w * constant) / (1.0 + h * w * state.drag[v]);
             state.position.col(column) += h * state.velocity.col(column);
         }
-        for (const Spring& spring : tissue_->springs()) draw_together(spring, h);
+        for (std::size_t s = 0; s < tissue_->springs().size(); ++s) draw_together(s, h);
         for (TickContact& contact : contacts_->all()) press(contact, h, effect);
         if (contacts_->any_rubs()) {
             contacts_->gather_grip();
@@ -89,9 +125,10 @@ private:
         contacts_->finish_substep(h, substeps_, state);
     }
 
-    /// Thesis eq. 3.1 as a constraint of compliance 1/k: tension k (l - rest) + preload + c dl/dt; and no longer than
-    /// the strain limit.
-    void draw_together(const Spring& spring, double h) {
+    /// Thesis eq. 3.1 as a constraint of compliance 1/k: tension k (l - rest) + preload + c dl/dt, less what holds off
+    /// the preload at rest; and no longer than the strain limit.
+    void draw_together(std::size_t number, double h) {
+        const Spring& spring = tissue_->springs()[number];
         TissueState& state = tissue_->state();
         const Index i = state.place[at(spring.i)];
         const Index j = state.place[at(spring.j)];
@@ -102,14 +139,18 @@ private:
         if (length == 0.0) return;
         const Vector3 u = d / length;
         const Vector3 before = (before_.col(j) - before_.col(i)).head<3>();
+        const Vector3 counter = h * h * counter_.col(static_cast<Eigen::Index>(number));
+        const double countered = counter.dot(u);
         const double stiff = spring.k * h * h;
         const double damped = spring.damping * h;
-        double drawn = (stiff * (length - spring.rest) + spring.preload * h * h + damped * (d - before).dot(u)) /
-                       (1.0 + (stiff + damped) * (wi + wj));
+        double drawn =
+            (stiff * (length - spring.rest) + spring.preload * h * h - countered + damped * (d - before).dot(u)) /
+            (1.0 + (stiff + damped) * (wi + wj));
         const double longest = (1.0 + tissue_->materials().strain_limit) * spring.rest;
         if (spring.rest > 0.0 && length - drawn * (wi + wj) > longest) drawn = (length - longest) / (wi + wj);
-        state.position.col(i).head<3>() += wi * drawn * u;
-        state.position.col(j).head<3>() -= wj * drawn * u;
+        const Vector3 by = drawn * u - (counter - countered * u);
+        state.position.col(i).head<3>() += wi * by;
+        state.position.col(j).head<3>() -= wj * by;
     }
 
     /// m, of what moves, how far the contact's point has come in this small step.
@@ -180,6 +221,9 @@ private:
     int substeps_;
     std::optional<MovingTissue> tissue_;
     std::optional<TickContacts> contacts_;
+    Matrix3X counter_;   ///< N, per spring: what holds off its preload at rest, on i
+    Matrix4X own_bias_;  ///< N, of that, per vertex of the state; no columns without a rest bias
+    bool is_first_ = true;
     Matrix4X before_;  ///< m, positions at the start of the small step
     double largest_move_ = 0.0;
 };

@@ -1,0 +1,275 @@
+// What every stepper owes of motion: momentum that nothing takes, no energy from nowhere, rest that lasts, closed forms
+// met ever better as its steps shrink, and a name for what cannot go on.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include "method/registry.hpp"
+#include "support/tissue_samples.hpp"
+
+namespace trocar {
+namespace {
+
+using test::TissueSample;
+
+std::vector<std::string> stepper_names() {
+    std::vector<std::string> names;
+    for (const StepperEntry& entry : registry().steppers()) names.push_back(entry.name);
+    return names;
+}
+
+class StepperMotion : public ::testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Every, StepperMotion, ::testing::ValuesIn(stepper_names()),
+                         [](const auto& one) { return one.param; });
+
+/// Runs without contacts; false when an outcome is not ok.
+bool run(Stepper& stepper, const Effect& effect, double dt, int ticks, Frame& frame) {
+    std::vector<Wrench> reaction(1);
+    for (int tick = 0; tick < ticks; ++tick) {
+        if (!stepper.advance(effect, dt, frame, frame, reaction).ok()) return false;
+    }
+    return true;
+}
+
+bool run(const std::string& name, const TissueSample& s, double dt, int ticks, Frame& frame) {
+    const auto stepper = make_stepper(name);
+    stepper->prepare(s.topology, s.materials);
+    return run(*stepper, test::empty_effect(s.topology), dt, ticks, frame);
+}
+
+/// Points at random in a cube, all pairs nearer than 4 cm tied, thrown with random velocities; nothing holds it.
+TissueSample make_cloud(double damping) {
+    std::mt19937 random(17);
+    std::uniform_real_distribution<double> number(-1.0, 1.0);
+    std::vector<Vector3> points;
+    std::vector<double> mass;
+    for (int i = 0; i < 60; ++i) {
+        points.emplace_back(0.05 * number(random), 0.05 * number(random), 0.05 * number(random));
+        mass.push_back(1e-3 * (1.0 + 0.5 * number(random)));
+    }
+    std::vector<Spring> springs;
+    for (Index i = 0; i < 60; ++i) {
+        for (Index j = i + 1; j < 60; ++j) {
+            const double length = (points[static_cast<std::size_t>(i)] - points[static_cast<std::size_t>(j)]).norm();
+            if (length > 0.04) continue;
+            springs.push_back({.i = i, .j = j, .rest = length, .k = 20.0, .damping = damping});
+        }
+    }
+    TissueSample s = test::make_tissue(points, mass, std::vector<std::uint8_t>(60, 0), springs);
+    for (Index v = 0; v < 60; ++v) {
+        s.frame.velocity.col(v) = Vector3(1.0 + number(random), number(random), number(random));
+    }
+    s.materials.substeps = 4;
+    return s;
+}
+
+Vector3 momentum(const TissueSample& s, const Frame& frame) {
+    Vector3 sum = Vector3::Zero();
+    for (Index v = 0; v < s.topology.vertex_count; ++v) {
+        sum += s.materials.mass[static_cast<std::size_t>(v)] * frame.velocity.col(v);
+    }
+    return sum;
+}
+
+double energy(const TissueSample& s, const Frame& frame) {
+    double sum = 0.0;
+    for (Index v = 0; v < s.topology.vertex_count; ++v) {
+        sum += 0.5 * s.materials.mass[static_cast<std::size_t>(v)] * frame.velocity.col(v).squaredNorm();
+    }
+    for (const Spring& spring : s.materials.springs) {
+        const double stretch = (frame.position.col(spring.j) - frame.position.col(spring.i)).norm() - spring.rest;
+        sum += 0.5 * spring.k * stretch * stretch + spring.preload * stretch;
+    }
+    return sum;
+}
+
+TEST_P(StepperMotion, MomentumStaysWhereNothingHolds) {
+    for (const double damping : {0.0, 0.05}) {
+        const TissueSample s = make_cloud(damping);
+        Frame frame = s.frame;
+        const Vector3 before = momentum(s, frame);
+        ASSERT_TRUE(run(GetParam(), s, 1e-3, 500, frame));
+        EXPECT_LT((momentum(s, frame) - before).norm(), 1e-9 * before.norm()) << damping;
+        EXPECT_GT((frame.position - s.frame.position).colwise().norm().minCoeff(), 0.1) << "it flies";
+    }
+}
+
+TEST_P(StepperMotion, NoEnergyComesFromNowhereWithoutDamping) {
+    const TissueSample s = make_cloud(0.0);
+    Frame frame = s.frame;
+    const auto stepper = make_stepper(GetParam());
+    stepper->prepare(s.topology, s.materials);
+    const double before = energy(s, frame);
+    double most = 0.0;
+    for (int tick = 0; tick < 3000; ++tick) {
+        ASSERT_TRUE(run(*stepper, test::empty_effect(s.topology), 1e-3, 1, frame));
+        most = std::max(most, energy(s, frame));
+    }
+    // A symplectic scheme swings about the energy by half of omega h, here at most 5 %.
+    EXPECT_LT(most, 1.05 * before);
+}
+
+TEST_P(StepperMotion, RestLasts) {
+    TissueSample s = test::make_disc(0.05, 0.01, 100.0, 0.2, 1e-4);
+    s.materials.substeps = 4;
+    Frame frame = s.frame;
+    ASSERT_TRUE(run(GetParam(), s, 1e-3, 10000, frame));
+    EXPECT_LT(frame.velocity.cwiseAbs().maxCoeff(), 1e-9);
+    EXPECT_LT((frame.position - s.frame.position).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+/// Error of a run against a closed form for ever more ticks in the same time: least slope of log error against log
+/// step.
+template <typename Error>
+double observed_order(const Error& error) {
+    double least = std::numeric_limits<double>::infinity();
+    double before = error(1);
+    for (int finer = 2; finer <= 8; finer *= 2) {
+        const double now = error(finer);
+        least = std::min(least, std::log2(before / now));
+        before = now;
+    }
+    return least;
+}
+
+TEST_P(StepperMotion, ADampedSwingIsMetWithTheFirstOrderOfTheStep) {
+    // One mass between two walls, along the line: m x'' = -2 k x - 2 c x'. x = a e^-gt (cos wt + g/w sin wt).
+    const double k = 50.0;
+    const double c = 0.02;
+    const double m = 1e-2;
+    const double a = 1e-3;
+    const double g = c / m;
+    const double w = std::sqrt(2.0 * k / m - g * g);
+    const double time = 0.08;
+    const auto error = [&](int finer) {
+        TissueSample s = test::make_tissue(
+            {Vector3(-0.1, 0, 0), Vector3(a, 0, 0), Vector3(0.1, 0, 0)}, {m, m, m}, {1, 0, 1},
+            {{.i = 0, .j = 1, .rest = 0.1, .k = k, .damping = c}, {.i = 1, .j = 2, .rest = 0.1, .k = k, .damping = c}});
+        Frame frame = s.frame;
+        const int ticks = 160 * finer;
+        EXPECT_TRUE(run(GetParam(), s, time / ticks, ticks, frame));
+        const double exact = a * std::exp(-g * time) * (std::cos(w * time) + g / w * std::sin(w * time));
+        EXPECT_NEAR(frame.position(0, 1), exact, 0.1 * a);
+        return std::abs(frame.position(0, 1) - exact);
+    };
+    EXPECT_GT(observed_order(error), 0.9);
+}
+
+TEST_P(StepperMotion, AWaveOnAChainIsMetWithTheFirstOrderOfTheStep) {
+    // Ten masses between walls, along the line: mode n swings with w = 2 sqrt(k / m) sin(n pi / 22).
+    constexpr Index masses = 10;
+    constexpr int mode = 3;
+    const double k = 80.0;
+    const double m = 5e-3;
+    const double a = 1e-4;
+    const double w = 2.0 * std::sqrt(k / m) * std::sin(mode * std::numbers::pi / (2.0 * (masses + 1)));
+    const double time = 0.04;
+    const auto shape = [&](Index i) { return std::sin(mode * std::numbers::pi * i / (masses + 1)); };
+    const auto error = [&](int finer) {
+        std::vector<Vector3> points;
+        std::vector<Spring> springs;
+        for (Index i = 0; i <= masses + 1; ++i) {
+            points.emplace_back(0.01 * i + a * shape(i), 0.0, 0.0);
+            if (i > 0) springs.push_back({.i = i - 1, .j = i, .rest = 0.01, .k = k});
+        }
+        std::vector<std::uint8_t> pinned(points.size(), 0);
+        pinned.front() = pinned.back() = 1;
+        const TissueSample s = test::make_tissue(points, std::vector<double>(points.size(), m), pinned, springs);
+        Frame frame = s.frame;
+        const int ticks = 160 * finer;
+        EXPECT_TRUE(run(GetParam(), s, time / ticks, ticks, frame));
+        double worst = 0.0;
+        for (Index i = 1; i <= masses; ++i) {
+            worst = std::max(worst, std::abs(frame.position(0, i) - 0.01 * i - a * shape(i) * std::cos(w * time)));
+        }
+        EXPECT_LT(worst, 0.3 * a);
+        return worst;
+    };
+    EXPECT_GT(observed_order(error), 0.85);
+}
+
+TEST_P(StepperMotion, ALoadedMembraneSinksAsItsEquationSays) {
+    // z(r) = F ln(R / r) / (2 pi sigma), sigma = sqrt(3) p k (METHODS §14, I25).
+    constexpr double radius = 0.05;
+    constexpr double edge = 0.0025;
+    constexpr double mass = 5e-5;
+    TissueSample s = test::make_disc(radius, edge, 100.0, 0.2, mass);
+    s.materials.drag.assign(s.materials.drag.size(), 60.0 * mass);
+    s.materials.substeps = 4;
+    const auto stepper = make_stepper(GetParam());
+    stepper->prepare(s.topology, s.materials);
+    Effect effect = test::empty_effect(s.topology);
+    const double load = 1e-3;
+    effect.held_force(2, 0) = -load;
+    Frame frame = s.frame;
+    ASSERT_TRUE(run(*stepper, effect, 1e-3, 1000, frame));
+    const double tension = std::sqrt(3.0) * 0.2 * 100.0;
+    int checked = 0;
+    for (Index v = 0; v < s.topology.vertex_count; ++v) {
+        const double r = s.frame.position.col(v).norm();
+        if (r < 4.0 * edge || r > 0.5 * radius) continue;
+        const double exact = load * std::log(radius / r) / (2.0 * std::numbers::pi * tension);
+        EXPECT_NEAR(-frame.position(2, v), exact, 0.03 * exact) << r;
+        ++checked;
+    }
+    EXPECT_GT(checked, 100);
+}
+
+TEST_P(StepperMotion, APlaneCarriesWhatLiesOnItAndHoldsWhatSticks) {
+    TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
+    const auto stepper = make_stepper(GetParam());
+    stepper->prepare(s.topology, s.materials);
+    Effect effect = test::empty_effect(s.topology);
+    std::vector<Wrench> reaction(1);
+    const auto rest = [&](double along) {
+        s.frame.position.setZero();
+        s.frame.velocity.setZero();
+        for (int tick = 0; tick < 400; ++tick) {
+            effect.clear();
+            effect.held_force.col(0) = Vector3(along, 0.0, -0.5);
+            LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), s.frame.position(2, 0), 1e4, 5.0);
+            contact.friction = 0.4;
+            contact.tangent_k = 2000.0;
+            contact.slip_key = 0;
+            effect.contacts.push_back(contact);
+            ASSERT_TRUE(stepper->advance(effect, 1e-3, s.frame, s.frame, reaction).ok());
+        }
+    };
+    rest(0.15);
+    EXPECT_NEAR(stepper->loads()[0].normal, 0.5, 1e-9);
+    EXPECT_NEAR(s.frame.position(2, 0), -0.5 / 1e4, 1e-9);
+    EXPECT_NEAR(stepper->loads()[0].friction, 0.15, 1e-6);
+    EXPECT_NEAR(s.frame.position(0, 0), 0.15 / 2000.0, 1e-8);
+    rest(0.3);  // more than 0.4 of 0.5 N can hold: 0.1 N is left for 1 g
+    EXPECT_NEAR(stepper->loads()[0].friction, 0.2, 1e-9);
+    EXPECT_NEAR(s.frame.velocity(0, 0), 100.0 * 0.4, 0.4);
+}
+
+TEST_P(StepperMotion, WhatCannotGoOnHasANameAndLeavesTheFrameAlone) {
+    const TissueSample s = test::make_disc(0.05, 0.01, 100.0, 0.2, 1e-4);
+    const auto stepper = make_stepper(GetParam());
+    stepper->prepare(s.topology, s.materials);
+    std::vector<Wrench> reaction(1);
+    const auto outcome_of = [&](const Effect& effect, const Frame& from) {
+        Frame to = s.frame;
+        const Outcome outcome = stepper->advance(effect, 1e-3, from, to, reaction);
+        EXPECT_EQ(to.hash(), s.frame.hash());
+        EXPECT_NE(outcome.message, "");
+        return outcome.kind;
+    };
+    Effect effect = test::empty_effect(s.topology);
+    effect.held_force(2, 0) = 1e12;
+    EXPECT_EQ(outcome_of(effect, s.frame), OutcomeKind::unstable);
+    effect.clear();
+    Frame broken = s.frame;
+    broken.velocity(1, 0) = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(outcome_of(effect, broken), OutcomeKind::not_finite);
+    Frame to = s.frame;
+    EXPECT_TRUE(stepper->advance(effect, 1e-3, s.frame, to, reaction).ok()) << "it goes on with the next frame";
+}
+
+}  // namespace
+}  // namespace trocar
