@@ -43,7 +43,9 @@ Vector3 spring_force(const Spring& spring, const Matrix3X& position, const Matri
     if (length == 0.0) return Vector3::Zero();
     const Vector3 u = d / length;
     const double closing = (velocity.col(spring.j) - velocity.col(spring.i)).dot(u);
-    return (spring.k * (length - spring.rest) + spring.preload + spring.damping * closing) * u;
+    double tension = spring.k * (length - spring.rest) + spring.preload + spring.damping * closing;
+    if (spring.stiffening > 0.0) tension += stiffening_tension(spring, length);
+    return tension * u;
 }
 
 void internal_force(const Materials& materials, const Matrix3X& position, const Matrix3X& velocity, Matrix3X& force) {
@@ -57,6 +59,8 @@ void internal_force(const Materials& materials, const Matrix3X& position, const 
         force.col(spring.i) += f;
         force.col(spring.j) -= f;
     }
+    const ShapeElements shape{.stiffening = {}, .hinges = materials.hinges, .enclosures = materials.enclosures};
+    add_shape_force(shape, position, force);
     for (std::size_t v = 0; v < materials.drag.size(); ++v) {
         const auto column = static_cast<Eigen::Index>(v);
         if (materials.drag[v] != 0.0) force.col(column) -= materials.drag[v] * velocity.col(column);
@@ -65,7 +69,8 @@ void internal_force(const Materials& materials, const Matrix3X& position, const 
 
 namespace {
 
-/// Free vertices of the tissue, and what a spring ties to them: the rest cannot move and moves nothing.
+/// Free vertices of the tissue, and what a spring, a hinge or an enclosure ties to them: the rest cannot move and moves
+/// nothing.
 TissueState state_of(const Topology& topology, const Materials& materials) {
     const std::size_t n = at(topology.vertex_count);
     std::vector<std::uint8_t> free(n, 0);
@@ -77,6 +82,17 @@ TissueState state_of(const Topology& topology, const Materials& materials) {
     for (const Spring& spring : materials.springs) {
         if (free[at(spring.i)] == 0 && free[at(spring.j)] == 0) continue;
         taken[at(spring.i)] = taken[at(spring.j)] = 1;
+    }
+    const auto is_moved = [&](Index v) { return free[at(v)] != 0; };
+    for (const Hinge& hinge : materials.hinges) {
+        if (std::none_of(hinge.vertex.begin(), hinge.vertex.end(), is_moved)) continue;
+        for (const Index v : hinge.vertex) taken[at(v)] = 1;
+    }
+    for (const Enclosure& enclosure : materials.enclosures) {
+        const std::span<const Index> corners(enclosure.triangles.data(),
+                                             static_cast<std::size_t>(enclosure.triangles.size()));
+        if (std::none_of(corners.begin(), corners.end(), is_moved)) continue;
+        for (const Index v : corners) taken[at(v)] = 1;
     }
     TissueState state;
     state.place.assign(n, -1);
@@ -111,6 +127,7 @@ MassSpring::MassSpring(const Topology& topology, const Materials& materials)
     : materials_(&materials),
       kernels_(&spring_kernels().front()),
       state_(state_of(topology, materials)),
+      shape_(materials, state_.place),
       contacts_(topology.vertex_count, state_.size()) {
     moving_springs_ = moving_springs(materials, state_);
     springs_ = spring_arrays(moving_springs_, state_.place, state_.size());
@@ -155,6 +172,14 @@ void MassSpring::set_constant_force(const Matrix3X* held) {
         if (v < materials_->rest_bias.cols()) constant = materials_->rest_bias.col(v);
         if (held != nullptr) constant += held->col(v);
     }
+    if (!shape_.none()) held_force_ = state_.constant;
+}
+
+/// What the kernels take as constant is so for one sub-step: the forces of the shape come anew from where it begins.
+void MassSpring::add_shape_force() {
+    if (shape_.none()) return;
+    state_.constant = held_force_;
+    shape_.add_force(state_.position.topRows<3>(), state_.constant.topRows<3>());
 }
 
 /// Lets go of the vertices that were held for the tick.
@@ -199,6 +224,7 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, const Frame& fram
             position_before_[t] = state_.position.col(touched[t]).head<3>();
         }
         if (implicit) contacts_.turn(state_);
+        add_shape_force();
         SubStepCheck check = kernels_->sub_step(h, springs_, state_);
         if (!touched.empty()) {
             // The sub-step has gone by springs alone: contacts change the new velocities, and those the positions.

@@ -10,12 +10,14 @@
 #include "contact/outcome.hpp"
 #include "scene/world.hpp"
 #include "tissue/contact_solver.hpp"
+#include "tissue/shape_forces.hpp"
 #include "tissue/spring_kernels.hpp"
 #include "tissue/stability.hpp"
 
 namespace trocar {
 
-/// Force of the tissue on each vertex: springs, preload, rest bias, damping, drag; 3×N, N. Contacts not included.
+/// Force of the tissue on each vertex: springs, preload, hinges, enclosures, rest bias, damping, drag; 3×N, N. Contacts
+/// not included.
 /// `force` is resized only when its size is wrong.
 void internal_force(const Materials& materials, const Matrix3X& position, const Matrix3X& velocity, Matrix3X& force);
 
@@ -64,6 +66,7 @@ private:
     void each_placed(const Effect& effect, const Act& act) const;
     void place(const Effect& effect, const Frame& frame);
     void set_constant_force(const Matrix3X* held);
+    void add_shape_force();
     void release(const Effect& effect);
     Outcome integrate(const Effect& effect, double dt, const Frame& frame);
     void limit_strain();
@@ -79,6 +82,8 @@ private:
     std::vector<Spring> moving_springs_;  ///< those with an end that moves
     SpringArrays springs_;                ///< the same in the same order
     TissueState state_;
+    ShapeForces shape_;
+    Matrix4X held_force_;  ///< N, what does not change in a tick; only where the shape has forces
     ContactSolver contacts_;
     double extent_ = 0.0;                   ///< m, sum of rest lengths: no vertex may move further in one tick
     std::vector<Vector3> position_before_;  ///< m, of the vertices in contact before a sub-step
