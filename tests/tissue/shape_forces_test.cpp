@@ -259,6 +259,49 @@ TEST(Hinges, BowlsAndSaddlesHoldWhatSeungAndNelsonFound) {
     }
 }
 
+TEST(Hinges, OfSquaresWithOneDiagonalDependOnTheDirection) {
+    // By hand, from the gradients' jumps at the edges: D/2 ((yy + xy)² + (xx + xy)² + 4 xy²) for the second derivatives
+    // xx, xy, yy of the deflection: D along the sides and across the diagonals, 3 D along the diagonals.
+    constexpr double rigidity = 2e-3;
+    constexpr double side = 0.005;
+    constexpr Index n = 9;
+    Matrix3X position(3, n * n);
+    Triangles triangles(3, 2 * (n - 1) * (n - 1));
+    Index t = 0;
+    const auto at = [](Index x, Index y) { return y * n + x; };
+    for (Index y = 0; y < n; ++y) {
+        for (Index x = 0; x < n; ++x) {
+            position.col(at(x, y)) = side * Vector3(x - 0.5 * n, y - 0.5 * n, 0.0);
+            if (x + 1 == n || y + 1 == n) continue;
+            triangles.col(t++) << at(x, y), at(x + 1, y), at(x + 1, y + 1);
+            triangles.col(t++) << at(x, y), at(x + 1, y + 1), at(x, y + 1);
+        }
+    }
+    const MadeTissue made(position, triangles, free_of(rigidity));
+    std::vector<Hinge> hinges;  // of every inner cell its lower and left side and its diagonal
+    double area = 0.0;
+    for (Index y = 1; y + 1 < n; ++y) {
+        for (Index x = 1; x + 1 < n; ++x) {
+            area += side * side;
+            for (const Hinge& hinge : made.materials.hinges) {
+                if (hinge.vertex[0] != at(x, y)) continue;
+                const Index end = hinge.vertex[1];
+                if (end == at(x + 1, y) || end == at(x, y + 1) || end == at(x + 1, y + 1)) hinges.push_back(hinge);
+            }
+        }
+    }
+    ASSERT_EQ(hinges.size(), 3U * (n - 2) * (n - 2));
+    for (const auto& [degrees, share] : std::vector<std::pair<double, double>>{{0, 1}, {90, 1}, {-45, 1}, {45, 3}}) {
+        const Vector3 across(std::cos(degrees * pi / 180.0), std::sin(degrees * pi / 180.0), 0.0);
+        Matrix3X bent = position;
+        for (Index v = 0; v < bent.cols(); ++v) bent(2, v) = 0.5 * std::pow(across.dot(position.col(v)), 2);
+        const double plate = 0.5 * rigidity * area;
+        EXPECT_NEAR(shape_energy({.stiffening = {}, .hinges = hinges, .enclosures = {}}, bent), share * plate,
+                    0.01 * plate)
+            << degrees;
+    }
+}
+
 TEST(Hinges, CantileverBendsAsTheBeamEquationSays) {
     // Rows of equilateral triangles bent along y, a line load F (N/m) on the last row: the moment F (n - i) h at row i
     // is D times the second difference of the deflection, so that w_n = F h³/D Σ m² = F h³/D (n-1) n (2n-1)/6: the
