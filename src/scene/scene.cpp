@@ -11,6 +11,7 @@
 #include <set>
 #include <utility>
 
+#include "geometry/enclosed_volume.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_file.hpp"
 #include "geometry/mesh_report.hpp"
@@ -340,6 +341,21 @@ TissueSettings read_tissue(const JsonNode& node, const Places& places, Index ver
     return settings;
 }
 
+/// A pressure needs a surface that is closed vertex by vertex and has its volume inside.
+void expect_enclosure(const JsonNode& bulk_modulus, const BodyPlan& plan) {
+    const Triangles& triangles = plan.body.triangles;
+    if (const Index open = open_edges(triangles); open > 0) {
+        bulk_modulus.fail("0, since the body is open",
+                          fmt::format("{:g} on a surface with {} open edges", bulk_modulus.number(), open));
+    }
+    if (!plan.body.closed) bulk_modulus.fail("0, since the body is said to be open");
+    const double volume = enclosed_volume(triangles, plan.scene_body.local);
+    if (!(volume > 0.0)) {
+        bulk_modulus.fail("0, since the body encloses nothing",
+                          fmt::format("{:g} on a volume of {:.6g} m³", bulk_modulus.number(), volume));
+    }
+}
+
 void read_hinge(const JsonNode& node, const Places& places, Vector3& point, Vector3& axis, double& angle) {
     node.expect_keys({"point", "axis", "angle"});
     if (const auto value = node.find("point")) point = places.metres * value->vector3();
@@ -476,6 +492,7 @@ BodyPlan read_body(const JsonNode& node, const Places& places) {
     if (plan.body.kind == BodyKind::tissue) {
         const auto tissue = node.find("tissue");
         plan.tissue = tissue ? read_tissue(*tissue, places, plan.body.vertex_count) : TissueSettings{};
+        if (plan.tissue->bulk_modulus > 0.0) expect_enclosure(tissue->at("bulk_modulus"), plan);
     }
     return plan;
 }
@@ -570,6 +587,22 @@ std::uint64_t hash_of(const Scene& scene) {
     for (const std::vector<double>* numbers : {&materials.mass, &materials.area, &materials.mean_stiffness,
                                                &materials.triangle_stiffness, &materials.drag}) {
         hash.add(*numbers);
+    }
+    // What a scene does not name leaves its hash as it was.
+    for (std::size_t s = 0; s < materials.springs.size(); ++s) {
+        if (materials.springs[s].stiffening == 0.0) continue;
+        hash.add(static_cast<std::uint64_t>(s));
+        hash.add(materials.springs[s].stiffening);
+    }
+    for (const Hinge& hinge : materials.hinges) {
+        for (const Index v : hinge.vertex) hash.add(v);
+        hash.add(hinge.rest);
+        hash.add(hinge.stiffness);
+    }
+    for (const Enclosure& enclosure : materials.enclosures) {
+        hash.add(enclosure.triangles);
+        hash.add(enclosure.volume);
+        hash.add(enclosure.bulk_modulus);
     }
     hash.add(static_cast<Index>(materials.substeps));
     hash.add(materials.strain_limit);

@@ -12,7 +12,9 @@ Vector3 spring_force(const Spring& spring, const Matrix3X& position, const Matri
     if (length == 0.0) return Vector3::Zero();
     const Vector3 u = d / length;
     const double closing = (velocity.col(spring.j) - velocity.col(spring.i)).dot(u);
-    return (spring.k * (length - spring.rest) + spring.preload + spring.damping * closing) * u;
+    double tension = spring.k * (length - spring.rest) + spring.preload + spring.damping * closing;
+    if (spring.stiffening > 0.0) tension += stiffening_tension(spring, length);
+    return tension * u;
 }
 
 void internal_force(const Materials& materials, const Matrix3X& position, const Matrix3X& velocity, Matrix3X& force) {
@@ -26,6 +28,8 @@ void internal_force(const Materials& materials, const Matrix3X& position, const 
         force.col(spring.i) += f;
         force.col(spring.j) -= f;
     }
+    const ShapeElements shape{.stiffening = {}, .hinges = materials.hinges, .enclosures = materials.enclosures};
+    add_shape_force(shape, position, force);
     for (std::size_t v = 0; v < materials.drag.size(); ++v) {
         const auto column = static_cast<Eigen::Index>(v);
         if (materials.drag[v] != 0.0) force.col(column) -= materials.drag[v] * velocity.col(column);
@@ -67,6 +71,7 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, const Frame& fram
             position_before_[t] = state.position.col(touched[t]).head<3>();
         }
         if (implicit) contacts_.turn(state);
+        tissue_.add_shape_force();
         SubStepCheck check = tissue_.kernels().sub_step(h, tissue_.spring_arrays(), state);
         if (!touched.empty()) {
             // The sub-step has gone by springs alone: contacts change the new velocities, and those the positions.

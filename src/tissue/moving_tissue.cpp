@@ -34,7 +34,8 @@ bool finite_input(const Effect& effect, const Frame& frame) {
            });
 }
 
-/// Free vertices of the tissue, and what a spring ties to them: the rest cannot move and moves nothing.
+/// Free vertices of the tissue, and what a spring, a hinge or an enclosure ties to them: the rest cannot move and moves
+/// nothing.
 TissueState state_of(const Topology& topology, const Materials& materials) {
     const std::size_t n = at(topology.vertex_count);
     std::vector<std::uint8_t> free(n, 0);
@@ -46,6 +47,17 @@ TissueState state_of(const Topology& topology, const Materials& materials) {
     for (const Spring& spring : materials.springs) {
         if (free[at(spring.i)] == 0 && free[at(spring.j)] == 0) continue;
         taken[at(spring.i)] = taken[at(spring.j)] = 1;
+    }
+    const auto is_moved = [&](Index v) { return free[at(v)] != 0; };
+    for (const Hinge& hinge : materials.hinges) {
+        if (std::none_of(hinge.vertex.begin(), hinge.vertex.end(), is_moved)) continue;
+        for (const Index v : hinge.vertex) taken[at(v)] = 1;
+    }
+    for (const Enclosure& enclosure : materials.enclosures) {
+        const std::span<const Index> corners(enclosure.triangles.data(),
+                                             static_cast<std::size_t>(enclosure.triangles.size()));
+        if (std::none_of(corners.begin(), corners.end(), is_moved)) continue;
+        for (const Index v : corners) taken[at(v)] = 1;
     }
     TissueState state;
     state.place.assign(n, -1);
@@ -77,7 +89,10 @@ std::vector<Spring> moving_springs(const Materials& materials, const TissueState
 }  // namespace
 
 MovingTissue::MovingTissue(const Topology& topology, const Materials& materials)
-    : materials_(&materials), kernels_(&spring_kernels().front()), state_(state_of(topology, materials)) {
+    : materials_(&materials),
+      kernels_(&spring_kernels().front()),
+      state_(state_of(topology, materials)),
+      shape_(materials, state_.place) {
     springs_ = moving_springs(materials, state_);
     arrays_ = trocar::spring_arrays(springs_, state_.place, state_.size());
     set_constant_force(nullptr);
@@ -120,6 +135,13 @@ void MovingTissue::set_constant_force(const Matrix3X* held) {
         if (v < materials_->rest_bias.cols()) constant = materials_->rest_bias.col(v);
         if (held != nullptr) constant += held->col(v);
     }
+    if (!shape_.none()) held_force_ = state_.constant;
+}
+
+void MovingTissue::add_shape_force() {
+    if (shape_.none()) return;
+    state_.constant = held_force_;
+    shape_.add_force(state_.position.topRows<3>(), state_.constant.topRows<3>());
 }
 
 /// Lets go of the vertices that were held for the tick.

@@ -8,6 +8,7 @@
 #include "contact/effect.hpp"
 #include "contact/outcome.hpp"
 #include "scene/world.hpp"
+#include "tissue/shape_forces.hpp"
 #include "tissue/spring_kernels.hpp"
 
 namespace trocar {
@@ -27,6 +28,10 @@ public:
 
     /// Takes over the frame with the effect's placements; the constant forces become rest bias and held forces.
     void take_over(const Effect& effect, const Frame& frame);
+    /// What kernels take as constant is so for one step: the forces of the shape come anew from where it begins.
+    /// Nothing to do where the scene names none.
+    void add_shape_force();
+    [[nodiscard]] ShapeForces& shape() { return shape_; }
     /// Lets go of the vertices that were held for the tick.
     void release(const Effect& effect);
     /// Writes position and velocity; previous becomes the place from which the tick started.
@@ -59,6 +64,8 @@ private:
     std::vector<Spring> springs_;
     SpringArrays arrays_;
     TissueState state_;
+    ShapeForces shape_;
+    Matrix4X held_force_;                ///< N, what does not change in a tick; only where the shape has forces
     double extent_ = 0.0;                ///< m, sum of rest lengths
     std::vector<std::uint8_t> limited_;  ///< per spring
     bool pushed_ = false;                ///< the last tick's effect held a force

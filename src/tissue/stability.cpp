@@ -4,21 +4,35 @@
 #include <cmath>
 #include <limits>
 
+#include "tissue/shape_forces.hpp"
+
 namespace trocar {
 namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// Linearised stiffness of one spring: k along it, tension over length across it (thesis §3.2, preload).
+/// Linearised stiffness of one spring: slope of its tension along it, tension over length across it (thesis §3.2,
+/// preload).
 Matrix3 stiffness_block(const Spring& spring, const Matrix3X& position) {
     const Vector3 d = position.col(spring.j) - position.col(spring.i);
     const double length = d.norm();
     if (length == 0.0) return spring.k * Matrix3::Identity();
     const Vector3 u = d / length;
-    const double tension = spring.k * (length - spring.rest) + spring.preload;
+    double tension = spring.k * (length - spring.rest) + spring.preload;
+    double slope = spring.k;
+    if (const double more = stiffening_tension(spring, length); more > 0.0) {
+        tension += more;
+        slope += 3.0 * more / (length - spring.rest);
+    }
     const Matrix3 along = u * u.transpose();
-    return spring.k * along + tension / length * (Matrix3::Identity() - along);
+    return slope * along + tension / length * (Matrix3::Identity() - along);
 }
+
+ShapeElements shape_of(const Materials& materials) {
+    return {.stiffening = {}, .hinges = materials.hinges, .enclosures = materials.enclosures};
+}
+
+bool has_shape(const Materials& materials) { return !materials.hinges.empty() || !materials.enclosures.empty(); }
 
 }  // namespace
 
@@ -40,6 +54,13 @@ double gershgorin_bound_omega(const Materials& materials, const Matrix3X& positi
             off_diagonal.col(spring.i) += sums;
             off_diagonal.col(spring.j) += sums;
         }
+    }
+    if (has_shape(materials)) {
+        std::vector<double> inverse_mass(static_cast<std::size_t>(n), 0.0);
+        for (Index v = 0; v < n; ++v) {
+            if (is_free(materials, v)) inverse_mass[at(v)] = 1.0 / materials.mass[at(v)];
+        }
+        add_shape_row_sums(shape_of(materials), position, inverse_mass, off_diagonal);
     }
     double largest = 0.0;
     for (Index v = 0; v < n; ++v) {
@@ -64,6 +85,16 @@ void apply_stiffness(const Materials& materials, const Matrix3X& position, const
         const Vector3 f = stiffness_block(spring, position) * difference;
         if (free_i) force.col(spring.i) += f;
         if (free_j) force.col(spring.j) -= f;
+    }
+    if (!has_shape(materials)) return;
+    Matrix3X free_part = displacement;
+    Matrix3X shape_force = Matrix3X::Zero(3, position.cols());
+    for (Index v = 0; v < position.cols(); ++v) {
+        if (!is_free(materials, v)) free_part.col(v).setZero();
+    }
+    add_shape_stiffness(shape_of(materials), position, free_part, shape_force);
+    for (Index v = 0; v < position.cols(); ++v) {
+        if (is_free(materials, v)) force.col(v) += shape_force.col(v);
     }
 }
 

@@ -234,5 +234,61 @@ TEST(StepperEntry, WhatItDoesNotTakeIsNamed) {
     EXPECT_EQ(registry().default_stepper().name, "semi_implicit");
 }
 
+/// One free vertex of 1 g that a load moves along z, and where it comes to rest.
+struct Carried {
+    const char* by;
+    test::TissueSample s;
+    Index vertex;
+    double load;  ///< N
+    double z;     ///< m
+};
+
+/// What a scene names beyond linear springs, METHODS §4.
+std::vector<Carried> carried_loads() {
+    std::vector<Carried> result;
+    const auto add = [&](const char* by, const std::vector<Vector3>& points, const std::vector<Spring>& springs,
+                         double drag, double load, double z) -> Materials& {
+        std::vector<std::uint8_t> pinned(points.size(), 1);
+        pinned.back() = 0;
+        const auto vertex = static_cast<Index>(points.size()) - 1;
+        result.push_back({by, test::make_tissue(points, std::vector<double>(points.size(), 1e-3), pinned, springs),
+                          vertex, load, z});
+        result.back().s.materials.substeps = 4;
+        result.back().s.materials.drag.back() = drag;
+        return result.back().s.materials;
+    };
+    // k x (1 + s (x/L)²) with x/L = 1/2 and s = 4: 100 N/m × 5 mm × 2.
+    add("stiffening spring", {Vector3::Zero(), Vector3(0, 0, -0.01)},
+        {{.i = 0, .j = 1, .rest = 0.01, .k = 100.0, .stiffening = 4.0}}, 0.6, -1.0, -0.015);
+    // A wing of 10 mm on a hinge of 1 mN m: F h²/c.
+    add("hinge", {Vector3::Zero(), Vector3(0, 0.01, 0), Vector3(-0.01, 0.005, 0), Vector3(0.01, 0.005, 0)}, {}, 0.2,
+        -1e-4, -1e-5)
+        .hinges = {{.vertex = {0, 1, 2, 3}, .rest = 0.0, .stiffness = 1e-3}};
+    // The apex, 10 mm above a base of 2 cm²: V = A H/3, so that it is held by K A/(3 H) = 66.7 N/m.
+    Enclosure tetrahedron{.triangles = Triangles(3, 4), .volume = 2e-4 * 0.01 / 3.0, .bulk_modulus = 1e4};
+    tetrahedron.triangles << 0, 0, 0, 1, 2, 1, 3, 2, 1, 3, 2, 3;
+    add("enclosure", {Vector3::Zero(), Vector3(0.02, 0, 0), Vector3(0, 0.02, 0), Vector3(0.005, 0.005, 0.01)}, {}, 0.5,
+        -0.01, 0.01 - 0.01 * 3.0 * 0.01 / (1e4 * 2e-4))
+        .enclosures = {tetrahedron};
+    return result;
+}
+
+TEST_P(StepperContract, WhatASceneNamesBeyondLinearSpringsCarriesItsLoad) {
+    for (Carried& one : carried_loads()) {
+        const auto stepper = make_stepper(GetParam());
+        stepper->prepare(one.s.topology, one.s.materials);
+        Effect effect = test::empty_effect(one.s.topology);
+        effect.held_force(2, one.vertex) = one.load;
+        const Matrix3X start = one.s.frame.position;
+        std::vector<Wrench> reaction(1);
+        for (int tick = 0; tick < 1000; ++tick) {
+            ASSERT_TRUE(stepper->advance(effect, dt, one.s.frame, one.s.frame, reaction).ok()) << one.by;
+        }
+        const double way = one.z - start(2, one.vertex);
+        EXPECT_NEAR(one.s.frame.position(2, one.vertex), one.z, 1e-3 * std::abs(way)) << one.by;
+        for (Index v = 0; v < one.vertex; ++v) EXPECT_EQ(one.s.frame.position.col(v), start.col(v)) << one.by;
+    }
+}
+
 }  // namespace
 }  // namespace trocar

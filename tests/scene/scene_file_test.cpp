@@ -212,6 +212,10 @@ TEST_F(SceneFile, HashTellsContentAndNothingElse) {
                                                             {"/bodies/0/tissue/drag", 6},
                                                             {"/bodies/0/tissue/strain_limit", 0.9},
                                                             {"/bodies/0/tissue/substeps", 9},
+                                                            {"/bodies/0/tissue/stiffening", 1},
+                                                            {"/bodies/0/tissue/stiffening", 2},
+                                                            {"/bodies/0/tissue/bending", 1e-4},
+                                                            {"/bodies/0/tissue/bending", 2e-4},
                                                             {"/bodies/0/tissue/pinned", "none"},
                                                             {"/bodies/0/side", "back"},
                                                             {"/bodies/0/pose", {0, 0, 1e-9, 0, 0, 0}},
@@ -239,6 +243,38 @@ TEST_F(SceneFile, CoarseTissueKeepsFourSubstepsAndFineTissueGetsMore) {
     EXPECT_GT(scene.materials.substeps, 30);
     fine[Pointer("/bodies/0/tissue/substeps")] = 5;
     EXPECT_EQ(read(fine).materials.substeps, 5);
+}
+
+TEST_F(SceneFile, StiffeningBendingAndBulkModulusCostSubstepsWhereTheyAreStiff) {
+    Json document = example();
+    for (const auto& [key, value] : std::vector<std::pair<const char*, double>>{{"stiffening", 40}, {"bending", 0.1}}) {
+        Json one = document;
+        one["bodies"][0]["tissue"][key] = value;
+        EXPECT_GT(read(one).materials.substeps, 4) << key;
+        one["bodies"][0]["tissue"]["substeps"] = 4;
+        EXPECT_EQ(read(one).materials.substeps, 4) << "said is said";
+    }
+}
+
+TEST_F(SceneFile, ABulkModulusNeedsAClosedSurfaceThatIsSaidToBeOne) {
+    Json document = example();
+    Json& sheet = document["bodies"][0];
+    sheet["closed"] = true;
+    sheet["parts"] = Json::parse(R"([{"shape":"sphere","radius":0.03,"edge":0.01}])");
+    sheet["tissue"] = Json::parse(R"({"pinned":"none","bulk_modulus":1000})");
+    const Scene scene = read(document);
+    ASSERT_EQ(scene.materials.enclosures.size(), 1U);
+    const Enclosure& enclosure = scene.materials.enclosures.front();
+    EXPECT_EQ(enclosure.bulk_modulus, 1000.0);
+    EXPECT_EQ(enclosure.triangles.cols(), scene.topology.bodies[1].triangles.count);
+    EXPECT_TRUE(scene.topology.bodies[1].vertices.contains(enclosure.triangles.minCoeff()));
+    sheet["tissue"]["bulk_modulus"] = 2000;
+    EXPECT_NE(read(document).hash, scene.hash);
+    sheet["closed"] = false;
+    EXPECT_EQ(complaint_about(document.dump()),
+              "/bodies/0/tissue/bulk_modulus: expected 0, since the body is said to be open, got 2000");
+    sheet["tissue"]["bulk_modulus"] = 0;
+    EXPECT_TRUE(read(document).materials.enclosures.empty());
 }
 
 struct BadValue {
@@ -280,6 +316,12 @@ TEST_F(SceneFile, BadValuesAreNamedWithPointerExpectationAndFinding) {
         {"/bodies/0/tissue/youngs_modulus", -38000,
          "/bodies/0/tissue/youngs_modulus: expected a number > 0, got -38000"},
         {"/bodies/0/tissue/damping", -1, "/bodies/0/tissue/damping: expected a number >= 0, got -1"},
+        {"/bodies/0/tissue/stiffening", -1, "/bodies/0/tissue/stiffening: expected a number >= 0, got -1"},
+        {"/bodies/0/tissue/bending", "soft", "/bodies/0/tissue/bending: expected a number >= 0, got \"soft\""},
+        {"/bodies/0/tissue/bending", Json::array(), "/bodies/0/tissue/bending: expected a number >= 0, got \\[\\]"},
+        {"/bodies/0/tissue/bulk_modulus", -5, "/bodies/0/tissue/bulk_modulus: expected a number >= 0, got -5"},
+        {"/bodies/0/tissue/bulk_modulus", 1000,
+         "/bodies/0/tissue/bulk_modulus: expected 0, since the body is open, got 1000 on a surface with \\d+ open edges"},
         {"/bodies/0/tissue/stiffnes", 1,
          "/bodies/0/tissue/stiffnes: expected one of .*youngs_modulus.*, got 'stiffnes'"},
         {"/bodies/0/tissue/pinned", "edge", "/bodies/0/tissue/pinned: expected one of rim, none, got \"edge\""},

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "contact/effect.hpp"
 #include "scene/world.hpp"
 
 namespace trocar::test {

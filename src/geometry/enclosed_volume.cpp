@@ -1,0 +1,46 @@
+#include "geometry/enclosed_volume.hpp"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+namespace trocar {
+
+double enclosed_volume(const Triangles& triangles, const Points& position) {
+    if (triangles.cols() == 0) return 0.0;
+    // Seen from a point of the surface, so that a place far from the origin costs no digits.
+    const Vector3 origin = position.col(triangles(0, 0));
+    double volume = 0.0;
+    for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
+        const Vector3 a = position.col(triangles(0, t)) - origin;
+        const Vector3 b = position.col(triangles(1, t)) - origin;
+        const Vector3 c = position.col(triangles(2, t)) - origin;
+        volume += a.dot(b.cross(c));
+    }
+    return volume / 6.0;
+}
+
+void add_volume_gradient(const Triangles& triangles, const Points& position, double factor, PointsOut sum) {
+    for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
+        const Vector3 a = position.col(triangles(0, t));
+        const Vector3 b = position.col(triangles(1, t));
+        const Vector3 c = position.col(triangles(2, t));
+        const Vector3 share = factor / 6.0 * (b - a).cross(c - a);
+        for (int corner = 0; corner < 3; ++corner) sum.col(triangles(corner, t)) += share;
+    }
+}
+
+Index open_edges(const Triangles& triangles) {
+    std::map<std::pair<Index, Index>, int> runs;  // one way less the other
+    for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
+        for (int corner = 0; corner < 3; ++corner) {
+            const Index a = triangles(corner, t);
+            const Index b = triangles((corner + 1) % 3, t);
+            if (a != b) runs[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
+        }
+    }
+    return static_cast<Index>(
+        std::count_if(runs.begin(), runs.end(), [](const auto& edge) { return edge.second != 0; }));
+}
+
+}  // namespace trocar
