@@ -33,9 +33,11 @@ public:
         const std::size_t vertices = tissue_->state().size();
         const std::size_t springs = tissue_->springs().size();
         contacts_.emplace(topology.vertex_count, vertices);
-        system_.emplace(springs, vertices);
+        const std::span<const Hinge> hinges = tissue_->shape().elements().hinges;
+        system_.emplace(springs, vertices, hinges);
+        shape_.emplace(*tissue_);
         gradients_.emplace(vertices);
-        solver_.emplace(springs, vertices);
+        solver_.emplace(springs, vertices, hinges.size());
         pieces_.emplace(tissue_->springs(), tissue_->state());
         change_.setZero(4, static_cast<Eigen::Index>(vertices));
         start_ = change_;
@@ -81,17 +83,23 @@ private:
     double one_step(double h, bool known) {
         TissueState& state = tissue_->state();
         const SpringArrays& springs = tissue_->spring_arrays();
+        tissue_->add_shape_force();
         system_kernels().front().linearise(h, springs, state, *system_);
+        shape_->add_to(h, *system_);
+        system_kernels().front().invert_blocks(springs, *system_);
+        shape_->prepare_enclosures(h, *system_, settings_.tolerance, settings_.iterations, *gradients_);
         if (!pieces_->empty()) {
             start_ = state.velocity;
             pieces_->begin(*system_, state);
         }
         // Free motion, without contacts.
         gradients_->solve(springs, *system_, system_->right_side, settings_.tolerance, settings_.iterations, change_);
+        shape_->enclose(change_);
         state.velocity += change_;
         if (!contacts_->all().empty()) {
-            solver_->solve(h, known, springs, *system_, state, settings_.tolerance, settings_.iterations, *contacts_);
-            solver_->correct(h, settings_.tolerance, settings_.iterations, *contacts_, state);
+            solver_->solve(h, known, springs, *system_, *shape_, state, settings_.tolerance, settings_.iterations,
+                           *contacts_);
+            solver_->correct(h, *shape_, settings_.tolerance, settings_.iterations, *contacts_, state);
         }
         if (!pieces_->empty()) close_momentum(h);
         if (!contacts_->all().empty()) {
@@ -155,6 +163,7 @@ private:
     std::optional<MovingTissue> tissue_;
     std::optional<TickContacts> contacts_;
     std::optional<SpringSystem> system_;
+    std::optional<ShapeSystem> shape_;
     std::optional<ConjugateGradients> gradients_;
     std::optional<ImplicitContacts> solver_;
     std::optional<FreePieces> pieces_;

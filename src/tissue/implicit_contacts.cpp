@@ -16,8 +16,8 @@ constexpr std::size_t usual_rows = 256;
 
 }  // namespace
 
-ImplicitContacts::ImplicitContacts(std::size_t spring_count, std::size_t vertex_count)
-    : compliance_(spring_count, vertex_count) {
+ImplicitContacts::ImplicitContacts(std::size_t spring_count, std::size_t vertex_count, std::size_t hinge_count)
+    : compliance_(spring_count, vertex_count, hinge_count) {
     rows_.reserve(usual_rows);
     rub_rows_.reserve(usual_rows);
     force_.reserve(usual_rows);
@@ -28,7 +28,8 @@ ImplicitContacts::ImplicitContacts(std::size_t spring_count, std::size_t vertex_
 }
 
 void ImplicitContacts::solve(double h, bool known, const SpringArrays& springs, const SpringSystem& system,
-                             const TissueState& state, double tolerance, int iterations, TickContacts& contacts) {
+                             const ShapeSystem& shape, const TissueState& state, double tolerance, int iterations,
+                             TickContacts& contacts) {
     const std::span<TickContact> all = contacts.all();
     if (all.empty()) return;
     list_rows(state, contacts);
@@ -37,7 +38,7 @@ void ImplicitContacts::solve(double h, bool known, const SpringArrays& springs, 
         for (TickContact& contact : all) contact.force = contact.held;
         return;
     }
-    find_compliance(tolerance, iterations, contacts);
+    find_compliance(shape, tolerance, iterations, contacts);
     for (TickContact& contact : all) {
         contact.on = contact.bilateral || contact.depth >= 0.0;
         contact.capped = false;
@@ -60,17 +61,24 @@ void ImplicitContacts::solve(double h, bool known, const SpringArrays& springs, 
     }
 }
 
-void ImplicitContacts::correct(double h, double tolerance, int iterations, const TickContacts& contacts,
-                               TissueState& state) {
+void ImplicitContacts::correct(double h, const ShapeSystem& shape, double tolerance, int iterations,
+                               const TickContacts& contacts, TissueState& state) {
     compliance_.clear();
-    for (const TickContact& contact : contacts.all()) {
-        const Vector3 impulse = h * (contact.force * contact.normal + contact.rubbed);
-        for (int i = 0; i < contact.count; ++i) {
-            compliance_.add(0, contacts.spot(contact.vertex[at(i)]), contact.weight[at(i)] * impulse);
+    const auto each_push = [&](const auto& act) {
+        for (const TickContact& contact : contacts.all()) {
+            const Vector3 impulse = h * (contact.force * contact.normal + contact.rubbed);
+            for (int i = 0; i < contact.count; ++i) act(contact.vertex[at(i)], contact.weight[at(i)] * impulse);
         }
-    }
+    };
+    each_push([&](Index local, const Vector3& impulse) { compliance_.add(0, contacts.spot(local), impulse); });
     compliance_.solve(tolerance, iterations);
     compliance_.add_answer(0, state.velocity);
+    for (const ShapeSystem::Enclosed& enclosed : shape.enclosures()) {
+        double swell = 0.0;
+        each_push(
+            [&](Index local, const Vector3& impulse) { swell += enclosed.answer.col(local).head<3>().dot(impulse); });
+        state.velocity -= enclosed.factor * swell * enclosed.answer;
+    }
 }
 
 void ImplicitContacts::list_rows(const TissueState& state, TickContacts& contacts) {
@@ -99,7 +107,8 @@ void ImplicitContacts::list_rows(const TissueState& state, TickContacts& contact
 }
 
 /// Rates of all rows per impulse on each, eight rows at a time.
-void ImplicitContacts::find_compliance(double tolerance, int iterations, const TickContacts& contacts) {
+void ImplicitContacts::find_compliance(const ShapeSystem& shape, double tolerance, int iterations,
+                                       const TickContacts& contacts) {
     const std::size_t count = rows_.size();
     if (number(count) > answer_.rows()) {
         const Eigen::Index room = 2 * number(count);
@@ -128,6 +137,22 @@ void ImplicitContacts::find_compliance(double tolerance, int iterations, const T
                     sum += contact.weight[at(i)] * way.dot(rows_[r].direction);
                 }
                 answer_(number(r), number(first + lane)) = sum;
+            }
+        }
+    }
+    // An enclosure of the answer y to its gradient takes factor (J y)(J y)ᵀ from it: A⁻¹ is symmetric.
+    for (const ShapeSystem::Enclosed& enclosed : shape.enclosures()) {
+        swell_.assign(count, 0.0);
+        for (std::size_t r = 0; r < count; ++r) {
+            const TickContact& contact = all[rows_[r].contact];
+            for (int i = 0; i < contact.count; ++i) {
+                swell_[r] += contact.weight[at(i)] *
+                             enclosed.answer.col(contact.vertex[at(i)]).head<3>().dot(rows_[r].direction);
+            }
+        }
+        for (std::size_t r = 0; r < count; ++r) {
+            for (std::size_t c = 0; c < count; ++c) {
+                answer_(number(r), number(c)) -= enclosed.factor * swell_[r] * swell_[c];
             }
         }
     }

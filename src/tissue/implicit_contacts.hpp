@@ -7,21 +7,23 @@
 #include <vector>
 
 #include "tissue/compliance.hpp"
+#include "tissue/shape_system.hpp"
 #include "tissue/tick_contacts.hpp"
 
 namespace trocar {
 
 class ImplicitContacts {
 public:
-    ImplicitContacts(std::size_t spring_count, std::size_t vertex_count);
+    ImplicitContacts(std::size_t spring_count, std::size_t vertex_count, std::size_t hinge_count);
 
     /// Finds `force` and `rubbed` of all contacts over a step of h (s) such that every contact law holds at its end.
     /// `state` has the velocities of the free motion. `known`: the normal forces are what the contacts hold
     /// (settings `hold` and `explicit`), friction is found.
-    void solve(double h, bool known, const SpringArrays& springs, const SpringSystem& system, const TissueState& state,
-               double tolerance, int iterations, TickContacts& contacts);
+    void solve(double h, bool known, const SpringArrays& springs, const SpringSystem& system, const ShapeSystem& shape,
+               const TissueState& state, double tolerance, int iterations, TickContacts& contacts);
     /// Changes the velocities of the state by what all forces of `solve` do over the step.
-    void correct(double h, double tolerance, int iterations, const TickContacts& contacts, TissueState& state);
+    void correct(double h, const ShapeSystem& shape, double tolerance, int iterations, const TickContacts& contacts,
+                 TissueState& state);
 
 private:
     /// One direction in which a contact can push.
@@ -31,7 +33,7 @@ private:
         double rate = 0.0;  ///< m/s, of the free motion
     };
     void list_rows(const TissueState& state, TickContacts& contacts);
-    void find_compliance(double tolerance, int iterations, const TickContacts& contacts);
+    void find_compliance(const ShapeSystem& shape, double tolerance, int iterations, const TickContacts& contacts);
     /// m/s, with all forces but those of `without` rows from there on.
     [[nodiscard]] double rate(std::size_t row, double h) const;
     bool solve_pressing(double h, std::span<TickContact> contacts);
@@ -39,6 +41,7 @@ private:
     double rub(double h, TickContacts& contacts);
 
     Compliance compliance_;
+    std::vector<double> swell_;          ///< m³/(N s) per row and enclosure: what a push on it does to the volume
     std::vector<Row> rows_;              ///< normals first, one per contact; then two per contact that rubs
     std::vector<std::size_t> rub_rows_;  ///< per contact: its first row along the surface, 0 = does not rub
     std::vector<double> force_;          ///< N, per row

@@ -11,15 +11,6 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-/// How far the hinge is bent from its rest angle, rad: the shorter way round, so that a hinge that rests near ±π has no
-/// jump there.
-double bend_of(const Hinge& hinge, const Dihedral& dihedral) {
-    double bend = dihedral.angle - hinge.rest;
-    if (bend > std::numbers::pi) bend -= 2.0 * std::numbers::pi;
-    if (bend < -std::numbers::pi) bend += 2.0 * std::numbers::pi;
-    return bend;
-}
-
 void add_spring_force(const Spring& spring, const Points& position, PointsOut& force) {
     const Vector3 d = position.col(spring.j) - position.col(spring.i);
     const double length = d.norm();
@@ -108,6 +99,13 @@ void add_enclosure_rows(const Enclosure& enclosure, const Points& position, std:
 }
 
 }  // namespace
+
+double bend_of(const Hinge& hinge, const Dihedral& dihedral) {
+    double bend = dihedral.angle - hinge.rest;
+    if (bend > std::numbers::pi) bend -= 2.0 * std::numbers::pi;
+    if (bend < -std::numbers::pi) bend += 2.0 * std::numbers::pi;
+    return bend;
+}
 
 void add_shape_force(const ShapeElements& elements, const Points& position, PointsOut force) {
     for (const Spring& spring : elements.stiffening) add_spring_force(spring, position, force);

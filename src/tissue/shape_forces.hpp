@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "geometry/dihedral.hpp"
 #include "geometry/enclosed_volume.hpp"
 #include "scene/world.hpp"
 
@@ -18,6 +19,10 @@ struct ShapeElements {
     std::span<const Hinge> hinges;
     std::span<const Enclosure> enclosures;
 };
+
+/// How far a hinge is bent from its rest angle, rad: the shorter way round, so that a hinge that rests near ±π has no
+/// jump there.
+double bend_of(const Hinge& hinge, const Dihedral& dihedral);
 
 /// Adds the elements' forces (3×N, N): minus the gradient of shape_energy. Each element's forces sum to zero and have
 /// no moment. Positions 3×N, m. An element without a direction (a spring of no length, a hinge at a triangle of no

@@ -26,6 +26,7 @@ public:
         contacts_.emplace(topology.vertex_count, tissue_->state().size());
         before_ = tissue_->state().position;
         counter_.setZero(3, static_cast<Eigen::Index>(tissue_->springs().size()));
+        if (!tissue_->shape().elements().enclosures.empty()) gradient_.setZero(3, before_.cols());
         is_first_ = true;
         largest_move_ = 0.0;
     }
@@ -111,6 +112,8 @@ private:
             state.position.col(column) += h * state.velocity.col(column);
         }
         for (std::size_t s = 0; s < tissue_->springs().size(); ++s) draw_together(s, h);
+        for (const Hinge& hinge : tissue_->shape().elements().hinges) bend_back(hinge, h);
+        for (const Enclosure& enclosure : tissue_->shape().elements().enclosures) restore(enclosure, h);
         for (TickContact& contact : contacts_->all()) press(contact, h, effect);
         if (contacts_->any_rubs()) {
             contacts_->gather_grip();
@@ -151,6 +154,43 @@ private:
         const Vector3 by = drawn * u - (counter - countered * u);
         state.position.col(i).head<3>() += wi * by;
         state.position.col(j).head<3>() -= wj * by;
+    }
+
+    /// A hinge as a constraint of the angle, compliance 1/stiffness.
+    void bend_back(const Hinge& hinge, double h) {
+        TissueState& state = tissue_->state();
+        HingeCorners corners;
+        for (std::size_t c = 0; c < 4; ++c) corners[c] = state.position.col(hinge.vertex[c]).head<3>();
+        const Dihedral now = dihedral(corners);
+        if (!now.has_angle) return;
+        double mobility = 0.0;
+        for (std::size_t c = 0; c < 4; ++c) {
+            mobility += state.inverse_mass[at(hinge.vertex[c])] * now.gradient[c].squaredNorm();
+        }
+        const double stiff = hinge.stiffness * h * h;
+        const double back = stiff * bend_of(hinge, now) / (1.0 + stiff * mobility);
+        for (std::size_t c = 0; c < 4; ++c) {
+            const Index v = hinge.vertex[c];
+            state.position.col(v).head<3>() -= back * state.inverse_mass[at(v)] * now.gradient[c];
+        }
+    }
+
+    /// An enclosure as a constraint of the volume, compliance V0/K.
+    void restore(const Enclosure& enclosure, double h) {
+        TissueState& state = tissue_->state();
+        const double volume = enclosed_volume(enclosure.triangles, state.position.topRows<3>());
+        gradient_.setZero();
+        add_volume_gradient(enclosure.triangles, state.position.topRows<3>(), 1.0, gradient_);
+        double mobility = 0.0;
+        for (std::size_t v = 0; v < state.size(); ++v) {
+            mobility += state.inverse_mass[v] * gradient_.col(static_cast<Eigen::Index>(v)).squaredNorm();
+        }
+        const double stiff = h * h * enclosure.bulk_modulus / enclosure.volume;
+        const double back = stiff * (volume - enclosure.volume) / (1.0 + stiff * mobility);
+        for (std::size_t v = 0; v < state.size(); ++v) {
+            const auto column = static_cast<Eigen::Index>(v);
+            state.position.col(column).head<3>() -= back * state.inverse_mass[v] * gradient_.col(column);
+        }
     }
 
     /// m, of what moves, how far the contact's point has come in this small step.
@@ -224,7 +264,8 @@ private:
     Matrix3X counter_;   ///< N, per spring: what holds off its preload at rest, on i
     Matrix4X own_bias_;  ///< N, of that, per vertex of the state; no columns without a rest bias
     bool is_first_ = true;
-    Matrix4X before_;  ///< m, positions at the start of the small step
+    Matrix3X gradient_;  ///< m², of a volume, per vertex of the state; only with enclosures
+    Matrix4X before_;    ///< m, positions at the start of the small step
     double largest_move_ = 0.0;
 };
 
