@@ -1,6 +1,7 @@
 #include "geometry/dihedral.hpp"
 
 #include <cmath>
+#include <numbers>
 
 namespace trocar {
 namespace {
@@ -50,7 +51,22 @@ Vectors vectors_of(const std::array<Vector3, 4>& corner) {
 
 bool has_angle(const Vectors& v) { return v.normal_first.squaredNorm() > 0.0 && v.normal_second.squaredNorm() > 0.0; }
 
+/// tan(φ/2) from tan φ, 0 ≤ φ ≤ π/2.
+double halved(double tangent) { return tangent / (1.0 + std::sqrt(1.0 + tangent * tangent)); }
+
 }  // namespace
+
+double angle_of(double y, double x) {
+    const double r = std::sqrt(x * x + y * y);
+    // Half the angle to the nearer half of the x axis, then a quarter and an eighth of it.
+    const double v = halved(halved(std::abs(y) / (r + std::abs(x))));
+    const double z = v * v;
+    double sum = arctangent_series.back();
+    for (std::size_t k = arctangent_series.size() - 1; k-- > 0;) sum = sum * z + arctangent_series[k];
+    double angle = 8.0 * v * sum;
+    if (x < 0.0) angle = std::numbers::pi - angle;
+    return y < 0.0 ? -angle : angle;
+}
 
 Dihedral dihedral(const HingeCorners& corner) {
     Dihedral result;
@@ -58,9 +74,8 @@ Dihedral dihedral(const HingeCorners& corner) {
     const Vectors v = vectors_of(corner);
     if (!has_angle(v)) return result;
     result.has_angle = true;
-    // The normals' cross product lies along the edge, from which it takes its sign.
-    result.angle =
-        std::atan2(v.normal_first.cross(v.normal_second).dot(v.e) / v.e.norm(), v.normal_first.dot(v.normal_second));
+    // The normals' cross product lies along the edge: (e × a) × (b × e) = −e (e × a)·b.
+    result.angle = angle_of(-v.e.norm() * v.normal_first.dot(v.far_second), v.normal_first.dot(v.normal_second));
     result.gradient =
         gradient_of(side_of(v.e, v.far_first, v.normal_first), side_of(v.e, v.far_second, v.normal_second));
     return result;

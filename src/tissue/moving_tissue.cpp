@@ -141,7 +141,7 @@ void MovingTissue::set_constant_force(const Matrix3X* held) {
 void MovingTissue::add_shape_force() {
     if (shape_.none()) return;
     state_.constant = held_force_;
-    shape_.add_force(state_.position.topRows<3>(), state_.constant.topRows<3>());
+    shape_.add_force(state_.position, state_.constant);
 }
 
 /// Lets go of the vertices that were held for the tick.

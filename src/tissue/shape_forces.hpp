@@ -10,6 +10,7 @@
 #include "geometry/dihedral.hpp"
 #include "geometry/enclosed_volume.hpp"
 #include "scene/world.hpp"
+#include "tissue/hinge_kernels.hpp"
 
 namespace trocar {
 
@@ -80,8 +81,8 @@ public:
 
     [[nodiscard]] bool none() const { return springs_.empty() && hinges_.empty() && enclosures_.empty(); }
     [[nodiscard]] ShapeElements elements() const { return {springs_, hinges_, enclosures_}; }
-    /// add_shape_force of these elements.
-    void add_force(const Points& position, PointsOut force) const { add_shape_force(elements(), position, force); }
+    /// add_shape_force of these elements on a state (4×N), the hinges by vectors.
+    void add_force(const Matrix4X& position, Matrix4X& force) const;
 
     /// Linearises at a place (3×N, m). Allocates nothing.
     void linearise(const Points& position);
@@ -96,6 +97,7 @@ public:
 private:
     std::vector<Spring> springs_;
     std::vector<Hinge> hinges_;
+    HingeArrays hinge_arrays_;  ///< the same
     std::vector<Enclosure> enclosures_;
     std::vector<LinearSpring> linear_springs_;
     std::vector<LinearHinge> linear_hinges_;

@@ -12,6 +12,7 @@
 #include <hwy/highway.h>
 
 #include "geometry/simd_targets.hpp"
+#include "tissue/four_points-inl.hpp"
 
 #ifndef TROCAR_SPRING_BLOCK
 #define TROCAR_SPRING_BLOCK
@@ -61,21 +62,6 @@ HWY_INLINE double stretch_of(const SpringArrays& springs, std::size_t s, const T
 }
 
 #if HWY_MAX_BYTES >= 32
-
-namespace hn = hwy::HWY_NAMESPACE;
-
-using Four = hn::FixedTag<double, 4>;
-using Vector = hn::Vec<Four>;
-
-/// Coordinates of four points apart: each input holds x y z _ of one of them.
-HWY_INLINE void transpose(Vector p0, Vector p1, Vector p2, Vector p3, Vector& x, Vector& y, Vector& z) {
-    const Four d;
-    const auto low_01 = hn::InterleaveLower(d, p0, p1);  // x0 x1 z0 z1
-    const auto low_23 = hn::InterleaveLower(d, p2, p3);
-    x = hn::ConcatLowerLower(d, low_23, low_01);
-    y = hn::ConcatLowerLower(d, hn::InterleaveUpper(d, p2, p3), hn::InterleaveUpper(d, p0, p1));
-    z = hn::ConcatUpperUpper(d, low_23, low_01);
-}
 
 HWY_INLINE Vector difference(const SpringArrays& springs, std::size_t s, const Matrix4X& of) {
     const Four d;

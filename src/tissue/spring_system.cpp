@@ -12,6 +12,7 @@
 #include <hwy/highway.h>
 
 #include "geometry/simd_targets.hpp"
+#include "tissue/four_points-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace trocar::HWY_NAMESPACE {
@@ -79,33 +80,6 @@ HWY_INLINE void multiply_one(const SpringArrays& springs, std::size_t s, const S
 
 #if HWY_MAX_BYTES >= 32
 
-namespace hn = hwy::HWY_NAMESPACE;
-using Four = hn::FixedTag<double, 4>;
-using Vector = hn::Vec<Four>;
-
-/// Coordinates of four columns apart, and together again.
-HWY_INLINE void apart(Vector p0, Vector p1, Vector p2, Vector p3, Vector& x, Vector& y, Vector& z) {
-    const Four d;
-    const auto low_01 = hn::InterleaveLower(d, p0, p1);  // x0 x1 z0 z1
-    const auto low_23 = hn::InterleaveLower(d, p2, p3);
-    x = hn::ConcatLowerLower(d, low_23, low_01);
-    y = hn::ConcatLowerLower(d, hn::InterleaveUpper(d, p2, p3), hn::InterleaveUpper(d, p0, p1));
-    z = hn::ConcatUpperUpper(d, low_23, low_01);
-}
-
-HWY_INLINE void together(Vector x, Vector y, Vector z, Vector& p0, Vector& p1, Vector& p2, Vector& p3) {
-    const Four d;
-    const auto none = hn::Zero(d);
-    const auto xy_02 = hn::InterleaveLower(d, x, y);  // x0 y0 x2 y2
-    const auto xy_13 = hn::InterleaveUpper(d, x, y);
-    const auto z_02 = hn::InterleaveLower(d, z, none);
-    const auto z_13 = hn::InterleaveUpper(d, z, none);
-    p0 = hn::ConcatLowerLower(d, z_02, xy_02);
-    p1 = hn::ConcatLowerLower(d, z_13, xy_13);
-    p2 = hn::ConcatUpperUpper(d, z_02, xy_02);
-    p3 = hn::ConcatUpperUpper(d, z_13, xy_13);
-}
-
 HWY_INLINE void add_to(double* to, Vector by) {
     const Four d;
     hn::StoreU(hn::Add(hn::LoadU(d, to), by), d, to);
@@ -130,7 +104,7 @@ void multiply_springs(const SpringArrays& springs, const SpringSystem& system, c
     std::size_t s = 0;
     for (; s + 4 <= springs.size(); s += 4) {
         Vector dx, dy, dz;
-        apart(between(s), between(s + 1), between(s + 2), between(s + 3), dx, dy, dz);
+        transpose(between(s), between(s + 1), between(s + 2), between(s + 3), dx, dy, dz);
         const auto x = hn::LoadU(d, system.x.data() + s);
         const auto y = hn::LoadU(d, system.y.data() + s);
         const auto z = hn::LoadU(d, system.z.data() + s);
@@ -138,8 +112,8 @@ void multiply_springs(const SpringArrays& springs, const SpringSystem& system, c
         const auto along = hn::Mul(hn::LoadU(d, system.alpha.data() + s), dot);
         const auto beta = hn::LoadU(d, system.beta.data() + s);
         Vector p0, p1, p2, p3;
-        together(hn::Add(hn::Mul(along, x), hn::Mul(beta, dx)), hn::Add(hn::Mul(along, y), hn::Mul(beta, dy)),
-                 hn::Add(hn::Mul(along, z), hn::Mul(beta, dz)), p0, p1, p2, p3);
+        transpose_back(hn::Add(hn::Mul(along, x), hn::Mul(beta, dx)), hn::Add(hn::Mul(along, y), hn::Mul(beta, dy)),
+                       hn::Add(hn::Mul(along, z), hn::Mul(beta, dz)), p0, p1, p2, p3);
         take_from(to + spot(i[s]), p0);
         add_to(to + spot(j[s]), p0);
         take_from(to + spot(i[s + 1]), p1);

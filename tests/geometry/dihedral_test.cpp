@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
 #include <random>
 
@@ -14,6 +15,24 @@ HingeCorners random_hinge(std::mt19937& random) {
     std::uniform_real_distribution<double> some(-0.3, 0.3);
     const auto near = [&](double x, double y) { return Vector3(x + some(random), y + some(random), some(random)); };
     return {near(0, 0), near(0, 1), near(-1, 0.5), near(1, 0.5)};
+}
+
+TEST(AngleOf, IsTheArctangentOfBothArguments) {
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> turn(-std::numbers::pi, std::numbers::pi);
+    std::uniform_real_distribution<double> power(-40.0, 40.0);
+    for (int trial = 0; trial < 100000; ++trial) {
+        const double angle = trial % 3 == 0 ? std::pow(10.0, 0.3 * power(random)) : turn(random);
+        const double size = std::pow(10.0, power(random));
+        const double y = size * std::sin(angle);
+        const double x = size * std::cos(angle);
+        const double expected = std::atan2(y, x);
+        EXPECT_NEAR(angle_of(y, x), expected, 2e-15 * std::abs(expected)) << y << " " << x;
+    }
+    EXPECT_EQ(angle_of(0.0, 2.0), 0.0);
+    EXPECT_EQ(angle_of(0.0, -2.0), std::numbers::pi);
+    EXPECT_NEAR(angle_of(-3.0, 0.0), -0.5 * std::numbers::pi, 1e-15);
+    EXPECT_TRUE(std::isnan(angle_of(0.0, 0.0)));
 }
 
 TEST(Dihedral, IsTheAngleOfAFoldPositiveWhereTheEdgeStandsOut) {
