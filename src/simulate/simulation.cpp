@@ -11,6 +11,7 @@
 #include "simulate/leading.hpp"
 #include "simulate/reach.hpp"
 #include "simulate/rupture.hpp"
+#include "simulate/step_check.hpp"
 
 namespace trocar {
 
@@ -105,10 +106,27 @@ struct Simulation::State {
             const std::string not_taken = why_not_taken(stepper_entry, scene.topology, effect);
             if (!not_taken.empty()) outcome = {OutcomeKind::unsupported, not_taken};
             if (outcome.ok()) outcome = stepper->advance(effect, scene.dt, seen, next, reaction);
+            if (outcome.kind == OutcomeKind::unstable) explain_unstable();
             if (!outcome.ok()) return;
             std::copy(stepper->loads().begin(), stepper->loads().end(), loads.begin());
         }
         leading.advance(next.time, effect, reaction, next, load, loads);
+    }
+
+    /// What the stepper calls unstable gets a place and a remedy: from the step that it bears where the tick began.
+    void explain_unstable() {
+        const StepEstimate estimate =
+            stepper->estimate(scene.topology, scene.materials, seen.position, scene.dt, false);
+        const std::string place = deciding_place(scene, estimate, seen.position);
+        if (place.empty()) return;
+        if (scene.dt / estimate.substeps > estimate.stable_step) {
+            outcome.message += fmt::format("; {} bears {:.3g} ms: {}", place, 1e3 * estimate.stable_step,
+                                           step_remedy(scene, estimate));
+        } else {
+            outcome.message += fmt::format(
+                "; the springs bear the sub-steps ({} decides): it is contacts, held forces or placements that feed it",
+                place);
+        }
     }
 
     void check_finite(const Frame& of) {
