@@ -315,6 +315,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     record.summary = summarize(record.rows, {.motion_end = script.motion_end()});
     record.summary["substeps"] = scene.materials.substeps;
     record.summary.merge(balance.figures());
+    record.summary.merge(simulation.book_figures());
     record.summary.merge(comparison.figures());
     return record;
 }
@@ -325,8 +326,9 @@ Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& 
     const auto period_ns = static_cast<std::int64_t>(std::llround(scene.dt * 1e9));
     note_unstable_step(scene, spec, limits, record);
     if (!record.outcome.ok()) return record;
-    Simulation simulation(scene, detector_of(spec), response_of(spec), registry().source(spec.contacts),
-                          settings_of(spec));
+    SimulationSettings settings = settings_of(spec);
+    settings.watched = false;  // it would take time from what is paced
+    Simulation simulation(scene, detector_of(spec), response_of(spec), registry().source(spec.contacts), settings);
     const PacedTimes empty = run_paced(ticks, period_ns, [] { return true; });
     std::int64_t tick = 0;
     const PacedTimes times = run_paced(ticks, period_ns, [&] {

@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <optional>
 
 #include "contact/usable.hpp"
 #include "measure/allocations.hpp"
+#include "simulate/blow_up.hpp"
+#include "simulate/books.hpp"
 #include "simulate/leading.hpp"
 #include "simulate/reach.hpp"
 #include "simulate/rupture.hpp"
@@ -53,6 +56,8 @@ struct Simulation::State {
     ContactSet contacts;
     Effect effect;
     Rupture rupture;
+    std::optional<Books> books;
+    std::optional<BlowUp> blow_up;
     std::vector<ContactLoad> loads;  ///< per contact of `effect`, of the last step
     std::vector<Wrench> reaction;    ///< per body, of tissue
     std::vector<Wrench> load;        ///< per body, mean over the tick
@@ -137,6 +142,13 @@ struct Simulation::State {
         for (const std::vector<Range>* ranges : {&leading.led_vertices(), &leading.free_tissue()}) {
             if (!std::all_of(ranges->begin(), ranges->end(), finite)) outcome = not_finite();
         }
+    }
+
+    /// Outside the clock, before the frame is taken over.
+    void watch() {
+        if (!books || !outcome.ok()) return;
+        books->observe(seen, next, effect, loads, load, leading.hands());
+        outcome = blow_up->judge(seen, next, contacts, effect, loads, reaction, *books);
     }
 
     /// All three frames agree in what cannot change.
@@ -241,6 +253,7 @@ StepRow Simulation::step() {
         }
     }
     s.check_finite(s.next);
+    s.watch();
     if (s.outcome.ok()) {
         std::swap(s.frame, s.next);
         ++s.tick;
@@ -286,6 +299,10 @@ Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, s
     s.effect.placements.reserve(room);
     s.loads.reserve(4 * room);
     s.rupture.prepare(scene.topology, scene.materials);
+    if (settings.watched && s.response) {
+        s.books.emplace(scene);
+        s.blow_up.emplace(scene);
+    }
     s.reaction.resize(scene.topology.bodies.size());
     s.load.resize(scene.topology.bodies.size());
     s.contacts.native_wanted = source.wants_native;
@@ -314,6 +331,9 @@ const Effect& Simulation::effect() const { return state_->effect; }
 const std::vector<ContactLoad>& Simulation::contact_loads() const { return state_->loads; }
 const std::vector<Wrench>& Simulation::body_loads() const { return state_->load; }
 const Outcome& Simulation::outcome() const { return state_->outcome; }
+std::map<std::string, double> Simulation::book_figures() const {
+    return state_->books ? state_->books->figures() : std::map<std::string, double>{};
+}
 std::vector<std::uint8_t> Simulation::yielding_pairs() const { return state_->leading.yielding_pairs(); }
 
 }  // namespace trocar

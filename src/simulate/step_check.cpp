@@ -87,13 +87,16 @@ StepCheck check_step(const Scene& scene, const std::string& stepper, bool closel
     return check;
 }
 
+std::string vertex_name(const Scene& scene, Index vertex) {
+    return fmt::format("vertex {} of {}", file_number(scene, vertex),
+                       scene.topology.bodies[at(scene.topology.body_of_vertex(vertex))].name);
+}
+
 std::string deciding_place(const Scene& scene, const StepEstimate& estimate, const Matrix3X& position) {
     if (estimate.vertex < 0) return {};
     const Vector3 p = 1e3 * position.col(estimate.vertex);
-    std::string text =
-        fmt::format("vertex {} of {} ({:.4g} {:.4g} {:.4g} mm, {:.3g} mg)", file_number(scene, estimate.vertex),
-                    scene.topology.bodies[at(scene.topology.body_of_vertex(estimate.vertex))].name, p.x(), p.y(), p.z(),
-                    1e6 * estimate.vertex_mass);
+    std::string text = fmt::format("{} ({:.4g} {:.4g} {:.4g} mm, {:.3g} mg)", vertex_name(scene, estimate.vertex),
+                                   p.x(), p.y(), p.z(), 1e6 * estimate.vertex_mass);
     if (estimate.edge[0] < 0) return text;
     const double length = (position.col(estimate.edge[0]) - position.col(estimate.edge[1])).norm();
     return text + fmt::format(", edge {}-{} of {:.3g} mm ({:.3g} N/m, {:.3g} N s/m)",

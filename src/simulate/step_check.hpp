@@ -30,6 +30,9 @@ struct StepCheck {
 /// Throws InputError for an unknown or absent stepper or setting.
 StepCheck check_step(const Scene& scene, const std::string& stepper, bool closely = false);
 
+/// "vertex 12 of liver": its number in the body's files.
+std::string vertex_name(const Scene& scene, Index vertex);
+
 /// "vertex 12 of liver (x y z mm, 1.2 mg), edge 12-31 of 0.4 mm (k 95 N/m)": numbers of the body's files. Empty without
 /// a vertex.
 std::string deciding_place(const Scene& scene, const StepEstimate& estimate, const Matrix3X& position);
