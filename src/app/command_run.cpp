@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "app/commands.hpp"
+#include "app/step_report.hpp"
 #include "geometry/input_error.hpp"
 #include "measure/metrics.hpp"
 #include "method/device.hpp"
@@ -17,6 +18,7 @@
 #include "scene/scene.hpp"
 #include "simulate/runs.hpp"
 #include "simulate/simulation.hpp"
+#include "simulate/step_check.hpp"
 
 namespace trocar::app {
 namespace {
@@ -124,6 +126,8 @@ void print_json(const Record& record) {
                           {"filter", device.filter},
                           {"ramp", device.ramp}};
     if (!record.spec.stepper.empty()) document["stepper"] = record.spec.stepper;
+    const auto unstable_step = record.environment.find("run.unstable_step");
+    if (unstable_step != record.environment.end()) document["unstable_step"] = unstable_step->second;
     fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
@@ -234,6 +238,18 @@ int run(const CommonOptions& common, const RunOptions& options) {
     for (const std::string& note : scene.notes) {
         fmt::print(stderr, "trocar: {}: {}\n", options.scene.string(), note);
     }
+    const StepCheck step = check_step(scene, spec.stepper, options.explain_step);
+    if (options.explain_step) {
+        print_step(scene, spec.stepper, step, common.json);
+        return done;
+    }
+    if (const std::string why = why_unstable(scene, step); !why.empty() && options.unstable_step != "allow") {
+        throw InputError(
+            fmt::format("{}: {} (--unstable-step allow takes it all the same)", options.scene.string(), why));
+    }
+    if (const std::string note = cost_note(scene, step); !note.empty()) {
+        fmt::print(stderr, "trocar: {}: {}\n", options.scene.string(), note);
+    }
     spec.scene = scene.name;
     spec.scene_file = options.scene.string();
     spec.scene_hash = fmt::format("{:016x}", scene.hash);
@@ -250,6 +266,7 @@ int run(const CommonOptions& common, const RunOptions& options) {
         const InterruptHeld held;
         const Progress progress(spec.ticks);
         RunLimits limits;
+        limits.allow_unstable_step = options.unstable_step == "allow";
         limits.progress = [&](std::int64_t done) {
             progress.show(done);
             return interrupt_asked == 0;

@@ -68,7 +68,9 @@ struct RunOptions {
     std::optional<double> reach_margin;  ///< mean edges, see simulate/reach.hpp
     std::optional<std::int64_t> ticks;
     std::optional<std::filesystem::path> record;
-    bool paced = false;  ///< released by the clock, not judged
+    bool paced = false;                    ///< released by the clock, not judged
+    bool explain_step = false;             ///< tell what step tissue and hands bear, run nothing
+    std::string unstable_step = "refuse";  ///< refuse | allow: steps that are unstable for certain
 };
 int run(const CommonOptions& common, const RunOptions& options);
 

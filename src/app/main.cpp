@@ -79,6 +79,13 @@ int run_command(int argc, char** argv) {
     sub->add_option("--record", run_options.record, "Write the frames as a recording");
     sub->add_flag("--paced", run_options.paced,
                   "Release one tick per dt by the clock, without judging; beside an empty loop");
+    sub->add_flag(
+        "--explain-step", run_options.explain_step,
+        "Run nothing: tell what step tissue and hands bear, which vertex and edge decide, and what a tick costs");
+    sub->add_option("--unstable-step", run_options.unstable_step,
+                    "allow: take steps that are unstable for certain, and say so in the record")
+        ->check(CLI::IsMember({"refuse", "allow"}))
+        ->capture_default_str();
     line.on(sub, run_options, run);
 
     StudyOptions study_options;

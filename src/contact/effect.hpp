@@ -60,10 +60,11 @@ struct LinearContact {
 
 /// What one contact of an effect gave in the tick it was made for: handed back to the response in the next one.
 struct ContactLoad {
-    double normal = 0.0;    ///< N, along the contact's normal, mean over the tick
-    double friction = 0.0;  ///< N, along the surface, magnitude of the mean over the tick
-    double slip = 0.0;      ///< m, stretch of the tangential spring, mean over the tick
-    bool at_limit = false;  ///< gave its limit when the tick ended
+    double normal = 0.0;              ///< N, along the contact's normal, mean over the tick
+    double friction = 0.0;            ///< N, along the surface, magnitude of the mean over the tick
+    double slip = 0.0;                ///< m, stretch of the tangential spring, mean over the tick
+    Vector3 force = Vector3::Zero();  ///< N, both together on the contact's vertices, mean over the tick
+    bool at_limit = false;            ///< gave its limit when the tick ended
 };
 
 /// Puts a tissue vertex somewhere before the tissue is integrated.

@@ -109,6 +109,24 @@ void add_pairs(std::vector<SummaryFigure>& list) {
     list.insert(list.end(), more.begin(), more.end());
 }
 
+void add_books(std::vector<SummaryFigure>& list) {
+    const std::vector<SummaryFigure> more{
+        {"book_energy_error_j", "J", Better::lower,
+         "Largest energy at any time that the books of tissue and of hands do not account for: gain less work of "
+         "contacts, placements, held forces and hands, plus what dampers took; n/a where nothing yields",
+         books},
+        {"book_energy_error_share", "1", Better::lower,
+         "The same as a share of all energy booked, the worse of the two", books},
+        {"book_momentum_error_n_s", "N s", Better::lower,
+         "Largest momentum at any time that these books do not account for, reactions of pins included", books},
+        {"book_momentum_error_share", "1", Better::lower,
+         "The same as a share of the summed impulses of contacts, held forces and hands", books},
+        {"book_dissipated_j", "J", Better::neither, "Energy that the tissue's dampers and drag took", books},
+        {"book_absolute_work_j", "J", Better::neither,
+         "Sum of the absolute work of scripts and hands against contact, tick by tick", books}};
+    list.insert(list.end(), more.begin(), more.end());
+}
+
 void add_outcome(std::vector<SummaryFigure>& list) {
     const std::vector<SummaryFigure> more{
         {"residual_median_m", "m", Better::lower,
@@ -204,6 +222,7 @@ void add_outcome(std::vector<SummaryFigure>& list) {
         {"energy_given_worst_j", "J", Better::lower,
          "Most energy that the tool had been given by contact at any time (passivity observer)", books}};
     list.insert(list.end(), more.begin(), more.end());
+    add_books(list);
 }
 
 void add_reference(std::vector<SummaryFigure>& list) {

@@ -2,7 +2,9 @@
 // carried. It does not ask who made the effect, so that every response is integrated in the same way.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -11,6 +13,29 @@
 #include "scene/world.hpp"
 
 namespace trocar {
+
+/// How large a sub-step a stepper bears on tissue in one place, and what a tick costs it. A step up to `stable_step` is
+/// stable for certain, one of `unstable_step` or more unstable for certain; what lies between is not known. Contacts
+/// are in neither: steppers take them implicitly, or tell so.
+struct StepEstimate {
+    double stable_step = std::numeric_limits<double>::infinity();           ///< s; infinite: any step is stable
+    double stable_step_undamped = std::numeric_limits<double>::infinity();  ///< s, if nothing were damped
+    double unstable_step = std::numeric_limits<double>::infinity();         ///< s; infinite: none is known
+    int substeps = 1;                                                       ///< that the stepper takes in a tick
+    int substeps_stable = 1;                                                ///< fewest of stable_step or less
+    bool damping_decides = false;  ///< explicit damping takes more of stable_step than stiffness does
+    /// Vertex that decides on stable_step and its edge that weighs most; -1: none.
+    Index vertex = -1;
+    std::array<Index, 2> edge{-1, -1};
+    double vertex_mass = 0.0;     ///< kg
+    double edge_stiffness = 0.0;  ///< N/m
+    double edge_damping = 0.0;    ///< N s/m
+    std::int64_t springs = 0;     ///< evaluated in a sub-step
+
+    /// Of a tick of dt (s): what the stepper takes is unstable for certain.
+    [[nodiscard]] bool surely_unstable(double dt) const { return dt / substeps >= unstable_step; }
+    [[nodiscard]] std::int64_t spring_evaluations() const { return springs * substeps; }  ///< in a tick
+};
 
 class Stepper {
 public:
@@ -23,6 +48,13 @@ public:
 
     /// Once per run, for scenes with tissue. Topology and materials outlive the stepper's use of them.
     virtual void prepare(const Topology& topology, const Materials& materials) = 0;
+    /// What step this stepper bears on tissue at `position` (3×N, m) in ticks of dt (s); asked outside the loop, of a
+    /// stepper that need not be prepared. unstable_step is looked for where its sub-step exceeds stable_step, and
+    /// `closely` in any case. By default there is no bound.
+    [[nodiscard]] virtual StepEstimate estimate(const Topology& /*topology*/, const Materials& /*materials*/,
+                                                const Matrix3X& /*position*/, double /*dt*/, bool /*closely*/) const {
+        return {};
+    }
     /// Once per tick: moves the tissue from one frame to the other over dt (s): position and velocity; previous becomes
     /// the place from which the tick started, placements done. What the tissue cannot move is not written. Adds to
     /// `reaction` (one per body) the mean over the tick of what each linear contact gave to its reaction body; moments

@@ -49,6 +49,7 @@ struct BodyPlan {
     Vector3 tip = Vector3::Zero();
     std::optional<TissueSettings> tissue;
     std::vector<std::string> notes;  ///< what was made otherwise than the file has it
+    std::string pinned_place;        ///< where the file says that the rim is pinned, or leaves it unsaid
 };
 
 void apply(const Matrix3& rotation, const Vector3& translation, Eigen::Ref<Matrix3X> points) {
@@ -493,11 +494,21 @@ BodyPlan read_body(const JsonNode& node, const Places& places) {
         const auto tissue = node.find("tissue");
         plan.tissue = tissue ? read_tissue(*tissue, places, plan.body.vertex_count) : TissueSettings{};
         if (plan.tissue->bulk_modulus > 0.0) expect_enclosure(tissue->at("bulk_modulus"), plan);
+        plan.pinned_place = (tissue ? *tissue : node).place();
     }
     return plan;
 }
 
 // ---- the whole ----
+
+/// A closed surface has no rim: pinning it holds nothing, and the tissue drifts off at the first touch.
+void note_idle_rim(const std::string& place, const BodyRange& body, Scene& scene) {
+    const auto first = scene.materials.pinned.begin() + body.vertices.first;
+    if (std::find(first, first + body.vertices.count, 1) != first + body.vertices.count) return;
+    scene.notes.push_back(
+        fmt::format("{}: pinned 'rim' holds nothing, since {} has no rim: vertex numbers would, or 'none' says so",
+                    place, body.name));
+}
 
 void read_contact(const JsonNode& node, const Topology& topology, Materials& materials) {
     std::vector<std::string> names;
@@ -706,6 +717,7 @@ Scene read_scene(const std::filesystem::path& file, const std::optional<std::fil
             if (!plans[b].tissue) continue;
             add_tissue_body(*plans[b].tissue, scene.topology, scene.topology.bodies[b], scene.first.position, scene.dt,
                             scene.materials);
+            if (plans[b].tissue->rim_pinned) note_idle_rim(plans[b].pinned_place, scene.topology.bodies[b], scene);
         }
     }
     scene.hash = hash_of(scene);

@@ -168,6 +168,7 @@ void Leading::press_scripted(const Effect& effect, const Frame& frame, std::vect
             contact_loads[c] = {.normal = force, .at_limit = std::abs(force) >= contact.limit};
         }
         const Vector3 force = contact_loads[c].normal * contact.normal;
+        contact_loads[c].force = force;
         add(pushed, point, force);
         if (contact.reaction_body >= 0) add(contact.reaction_body, contact.reaction_point, -force);
     }

@@ -35,6 +35,8 @@ public:
     /// that can change in a run.
     [[nodiscard]] const std::vector<Range>& led_vertices() const { return led_vertices_; }
     [[nodiscard]] const std::vector<Range>& free_tissue() const { return free_tissue_; }
+    /// What became of every hand in the last advance: one per operator, in the order of their first bodies.
+    [[nodiscard]] std::span<const LedHand> hands() const { return led_; }
     [[nodiscard]] bool has_operator() const { return !operators_.empty(); }
     /// One flag per Topology::body_pairs entry: tissue or a hand is in the pair.
     [[nodiscard]] std::vector<std::uint8_t> yielding_pairs() const;

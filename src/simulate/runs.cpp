@@ -24,6 +24,7 @@
 #include "simulate/overrides.hpp"
 #include "simulate/paced.hpp"
 #include "simulate/simulation.hpp"
+#include "simulate/step_check.hpp"
 
 namespace trocar {
 namespace {
@@ -74,6 +75,15 @@ bool is_cut(const RunSpec& spec, const StepRow& row) { return spec.truth_stride 
 
 /// False when the user has had enough.
 bool go_on(const RunLimits& limits, std::int64_t done) { return !limits.progress || limits.progress(done); }
+
+/// Steps that are unstable for certain: the record says so, and unless that is asked for it is how the run ends.
+void note_unstable_step(const Scene& scene, const RunSpec& spec, const RunLimits& limits, Record& record) {
+    const std::string why = why_unstable(scene, check_step(scene, spec.stepper));
+    if (why.empty()) return;
+    const bool taken = limits.allow_unstable_step || spec.mode == "hard_case";
+    record.environment["run.unstable_step"] = why;
+    if (!taken && record.outcome.ok()) record.outcome = {OutcomeKind::unstable, "not started: " + why};
+}
 
 /// FNV-1a over the hashes of all frames.
 class StreamHash {
@@ -267,6 +277,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
          {why_untold(detector, source), why_unreadable(source, parse_method(spec.response))}) {
         if (!reason.empty() && record.outcome.ok()) record.outcome = {OutcomeKind::unsupported, reason};
     }
+    note_unstable_step(scene, spec, limits, record);
     Simulation simulation(scene, detector_of(spec), response_of(spec), source, settings_of(spec));
     Judge judge(scene.topology, scene.first, simulation.yielding_pairs(), &scene.materials);
     Balance balance(scene);
@@ -304,6 +315,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     record.summary = summarize(record.rows, {.motion_end = script.motion_end()});
     record.summary["substeps"] = scene.materials.substeps;
     record.summary.merge(balance.figures());
+    record.summary.merge(simulation.book_figures());
     record.summary.merge(comparison.figures());
     return record;
 }
@@ -312,8 +324,11 @@ Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& 
     const std::int64_t ticks = ticks_of(scene, spec);
     Record record = start_record(spec, ticks);
     const auto period_ns = static_cast<std::int64_t>(std::llround(scene.dt * 1e9));
-    Simulation simulation(scene, detector_of(spec), response_of(spec), registry().source(spec.contacts),
-                          settings_of(spec));
+    note_unstable_step(scene, spec, limits, record);
+    if (!record.outcome.ok()) return record;
+    SimulationSettings settings = settings_of(spec);
+    settings.watched = false;  // it would take time from what is paced
+    Simulation simulation(scene, detector_of(spec), response_of(spec), registry().source(spec.contacts), settings);
     const PacedTimes empty = run_paced(ticks, period_ns, [] { return true; });
     std::int64_t tick = 0;
     const PacedTimes times = run_paced(ticks, period_ns, [&] {

@@ -17,6 +17,9 @@ struct RunLimits {
     std::function<bool(std::int64_t)> progress = {};
     /// Closed loop: called after every tick, outside the timed spans.
     std::function<void(const Simulation&, const StepRow&)> observe = {};
+    /// Steps that are unstable for certain are taken all the same; else such a run is not started and ends `unstable`.
+    /// The record says so ("run.unstable_step"). Hard cases, whose point it may be, are always taken.
+    bool allow_unstable_step = false;
 };
 
 /// Runs spec.mode ("replay", "closed_loop", "triangle_pair", "paced", "certificate"; "hard_case": the closed loop;

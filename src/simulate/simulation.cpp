@@ -5,12 +5,16 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <optional>
 
 #include "contact/usable.hpp"
 #include "measure/allocations.hpp"
+#include "simulate/blow_up.hpp"
+#include "simulate/books.hpp"
 #include "simulate/leading.hpp"
 #include "simulate/reach.hpp"
 #include "simulate/rupture.hpp"
+#include "simulate/step_check.hpp"
 
 namespace trocar {
 
@@ -52,6 +56,8 @@ struct Simulation::State {
     ContactSet contacts;
     Effect effect;
     Rupture rupture;
+    std::optional<Books> books;
+    std::optional<BlowUp> blow_up;
     std::vector<ContactLoad> loads;  ///< per contact of `effect`, of the last step
     std::vector<Wrench> reaction;    ///< per body, of tissue
     std::vector<Wrench> load;        ///< per body, mean over the tick
@@ -105,10 +111,27 @@ struct Simulation::State {
             const std::string not_taken = why_not_taken(stepper_entry, scene.topology, effect);
             if (!not_taken.empty()) outcome = {OutcomeKind::unsupported, not_taken};
             if (outcome.ok()) outcome = stepper->advance(effect, scene.dt, seen, next, reaction);
+            if (outcome.kind == OutcomeKind::unstable) explain_unstable();
             if (!outcome.ok()) return;
             std::copy(stepper->loads().begin(), stepper->loads().end(), loads.begin());
         }
         leading.advance(next.time, effect, reaction, next, load, loads);
+    }
+
+    /// What the stepper calls unstable gets a place and a remedy: from the step that it bears where the tick began.
+    void explain_unstable() {
+        const StepEstimate estimate =
+            stepper->estimate(scene.topology, scene.materials, seen.position, scene.dt, false);
+        const std::string place = deciding_place(scene, estimate, seen.position);
+        if (place.empty()) return;
+        if (scene.dt / estimate.substeps > estimate.stable_step) {
+            outcome.message += fmt::format("; {} bears {:.3g} ms: {}", place, 1e3 * estimate.stable_step,
+                                           step_remedy(scene, estimate));
+        } else {
+            outcome.message += fmt::format(
+                "; the springs bear the sub-steps ({} decides): it is contacts, held forces or placements that feed it",
+                place);
+        }
     }
 
     void check_finite(const Frame& of) {
@@ -119,6 +142,13 @@ struct Simulation::State {
         for (const std::vector<Range>* ranges : {&leading.led_vertices(), &leading.free_tissue()}) {
             if (!std::all_of(ranges->begin(), ranges->end(), finite)) outcome = not_finite();
         }
+    }
+
+    /// Outside the clock, before the frame is taken over.
+    void watch() {
+        if (!books || !outcome.ok()) return;
+        books->observe(seen, next, effect, loads, load, leading.hands());
+        outcome = blow_up->judge(seen, next, contacts, effect, loads, reaction, *books);
     }
 
     /// All three frames agree in what cannot change.
@@ -223,6 +253,7 @@ StepRow Simulation::step() {
         }
     }
     s.check_finite(s.next);
+    s.watch();
     if (s.outcome.ok()) {
         std::swap(s.frame, s.next);
         ++s.tick;
@@ -268,6 +299,10 @@ Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, s
     s.effect.placements.reserve(room);
     s.loads.reserve(4 * room);
     s.rupture.prepare(scene.topology, scene.materials);
+    if (settings.watched && s.response) {
+        s.books.emplace(scene);
+        s.blow_up.emplace(scene);
+    }
     s.reaction.resize(scene.topology.bodies.size());
     s.load.resize(scene.topology.bodies.size());
     s.contacts.native_wanted = source.wants_native;
@@ -296,6 +331,9 @@ const Effect& Simulation::effect() const { return state_->effect; }
 const std::vector<ContactLoad>& Simulation::contact_loads() const { return state_->loads; }
 const std::vector<Wrench>& Simulation::body_loads() const { return state_->load; }
 const Outcome& Simulation::outcome() const { return state_->outcome; }
+std::map<std::string, double> Simulation::book_figures() const {
+    return state_->books ? state_->books->figures() : std::map<std::string, double>{};
+}
 std::vector<std::uint8_t> Simulation::yielding_pairs() const { return state_->leading.yielding_pairs(); }
 
 }  // namespace trocar

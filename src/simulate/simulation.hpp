@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "contact/contact_set.hpp"
@@ -24,6 +26,8 @@ struct SimulationSettings {
     MethodSpec stepper = {};                     ///< without a name: the default one
     double reach_margin = default_reach_margin;  ///< mean edges, see simulate/reach.hpp
     TipSettings device = {};                     ///< shows the force on the instrument, the same for every response
+    /// Books are kept and a tick that has blown up by its contacts ends unstable (blow_up.hpp), outside the clock.
+    bool watched = true;
 };
 
 class Simulation {
@@ -57,6 +61,8 @@ public:
     /// Contact load on every body, mean over the last tick; bodies that one operator leads share their sum.
     [[nodiscard]] const std::vector<Wrench>& body_loads() const;
     [[nodiscard]] const Outcome& outcome() const;
+    /// The book_… figures of the run so far; empty where no books are kept.
+    [[nodiscard]] std::map<std::string, double> book_figures() const;
     /// One flag per Topology::body_pairs entry: something in the pair gives way (tissue, an operator), so that depth
     /// left over is the method's doing and not the script's.
     [[nodiscard]] std::vector<std::uint8_t> yielding_pairs() const;

@@ -44,6 +44,13 @@ public:
         largest_move_ = 0.0;
     }
 
+    [[nodiscard]] StepEstimate estimate(const Topology& /*topology*/, const Materials& materials,
+                                        const Matrix3X& /*position*/, double /*dt*/, bool /*closely*/) const override {
+        StepEstimate estimate;  // bears any step
+        estimate.substeps = settings_.steps;
+        estimate.springs = static_cast<std::int64_t>(materials.springs.size());
+        return estimate;
+    }
     Outcome advance(const Effect& effect, double dt, const Frame& from, Frame& to,
                     std::vector<Wrench>& reaction) override {
         tissue_->take_over(effect, from);

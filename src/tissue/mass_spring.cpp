@@ -36,6 +36,36 @@ void internal_force(const Materials& materials, const Matrix3X& position, const 
     }
 }
 
+double potential_energy(const Materials& materials, const Matrix3X& position) {
+    double energy =
+        materials.rest_bias.cols() == position.cols() ? -materials.rest_bias.cwiseProduct(position).sum() : 0.0;
+    for (const Spring& spring : materials.springs) {
+        const double length = (position.col(spring.j) - position.col(spring.i)).norm();
+        const double stretch = length - spring.rest;
+        energy += 0.5 * spring.k * stretch * stretch + spring.preload * stretch + stiffening_energy(spring, length);
+    }
+    const ShapeElements shape{.stiffening = {}, .hinges = materials.hinges, .enclosures = materials.enclosures};
+    return energy + shape_energy(shape, position);
+}
+
+double dissipated_power(const Materials& materials, const Matrix3X& position, const Matrix3X& velocity,
+                        std::span<const std::uint8_t> moves) {
+    double power = 0.0;
+    for (const Spring& spring : materials.springs) {
+        const Vector3 d = position.col(spring.j) - position.col(spring.i);
+        const double length = d.norm();
+        if (spring.damping == 0.0 || length == 0.0) continue;
+        const Vector3 u = d / length;
+        const double force = spring.damping * (velocity.col(spring.j) - velocity.col(spring.i)).dot(u);
+        if (moves[at(spring.i)] != 0) power -= force * velocity.col(spring.i).dot(u);
+        if (moves[at(spring.j)] != 0) power += force * velocity.col(spring.j).dot(u);
+    }
+    for (std::size_t v = 0; v < materials.drag.size(); ++v) {
+        if (moves[v] != 0) power += materials.drag[v] * velocity.col(static_cast<Eigen::Index>(v)).squaredNorm();
+    }
+    return power;
+}
+
 MassSpring::MassSpring(const Topology& topology, const Materials& materials)
     : tissue_(topology, materials), contacts_(topology.vertex_count, tissue_.state().size()) {
     position_before_.reserve(tissue_.state().size());

@@ -21,6 +21,15 @@ namespace trocar {
 /// `force` is resized only when its size is wrong.
 void internal_force(const Materials& materials, const Matrix3X& position, const Matrix3X& velocity, Matrix3X& force);
 
+/// Energy of the forces of internal_force that have one (springs, preload, rest bias), J, up to a constant; 0 at no
+/// particular place. Its slope at a vertex that is not pinned is the force without damping and drag.
+double potential_energy(const Materials& materials, const Matrix3X& position);
+
+/// Power that damping of springs and drag take from the vertices with `moves` set (one per vertex), W; negative where
+/// what does not move by itself drives them.
+double dissipated_power(const Materials& materials, const Matrix3X& position, const Matrix3X& velocity,
+                        std::span<const std::uint8_t> moves);
+
 /// Spring, preload and damping force of one spring on its vertex i (its vertex j gets the opposite), N. A spring of
 /// zero length has no direction and gives none.
 Vector3 spring_force(const Spring& spring, const Matrix3X& position, const Matrix3X& velocity);

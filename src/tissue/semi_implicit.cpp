@@ -14,6 +14,10 @@ public:
     void prepare(const Topology& topology, const Materials& materials) override {
         tissue_.emplace(topology, materials);
     }
+    [[nodiscard]] StepEstimate estimate(const Topology& /*topology*/, const Materials& materials,
+                                        const Matrix3X& position, double dt, bool closely) const override {
+        return explicit_step(materials, position, dt, closely);
+    }
     Outcome advance(const Effect& effect, double dt, const Frame& from, Frame& to,
                     std::vector<Wrench>& reaction) override {
         return tissue_->advance(effect, dt, from, to, reaction);

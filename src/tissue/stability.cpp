@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
+#include <vector>
 
 #include "tissue/shape_forces.hpp"
 
@@ -34,25 +36,42 @@ ShapeElements shape_of(const Materials& materials) {
 
 bool has_shape(const Materials& materials) { return !materials.hinges.empty() || !materials.enclosures.empty(); }
 
+/// Longest h with squared h² + rate h <= 4.
+double longest_step(double squared, double rate) {
+    const double sum = rate + std::sqrt(rate * rate + 16.0 * squared);
+    return sum > 0.0 ? 8.0 / sum : std::numeric_limits<double>::infinity();
+}
+
 }  // namespace
 
 bool is_free(const Materials& materials, Index vertex) {
     return materials.mass[at(vertex)] > 0.0 && (materials.pinned.empty() || materials.pinned[at(vertex)] == 0);
 }
 
-double gershgorin_bound_omega(const Materials& materials, const Matrix3X& position,
-                              std::span<const double> contact_stiffness) {
+namespace {
+
+/// Sums of the absolute values in the rows of K and C over the free vertices, 3×N.
+struct RowSums {
+    Matrix3X stiffness;  ///< N/m
+    Matrix3X damping;    ///< N s/m
+};
+
+/// `contact_stiffness` as in gershgorin_bound_omega.
+RowSums row_sums(const Materials& materials, const Matrix3X& position, std::span<const double> contact_stiffness = {}) {
     const Eigen::Index n = position.cols();
-    std::vector<Matrix3> diagonal(static_cast<std::size_t>(n), Matrix3::Zero());
-    Matrix3X off_diagonal = Matrix3X::Zero(3, n);
+    std::vector<Matrix3> stiffness(static_cast<std::size_t>(n), Matrix3::Zero());
+    std::vector<Matrix3> damping(static_cast<std::size_t>(n), Matrix3::Zero());
+    RowSums rows{Matrix3X::Zero(3, n), Matrix3X::Zero(3, n)};
     for (const Spring& spring : materials.springs) {
-        const Matrix3 block = stiffness_block(spring, position);
-        diagonal[at(spring.i)] += block;
-        diagonal[at(spring.j)] += block;
-        if (is_free(materials, spring.i) && is_free(materials, spring.j)) {
-            const Vector3 sums = block.cwiseAbs().rowwise().sum();
-            off_diagonal.col(spring.i) += sums;
-            off_diagonal.col(spring.j) += sums;
+        const bool both = is_free(materials, spring.i) && is_free(materials, spring.j);
+        const Vector3 u = (position.col(spring.j) - position.col(spring.i)).normalized();
+        for (const auto& [block, diagonal, sums] :
+             {std::tuple(stiffness_block(spring, position), &stiffness, &rows.stiffness),
+              std::tuple(Matrix3(spring.damping * u * u.transpose()), &damping, &rows.damping)}) {
+            for (const Index v : {spring.i, spring.j}) {
+                (*diagonal)[at(v)] += block;
+                if (both) sums->col(v) += block.cwiseAbs().rowwise().sum();
+            }
         }
     }
     if (has_shape(materials)) {
@@ -60,15 +79,26 @@ double gershgorin_bound_omega(const Materials& materials, const Matrix3X& positi
         for (Index v = 0; v < n; ++v) {
             if (is_free(materials, v)) inverse_mass[at(v)] = 1.0 / materials.mass[at(v)];
         }
-        add_shape_row_sums(shape_of(materials), position, inverse_mass, off_diagonal);
+        add_shape_row_sums(shape_of(materials), position, inverse_mass, rows.stiffness);
     }
-    double largest = 0.0;
     for (Index v = 0; v < n; ++v) {
+        if (!contact_stiffness.empty()) stiffness[at(v)] += contact_stiffness[at(v)] * Matrix3::Identity();
+        if (!materials.drag.empty()) damping[at(v)] += materials.drag[at(v)] * Matrix3::Identity();
+        rows.stiffness.col(v) += stiffness[at(v)].cwiseAbs().rowwise().sum();
+        rows.damping.col(v) += damping[at(v)].cwiseAbs().rowwise().sum();
+    }
+    return rows;
+}
+
+}  // namespace
+
+double gershgorin_bound_omega(const Materials& materials, const Matrix3X& position,
+                              std::span<const double> contact_stiffness) {
+    const RowSums rows = row_sums(materials, position, contact_stiffness);
+    double largest = 0.0;
+    for (Index v = 0; v < position.cols(); ++v) {
         if (!is_free(materials, v)) continue;
-        Matrix3 block = diagonal[at(v)];
-        if (!contact_stiffness.empty()) block += contact_stiffness[at(v)] * Matrix3::Identity();
-        const Vector3 rows = block.cwiseAbs().rowwise().sum() + off_diagonal.col(v);
-        largest = std::max(largest, rows.maxCoeff() / materials.mass[at(v)]);
+        largest = std::max(largest, rows.stiffness.col(v).maxCoeff() / materials.mass[at(v)]);
     }
     return std::sqrt(largest);
 }
@@ -123,7 +153,26 @@ int stable_substeps(const Materials& materials, const Matrix3X& position, double
     return std::max(1, static_cast<int>(std::ceil(std::min(dt / limit, 1e6))));
 }
 
-bool surely_unstable(const Materials& materials, const Matrix3X& position, double h) {
+namespace {
+
+/// image += C shape over the free vertices.
+void add_damping(const Materials& materials, const Matrix3X& position, const Matrix3X& shape, Matrix3X& image) {
+    for (const Spring& spring : materials.springs) {
+        const Vector3 d = position.col(spring.j) - position.col(spring.i);
+        if (spring.damping == 0.0 || d.squaredNorm() == 0.0) continue;
+        const Vector3 u = d.normalized();
+        const Vector3 f = spring.damping * u.dot(shape.col(spring.i) - shape.col(spring.j)) * u;
+        if (is_free(materials, spring.i)) image.col(spring.i) += f;
+        if (is_free(materials, spring.j)) image.col(spring.j) -= f;
+    }
+    for (std::size_t v = 0; v < materials.drag.size(); ++v) {
+        const auto column = static_cast<Eigen::Index>(v);
+        if (is_free(materials, static_cast<Index>(v))) image.col(column) += materials.drag[v] * shape.col(column);
+    }
+}
+
+/// Smallest step that power iteration with h proves unstable; stops at the first that is below `enough`.
+double proven_unstable(const Materials& materials, const Matrix3X& position, double h, double enough) {
     // The scheme at the growth factor z = -1: 4 M - h² K - 2 h C. It is positive definite for z towards minus infinity,
     // so that any displacement that makes it negative proves a root z < -1.
     const Eigen::Index n = position.cols();
@@ -134,35 +183,83 @@ bool surely_unstable(const Materials& materials, const Matrix3X& position, doubl
     for (Index v = 0; v < n; ++v) {
         if (!is_free(materials, v)) shape.col(v).setZero();
     }
-    Matrix3X image(3, n);
+    Matrix3X stiff(3, n);
+    Matrix3X damped(3, n);
+    double smallest = std::numeric_limits<double>::infinity();
     constexpr int most_iterations = 100;
     for (int iteration = 0; iteration < most_iterations; ++iteration) {
-        apply_stiffness(materials, position, shape, image);
-        image *= h * h;
-        for (const Spring& spring : materials.springs) {
-            const Vector3 d = position.col(spring.j) - position.col(spring.i);
-            if (spring.damping == 0.0 || d.squaredNorm() == 0.0) continue;
-            const Vector3 u = d.normalized();
-            const Vector3 f = 2.0 * h * spring.damping * u.dot(shape.col(spring.i) - shape.col(spring.j)) * u;
-            if (is_free(materials, spring.i)) image.col(spring.i) += f;
-            if (is_free(materials, spring.j)) image.col(spring.j) -= f;
-        }
+        apply_stiffness(materials, position, shape, stiff);
+        damped.setZero();
+        add_damping(materials, position, shape, damped);
         double mass = 0.0;
         for (Index v = 0; v < n; ++v) {
-            if (!is_free(materials, v)) continue;
-            if (!materials.drag.empty()) image.col(v) += 2.0 * h * materials.drag[at(v)] * shape.col(v);
-            mass += materials.mass[at(v)] * shape.col(v).squaredNorm();
+            if (is_free(materials, v)) mass += materials.mass[at(v)] * shape.col(v).squaredNorm();
         }
-        if (mass == 0.0) return false;
-        if (shape.cwiseProduct(image).sum() > 4.0 * mass) return true;
+        if (mass == 0.0) break;
+        const double squared = std::max(0.0, shape.cwiseProduct(stiff).sum() / mass);
+        const double rate = 2.0 * std::max(0.0, shape.cwiseProduct(damped).sum() / mass);
+        smallest = std::min(smallest, longest_step(squared, rate));
+        if (smallest < enough) break;
         for (Index v = 0; v < n; ++v) {
-            if (is_free(materials, v)) shape.col(v) = image.col(v) / materials.mass[at(v)];
+            if (is_free(materials, v)) {
+                shape.col(v) = (h * h * stiff.col(v) + 2.0 * h * damped.col(v)) / materials.mass[at(v)];
+            }
         }
         const double size = shape.cwiseAbs().maxCoeff();
-        if (!(size > 0.0) || !std::isfinite(size)) return false;
+        if (!(size > 0.0) || !std::isfinite(size)) break;
         shape /= size;
     }
-    return false;
+    return smallest;
+}
+
+}  // namespace
+
+bool surely_unstable(const Materials& materials, const Matrix3X& position, double h) {
+    return proven_unstable(materials, position, h, h) < h;
+}
+
+double unstable_step(const Materials& materials, const Matrix3X& position, double h) {
+    return proven_unstable(materials, position, h, 0.0);
+}
+
+StepEstimate explicit_step(const Materials& materials, const Matrix3X& position, double dt, bool closely) {
+    StepEstimate estimate;
+    estimate.substeps = std::max(1, materials.substeps);
+    const RowSums rows = row_sums(materials, position);
+    for (Index v = 0; v < position.cols(); ++v) {
+        if (!is_free(materials, v)) continue;
+        const double mass = materials.mass[at(v)];
+        for (int axis = 0; axis < 3; ++axis) {
+            const double squared = rows.stiffness(axis, v) / mass;
+            const double rate = 2.0 * rows.damping(axis, v) / mass;
+            estimate.stable_step_undamped = std::min(estimate.stable_step_undamped, longest_step(squared, 0.0));
+            const double step = longest_step(squared, rate);
+            if (step >= estimate.stable_step) continue;
+            estimate.stable_step = step;
+            estimate.vertex = v;
+            estimate.vertex_mass = mass;
+            estimate.damping_decides = rate > squared * step;
+        }
+    }
+    double heaviest = -1.0;
+    for (const Spring& spring : materials.springs) {
+        if (!is_free(materials, spring.i) && !is_free(materials, spring.j)) continue;
+        ++estimate.springs;
+        if (spring.i != estimate.vertex && spring.j != estimate.vertex) continue;
+        const double h = estimate.stable_step;
+        const double weight = h * h * stiffness_block(spring, position).norm() + 2.0 * h * spring.damping;
+        if (weight <= heaviest) continue;
+        heaviest = weight;
+        estimate.edge = {spring.i, spring.j};
+        estimate.edge_stiffness = spring.k;
+        estimate.edge_damping = spring.damping;
+    }
+    if (estimate.vertex < 0) return estimate;
+    estimate.substeps_stable = static_cast<int>(std::clamp(std::ceil(dt / estimate.stable_step), 1.0, 1e9));
+    if (closely || dt / estimate.substeps > estimate.stable_step) {
+        estimate.unstable_step = unstable_step(materials, position, estimate.stable_step);
+    }
+    return estimate;
 }
 
 }  // namespace trocar

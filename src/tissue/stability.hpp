@@ -4,6 +4,7 @@
 
 #include <span>
 
+#include "method/stepper.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
@@ -44,5 +45,15 @@ int stable_substeps(const Materials& materials, const Matrix3X& position, double
 /// Whether semi-implicit Euler with explicit damping and the step h (s) is unstable for certain at this place: power
 /// iteration finds a displacement x with h² xᵀKx + 2 h xᵀCx > 4 xᵀMx. False close to the limit or below it.
 bool surely_unstable(const Materials& materials, const Matrix3X& position, double h);
+
+/// The smallest step (s) that power iteration with the step h > 0 (s) proves unstable for semi-implicit Euler with
+/// explicit damping at this place: the root of h² xᵀKx + 2 h xᵀCx = 4 xᵀMx for the worst displacement x met. Infinite
+/// where nothing moves against a force. The exact limit is at most this, and for h near it close to this.
+double unstable_step(const Materials& materials, const Matrix3X& position, double h);
+
+/// What semi-implicit Euler with explicit damping bears: h² K + 2 h C < 4 M holds where it holds for every row's sum of
+/// absolute values (Gershgorin), so that the smallest root over all rows is a stable step. `closely` as in
+/// Stepper::estimate.
+StepEstimate explicit_step(const Materials& materials, const Matrix3X& position, double dt, bool closely);
 
 }  // namespace trocar

@@ -290,8 +290,9 @@ void TickContacts::react(std::vector<Wrench>& reaction) {
         const LinearContact& source = effect_->contacts[contact.source];
         ContactLoad& load = loads_[contact.source];
         load.friction = mean_friction_[contact.source].norm();
+        load.force = mean_normal_[contact.source] + mean_friction_[contact.source];
         if (source.reaction_body < 0) continue;
-        const Vector3 force = -mean_normal_[contact.source] - mean_friction_[contact.source];
+        const Vector3 force = -load.force;
         Wrench& wrench = reaction[at(source.reaction_body)];
         wrench.force += force;
         wrench.moment += source.reaction_point.cross(force);

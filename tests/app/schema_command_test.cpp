@@ -70,6 +70,8 @@ TEST(Schema, OutputTellsEveryKeyThatACommandPrints) {
         << R"("vel2":[[0,0,0],[0,0,0],[0,0,0]],"k":1000,"mu":0.5},"expected":{"F_scalar":0.25}}]})";
     const std::map<std::string, std::string> commands{
         {"run", "run " + scene + " --ticks 30 --json"},
+        {"run --explain-step",
+         "run " + std::string(TROCAR_SOURCE_DIR) + "/scenes/i2t_operator_press.json --explain-step --json"},
         {"detect", "detect " + in + "a.obj " + in + "b.obj --detector ohc --truth --json"},
         {"replay", "replay " + in + "poke.rec --detector ohc --truth --json"},
         {"mesh", "mesh " + in + "a.obj --json"},

@@ -1,0 +1,61 @@
+// When a run has blown up by its contacts, though every number in it is finite: the same rule for every method, from
+// trajectories, masses and the forces told.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "contact/contact_set.hpp"
+#include "contact/effect.hpp"
+#include "contact/outcome.hpp"
+#include "scene/scene.hpp"
+#include "simulate/books.hpp"
+
+namespace trocar {
+
+/// A tick of tissue is `unstable` where one of these holds (METHODS §4):
+/// (a) for `energy_ticks` ticks in a row the tissue has gained, with what its dampers took, more energy than
+///     (1 + work_factor) × the absolute work of scripts and hands so far + `spare_energy` + what a start in contact may
+///     give back: the largest force of (c) over the deepest contact of the first tick;
+/// (b) an edge is stretched beyond max(`most_strain`, the scene's limit) + way / max(its rest length, the mean rest
+///     length): way = the furthest that led bodies have gone since tissue was first touched, plus that first depth. An
+///     edge shorter than its neighbours is pulled by the same tension and shares the way with them;
+/// (c) a tool shows more force from tissue than all of it can carry: 2 Σ (k s L + T) L / √A over the springs of each
+///     tissue body (mean membrane tension at the strain s, across a cut of 4 √A), s = its strain limit within [1, 3],
+///     plus its mass brought to the fastest led vertex' speed within the tick.
+class BlowUp {
+public:
+    /// The scene outlives the object.
+    explicit BlowUp(const Scene& scene);
+
+    /// One tick before its frame is taken over; the books have seen it. `reaction`: what tissue gave back per body, N.
+    /// Not ok: unstable, with cause and figures. Allocates nothing while it is ok.
+    Outcome judge(const Frame& seen, const Frame& after, const ContactSet& contacts, const Effect& effect,
+                  std::span<const ContactLoad> loads, std::span<const Wrench> reaction, const Books& books);
+
+    static constexpr double work_factor = 10.0;
+    static constexpr double spare_energy = 10e-6;  ///< J
+    static constexpr int energy_ticks = 10;
+    static constexpr double most_strain = 3.0;
+
+private:
+    void follow(const Frame& seen, const ContactSet& contacts, const Effect& effect,
+                std::span<const ContactLoad> loads);
+    Outcome judge_energy(const Books& books);
+    [[nodiscard]] Outcome judge_strain(const Frame& after) const;
+    [[nodiscard]] Outcome judge_force(const Effect& effect, std::span<const Wrench> reaction) const;
+
+    const Scene* scene_;
+    std::vector<Range> led_;
+    double mean_rest_ = 0.0;   ///< m
+    double most_force_ = 0.0;  ///< N, at rest
+    double mass_ = 0.0;        ///< kg, of tissue
+    bool started_ = false;
+    bool touched_ = false;
+    double first_depth_ = 0.0;  ///< m
+    double way_ = 0.0;          ///< m, of led bodies since tissue was touched
+    double move_ = 0.0;         ///< m, of led bodies in this tick
+    int rich_ticks_ = 0;
+};
+
+}  // namespace trocar

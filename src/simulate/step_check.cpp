@@ -1,0 +1,145 @@
+#include "simulate/step_check.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "method/registry.hpp"
+#include "scene/scene_settings.hpp"
+
+namespace trocar {
+namespace {
+
+constexpr int usual_substeps = 4;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Number of a vertex in the files of its body.
+Index file_number(const Scene& scene, Index vertex) {
+    const Index body = scene.topology.body_of_vertex(vertex);
+    const Index own = vertex - scene.topology.bodies[at(body)].vertices.first;
+    if (at(body) >= scene.bodies.size() || scene.bodies[at(body)].file_vertex.size() <= at(own)) return own;
+    return scene.bodies[at(body)].file_vertex[at(own)];
+}
+
+std::string milliseconds(double seconds) {
+    return std::isfinite(seconds) ? fmt::format("{:.3g} ms", 1e3 * seconds) : std::string("any length");
+}
+
+/// h² k/m + 2 h c/m < 4 with the stiffness and all damping of a hand.
+HandStep hand_step(const OperatorModel& hand, Index body, double h) {
+    HandStep step{.body = body};
+    const double damping = hand.damping + hand.hand_damping;
+    const double sum = damping + std::sqrt(damping * damping + 4.0 * hand.hand_stiffness * hand.mass);
+    step.stable_step = sum > 0.0 ? 4.0 * hand.mass / sum : std::numeric_limits<double>::infinity();
+    step.most_stiffness = std::max(0.0, (4.0 * hand.mass - 2.0 * h * damping) / (h * h));
+    step.unstable = h >= step.stable_step;
+    return step;
+}
+
+bool holds_new_hand(const Scene& scene, Index body) {
+    const std::string& instrument = scene.topology.bodies[at(body)].instrument;
+    for (Index other = 0; other < body && !instrument.empty(); ++other) {
+        const std::optional<Motion>& motion = scene.bodies[at(other)].motion;
+        if (scene.topology.bodies[at(other)].instrument == instrument && motion &&
+            motion->drive == Drive::simulated_operator) {
+            return false;
+        }
+    }
+    return true;
+}
+
+std::string why_hand_unstable(const Scene& scene, const StepCheck& check, const HandStep& hand) {
+    const OperatorModel& model = scene.bodies[at(hand.body)].motion->hand;
+    const double needed = std::ceil(1.05 * scene.dt / hand.stable_step);
+    std::string remedy = hand.most_stiffness > 0.0 ? fmt::format("hand_stiffness below {:.3g} N/m", hand.most_stiffness)
+                                                   : fmt::format("less damping");
+    if (scene.has_tissue() && needed <= most_substeps) remedy += fmt::format(", {:.0f} sub-steps", needed);
+    return fmt::format(
+        "the hand on {} ({:g} kg, {:g} N/m, {:g} N s/m) is unstable at steps of {}, its limit is {}: {} or a shorter "
+        "dt "
+        "would do",
+        scene.topology.bodies[at(hand.body)].name, model.mass, model.hand_stiffness, model.damping + model.hand_damping,
+        milliseconds(scene.dt / check.substeps), milliseconds(hand.stable_step), remedy);
+}
+
+}  // namespace
+
+bool StepCheck::unstable(double dt) const {
+    return tissue.surely_unstable(dt) ||
+           std::any_of(hands.begin(), hands.end(), [](const HandStep& hand) { return hand.unstable; });
+}
+
+StepCheck check_step(const Scene& scene, const std::string& stepper, bool closely) {
+    StepCheck check;
+    check.substeps = std::max(1, scene.materials.substeps);
+    if (scene.has_tissue()) {
+        const MethodSpec spec = parse_method(stepper.empty() ? registry().default_stepper().name : stepper);
+        check.tissue = make_stepper(spec.name, spec.parameters)
+                           ->estimate(scene.topology, scene.materials, scene.first.position, scene.dt, closely);
+    }
+    for (Index body = 0; body < scene.topology.body_count() && at(body) < scene.bodies.size(); ++body) {
+        const std::optional<Motion>& motion = scene.bodies[at(body)].motion;
+        if (!motion || motion->drive != Drive::simulated_operator || !holds_new_hand(scene, body)) continue;
+        check.hands.push_back(hand_step(motion->hand, body, scene.dt / check.substeps));
+    }
+    return check;
+}
+
+std::string vertex_name(const Scene& scene, Index vertex) {
+    return fmt::format("vertex {} of {}", file_number(scene, vertex),
+                       scene.topology.bodies[at(scene.topology.body_of_vertex(vertex))].name);
+}
+
+std::string deciding_place(const Scene& scene, const StepEstimate& estimate, const Matrix3X& position) {
+    if (estimate.vertex < 0) return {};
+    const Vector3 p = 1e3 * position.col(estimate.vertex);
+    std::string text = fmt::format("{} ({:.4g} {:.4g} {:.4g} mm, {:.3g} mg)", vertex_name(scene, estimate.vertex),
+                                   p.x(), p.y(), p.z(), 1e6 * estimate.vertex_mass);
+    if (estimate.edge[0] < 0) return text;
+    const double length = (position.col(estimate.edge[0]) - position.col(estimate.edge[1])).norm();
+    return text + fmt::format(", edge {}-{} of {:.3g} mm ({:.3g} N/m, {:.3g} N s/m)",
+                              file_number(scene, estimate.edge[0]), file_number(scene, estimate.edge[1]), 1e3 * length,
+                              estimate.edge_stiffness, estimate.edge_damping);
+}
+
+std::string step_remedy(const Scene& scene, const StepEstimate& estimate) {
+    const std::string other = estimate.damping_decides ? "less damping" : "longer edges there or a softer tissue";
+    if (estimate.substeps_stable <= most_substeps) {
+        return fmt::format("substeps {} or more, {}, or a dt of {} would do", estimate.substeps_stable, other,
+                           milliseconds(estimate.stable_step * estimate.substeps));
+    }
+    return fmt::format("no number of sub-steps up to {} would do for dt {}: {}", most_substeps, milliseconds(scene.dt),
+                       other);
+}
+
+std::string why_unstable(const Scene& scene, const StepCheck& check) {
+    for (const HandStep& hand : check.hands) {
+        if (hand.unstable) return why_hand_unstable(scene, check, hand);
+    }
+    const StepEstimate& tissue = check.tissue;
+    if (!tissue.surely_unstable(scene.dt)) return {};
+    return fmt::format(
+        "sub-steps of {} are unstable for certain (from {} on; stable up to {}, without damping {}): {}; {}",
+        milliseconds(scene.dt / tissue.substeps), milliseconds(tissue.unstable_step), milliseconds(tissue.stable_step),
+        milliseconds(tissue.stable_step_undamped), deciding_place(scene, tissue, scene.first.position),
+        step_remedy(scene, tissue));
+}
+
+std::string cost_note(const Scene& scene, const StepCheck& check) {
+    const StepEstimate& tissue = check.tissue;
+    if (tissue.vertex < 0) return {};
+    if (tissue.surely_unstable(scene.dt)) return why_unstable(scene, check);
+    const std::string cost = fmt::format("{} sub-steps a tick, {} springs each ({} spring evaluations)",
+                                         tissue.substeps, tissue.springs, tissue.spring_evaluations());
+    const std::string place = deciding_place(scene, tissue, scene.first.position);
+    if (scene.dt / tissue.substeps > tissue.stable_step) {
+        return fmt::format("{}: neither proven stable ({} are) nor unstable (from {} on); {} decides", cost,
+                           tissue.substeps_stable, milliseconds(tissue.unstable_step), place);
+    }
+    if (tissue.substeps <= usual_substeps) return {};
+    return fmt::format("{}: {} would do; {} decides", cost, tissue.substeps_stable, place);
+}
+
+}  // namespace trocar

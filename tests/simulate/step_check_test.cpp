@@ -1,0 +1,164 @@
+#include "simulate/step_check.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "geometry/input_error.hpp"
+#include "method/registry.hpp"
+#include "simulate/runs.hpp"
+#include "support/scene_samples.hpp"
+
+namespace trocar {
+namespace {
+
+using Json = nlohmann::json;
+using test::run_program;
+
+Json poke() { return Json::parse(test::poke_text()); }
+
+/// poke_text by one sub-step a tick, which no lattice of 6 mm bears.
+Json poke_beyond() {
+    Json scene = poke();
+    scene["bodies"][0]["tissue"] = {{"substeps", 1}, {"pinned", "rim"}};
+    return scene;
+}
+
+RunSpec spec_of(const std::string& mode) {
+    RunSpec spec;
+    spec.mode = mode;
+    spec.detector = "ohc";
+    spec.response = "penalty";
+    spec.contacts = "canonical";
+    spec.ticks = 40;
+    return spec;
+}
+
+class StepCheckRun : public testing::Test {
+protected:
+    std::string write(const Json& scene) {
+        const std::string file = (folder_.path() / "scene.json").string();
+        std::ofstream(file) << scene.dump();
+        return file;
+    }
+    test::TemporaryFolder folder_;
+};
+
+TEST(StepCheck, ASceneBeyondTheStepNamesVertexEdgeAndARemedyThatHelps) {
+    const Scene scene = test::scene_from_text(poke_beyond().dump());
+    const StepCheck check = check_step(scene, "");
+    ASSERT_TRUE(check.unstable(scene.dt));
+    const std::string why = why_unstable(scene, check);
+    for (const char* word : {"vertex ", " of sheet", "edge ", "N/m", "substeps "}) {
+        EXPECT_NE(why.find(word), std::string::npos) << why;
+    }
+    Json mended = poke_beyond();
+    mended["bodies"][0]["tissue"]["substeps"] = check.tissue.substeps_stable;
+    const Scene stable = test::scene_from_text(mended.dump());
+    EXPECT_TRUE(why_unstable(stable, check_step(stable, "")).empty());
+    EXPECT_LE(stable.dt / stable.materials.substeps, check_step(stable, "").tissue.stable_step);
+}
+
+TEST(StepCheck, AStudysRunBeyondTheStepIsAnOutcomeAndAnAllowedOneIsMarked) {
+    const Scene scene = test::scene_from_text(poke_beyond().dump());
+    for (const char* mode : {"closed_loop", "work_precision", "paced"}) {
+        const Record refused = make_run(scene, spec_of(mode));
+        EXPECT_EQ(refused.outcome.kind, OutcomeKind::unstable) << mode;
+        EXPECT_TRUE(refused.outcome.message.starts_with("not started: ")) << refused.outcome.message;
+        EXPECT_TRUE(refused.rows.empty());
+    }
+    const Record allowed = make_run(scene, spec_of("closed_loop"), {.allow_unstable_step = true});
+    EXPECT_FALSE(allowed.rows.empty());
+    EXPECT_TRUE(allowed.environment.contains("run.unstable_step"));
+    EXPECT_FALSE(make_run(scene, spec_of("hard_case")).rows.empty()) << "its point may be what becomes of it";
+    const Scene plain = test::scene_from_text(poke().dump());
+    EXPECT_FALSE(make_run(plain, spec_of("closed_loop")).environment.contains("run.unstable_step"));
+}
+
+/// What a run ends with that started: the place and the cause stand in the sentence.
+TEST(StepCheck, AnUnstableTickNamesVertexAndRemedy) {
+    const Scene scene = test::scene_from_text(poke_beyond().dump());
+    const Record record = make_run(scene, spec_of("hard_case"));
+    ASSERT_EQ(record.outcome.kind, OutcomeKind::unstable);
+    for (const char* word : {"tick ", "vertex ", "edge ", "substeps "}) {
+        EXPECT_NE(record.outcome.message.find(word), std::string::npos) << record.outcome.message;
+    }
+}
+
+/// One mass and its hand spring by the scheme itself, a little below and above the limit.
+TEST(StepCheck, AHandsLimitIsThatOfItsScheme) {
+    for (const auto& [mass, damping, hand_damping] : {std::tuple{0.1, 1.0, 3.0}, {0.05, 0.0, 0.0}, {0.1, 20.0, 50.0}}) {
+        Json scene = Json::parse(test::press_text(0.0));
+        scene["bodies"][1]["motion"]["operator"] = {
+            {"mass", mass}, {"damping", damping}, {"hand_damping", hand_damping}, {"hand_stiffness", 1e9}};
+        const Scene stiff = test::scene_from_text(scene.dump());
+        const StepCheck check = check_step(stiff, "");
+        ASSERT_EQ(check.hands.size(), 1U);
+        const double h = stiff.dt / check.substeps;
+        EXPECT_TRUE(check.hands[0].unstable);
+        for (const double factor : {0.98, 1.02}) {
+            const double k = factor * check.hands[0].most_stiffness;
+            ASSERT_GT(k, 0.0);
+            double x = 1e-6;
+            double v = 0.0;
+            for (int step = 0; step < 20000; ++step) {
+                v += h / mass * (-k * x - (damping + hand_damping) * v);
+                x += h * v;
+                if (std::abs(x) > 1.0) break;
+            }
+            EXPECT_EQ(std::abs(x) > 1e-3, factor > 1.0) << k << " N/m";
+            scene["bodies"][1]["motion"]["operator"]["hand_stiffness"] = k;
+            const Scene near = test::scene_from_text(scene.dump());
+            EXPECT_EQ(why_unstable(near, check_step(near, "")).empty(), factor < 1.0);
+        }
+    }
+}
+
+TEST_F(StepCheckRun, TheProgramRefusesWithOneLineAndTakesItByAnExplicitChoice) {
+    const std::string file = write(poke_beyond());
+    const test::ProgramResult refused = run_program("run " + file);
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_EQ(refused.out, "");
+    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+    EXPECT_NE(refused.err.find("vertex "), std::string::npos) << refused.err;
+    const test::ProgramResult allowed = run_program("run " + file + " --unstable-step allow --ticks 3 --json");
+    EXPECT_TRUE(Json::parse(allowed.out).contains("unstable_step")) << allowed.err;
+    EXPECT_EQ(run_program("run " + file + " --unstable-step perhaps").status, 2);
+    const test::ProgramResult explained = run_program("run " + file + " --explain-step --json");
+    EXPECT_EQ(explained.status, 0) << explained.err;
+    const Json told = Json::parse(explained.out);
+    EXPECT_EQ(told.at("verdict"), "unstable");
+    EXPECT_LT(told.at("tissue").at("stable_step").get<double>(), told.at("tissue").at("unstable_step").get<double>());
+    EXPECT_EQ(told.at("tissue").at("spring_evaluations"), told.at("tissue").at("springs"));
+}
+
+TEST_F(StepCheckRun, MoreThanFourSubStepsAreToldBeforeTheRun) {
+    EXPECT_EQ(run_program("run " + write(poke()) + " --ticks 2").err, "");
+    Json scene = poke();
+    scene["bodies"][0]["parts"][0]["edge"] = 0.002;
+    const test::ProgramResult fine = run_program("run " + write(scene) + " --ticks 2");
+    EXPECT_EQ(fine.status, 0) << fine.err;
+    EXPECT_NE(fine.err.find("spring evaluations"), std::string::npos) << fine.err;
+    EXPECT_EQ(std::count(fine.err.begin(), fine.err.end(), '\n'), 1) << fine.err;
+}
+
+TEST_F(StepCheckRun, ARimThatHoldsNothingIsTold) {
+    Json scene = poke();
+    scene["bodies"][0]["closed"] = true;
+    scene["bodies"][0]["parts"][0] = {{"shape", "sphere"}, {"radius", 0.02}, {"edge", 0.005}};
+    scene["bodies"][0]["pose"] = {0, 0, -0.05, 0, 0, 0};
+    const auto lines_of = [&] {
+        const test::ProgramResult result = run_program("run " + write(scene) + " --ticks 1");
+        EXPECT_EQ(result.status, 0) << result.err;
+        return result.err;
+    };
+    EXPECT_NE(lines_of().find("holds nothing"), std::string::npos);
+    scene["bodies"][0]["tissue"]["pinned"] = "rim";
+    EXPECT_NE(lines_of().find("holds nothing"), std::string::npos);
+    scene["bodies"][0]["tissue"]["pinned"] = "none";
+    EXPECT_EQ(lines_of().find("holds nothing"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace trocar
