@@ -77,7 +77,8 @@ private:
     ReachedTissue tissue_;
     std::vector<Index> number_;        ///< per vertex of the state: position in vertices or -1
     std::vector<std::uint8_t> is_in_;  ///< per spring
-    std::size_t used_ = 0;             ///< vertices that may hold numbers other than 0
+    std::vector<std::uint8_t> hinge_is_in_;
+    std::size_t used_ = 0;  ///< vertices that may hold numbers other than 0
 };
 
 }  // namespace trocar
