@@ -202,13 +202,15 @@ ShapeForces::ShapeForces(const Materials& materials, std::span<const Index> plac
     linear_springs_.resize(springs_.size());
     linear_hinges_.resize(hinges_.size());
     hinge_arrays_ = hinge_arrays(hinges_);
+    // Here and not in a tick, where making their list would ask for memory.
+    if (!hinges_.empty()) hinge_kernels_ = &hinge_kernels().front();
     if (!enclosures_.empty()) volume_gradient_.setZero(3, columns);
 }
 
 void ShapeForces::add_force(const Matrix4X& position, Matrix4X& force) const {
     const ShapeElements others{.stiffening = springs_, .hinges = {}, .enclosures = enclosures_};
     add_shape_force(others, position.topRows<3>(), force.topRows<3>());
-    if (hinge_arrays_.size() > 0) hinge_kernels().front().add_forces(hinge_arrays_, position, force);
+    if (hinge_kernels_ != nullptr) hinge_kernels_->add_forces(hinge_arrays_, position, force);
 }
 
 void ShapeForces::linearise(const Points& position) {

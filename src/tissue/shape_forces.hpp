@@ -97,7 +97,8 @@ public:
 private:
     std::vector<Spring> springs_;
     std::vector<Hinge> hinges_;
-    HingeArrays hinge_arrays_;  ///< the same
+    HingeArrays hinge_arrays_;                     ///< the same
+    const HingeKernels* hinge_kernels_ = nullptr;  ///< only with hinges
     std::vector<Enclosure> enclosures_;
     std::vector<LinearSpring> linear_springs_;
     std::vector<LinearHinge> linear_hinges_;
