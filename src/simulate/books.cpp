@@ -92,7 +92,7 @@ double Books::place(const Effect& effect) {
 }
 
 void Books::observe_tissue(const Frame& seen, const Frame& after, const Effect& effect,
-                           std::span<const ContactLoad> loads) {
+                           std::span<const ContactLoad> loads, bool limited) {
     const Materials& materials = scene_->materials;
     const double dt = scene_->dt;
     if (!started_) {
@@ -129,6 +129,7 @@ void Books::observe_tissue(const Frame& seen, const Frame& after, const Effect& 
     double moved = std::abs(placement_work) + std::abs(taken);
     Vector3 given = Vector3::Zero();
     double impulses = 0.0;
+    // Of a force (N, mean over the tick) on weighted vertices: momentum goes to `given`, the work is returned.
     const auto push = [&](const Vector3& force, const std::array<Index, 3>& vertices,
                           const std::array<double, 3>& weights) {
         Vector3 way = Vector3::Zero();
@@ -139,25 +140,36 @@ void Books::observe_tissue(const Frame& seen, const Frame& after, const Effect& 
             way += weights[i] * (after.position.col(v) - start_.col(v));
             share += weights[i];
         }
-        work += force.dot(way);
-        moved += std::abs(force.dot(way));
         given += dt * share * force;
         impulses += dt * std::abs(share) * force.norm();
+        return force.dot(way);
     };
     for (std::size_t c = 0; c < std::min(loads.size(), effect.contacts.size()); ++c) {
         const LinearContact& contact = effect.contacts[c];
-        push(loads[c].force, contact.vertices, contact.weights);
-        push(-loads[c].force, contact.reaction_vertices, contact.reaction_weights);
+        const double by_mean = push(loads[c].force, contact.vertices, contact.weights) +
+                               push(-loads[c].force, contact.reaction_vertices, contact.reaction_weights);
+        const double done = std::isfinite(loads[c].work) ? loads[c].work : by_mean;
+        work += done;
+        moved += std::abs(done);
     }
     if (effect.held_force.cols() == start_.cols()) {
         for (Index v = 0; v < scene_->topology.vertex_count; ++v) {
             const Vector3 force = effect.held_force.col(v);
-            if (!force.isZero(0.0)) push(force, {v, -1, -1}, {1.0, 0.0, 0.0});
+            if (force.isZero(0.0)) continue;
+            const double done = push(force, {v, -1, -1}, {1.0, 0.0, 0.0});
+            work += done;
+            moved += std::abs(done);
         }
     }
     dissipated_ += taken;
     const double end = tissue_energy(after.position, after.velocity);
-    tissue_.book(end - placed - work + taken, moved, momentum - inner - given, impulses);
+    double remainder = end - placed - work + taken;
+    if (limited && remainder < 0.0) {
+        limited_ -= remainder;
+        moved -= remainder;
+        remainder = 0.0;
+    }
+    tissue_.book(remainder, moved, momentum - inner - given, impulses);
     energy_ = end;
     if (!effect.placements.empty()) moves_ = free_;
 }
@@ -181,7 +193,7 @@ void Books::observe_hand(std::size_t number, const LedHand& hand) {
     const Vector3 impulse = simpson(dt, pull_start, pull_middle, pull_end);
     const double pulled =
         simpson(dt, pull_start.dot(before.velocity), pull_middle.dot(middle_velocity), pull_end.dot(after.velocity));
-    const double pressed = hand.load.force.dot(way);
+    const double pressed = hand.work;
     const double gain = 0.5 * model.mass * (after.velocity.squaredNorm() - before.velocity.squaredNorm());
     hands_.book(gain - pulled - pressed, std::abs(pulled) + std::abs(pressed),
                 model.mass * (after.velocity - before.velocity) - impulse - dt * hand.load.force,
@@ -219,12 +231,12 @@ void Books::observe_tools(const Frame& seen, const Frame& after, const Effect& e
 }
 
 void Books::observe(const Frame& seen, const Frame& after, const Effect& effect, std::span<const ContactLoad> loads,
-                    std::span<const Wrench> body_load, std::span<const LedHand> hands) {
+                    std::span<const Wrench> body_load, std::span<const LedHand> hands, bool limited) {
     for (std::size_t i = hand_before_.size(); i < hands.size(); ++i) {
         const Motion& script = *scene_->bodies[at(hands[i].bodies.front())].motion;
         hand_before_.push_back({script.pose_at(0.0).translation, Vector3::Zero()});
     }
-    if (has_tissue_) observe_tissue(seen, after, effect, loads);
+    if (has_tissue_) observe_tissue(seen, after, effect, loads, limited);
     for (std::size_t i = 0; i < hands.size(); ++i) observe_hand(i, hands[i]);
     observe_tools(seen, after, effect, loads, body_load);
 }
@@ -243,6 +255,7 @@ std::map<std::string, double> Books::figures() const {
             {"book_momentum_error_share",
              either(share(tissue_.momentum_worst, tissue_.impulse), share(hands_.momentum_worst, hands_.impulse))},
             {"book_dissipated_j", has_tissue_ ? dissipated_ : not_kept},
+            {"book_limiter_j", has_tissue_ ? limited_ : not_kept},
             {"book_absolute_work_j", absolute_work_}};
 }
 
