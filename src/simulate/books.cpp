@@ -161,6 +161,7 @@ void Books::observe_tissue(const Frame& seen, const Frame& after, const Effect& 
             moved += std::abs(done);
         }
     }
+    turned_ = moved - std::abs(taken);
     dissipated_ += taken;
     const double end = tissue_energy(after.position, after.velocity);
     double remainder = end - placed - work + taken;
@@ -202,14 +203,12 @@ void Books::observe_hand(std::size_t number, const LedHand& hand) {
 
 /// Work of scripts and hands on what presses on their bodies: force times the way of the world's origin as a point of
 /// the body plus moment times its turn. Scripts' steps of a tick lie before the frame that detect saw, hands' after it.
-void Books::observe_tools(const Frame& seen, const Frame& after, const Effect& effect,
-                          std::span<const ContactLoad> loads, std::span<const Wrench> body_load) {
+void Books::observe_tools(const Frame& seen, const Frame& after, std::span<const Wrench> body_load) {
     const Topology& topology = scene_->topology;
     if (pose_before_.empty() || seen.pose.size() != pose_before_.size()) return;
     for (Index body = 0; body < topology.body_count() && at(body) < scene_->bodies.size(); ++body) {
         const std::optional<Motion>& motion = scene_->bodies[at(body)].motion;
         if (!motion) continue;
-        const BodyRange& range = topology.bodies[at(body)];
         const bool by_hand = motion->drive == Drive::simulated_operator;
         const Pose& first = by_hand ? seen.pose[at(body)] : pose_before_[at(body)];
         const Pose& last = by_hand ? after.pose[at(body)] : seen.pose[at(body)];
@@ -218,13 +217,8 @@ void Books::observe_tools(const Frame& seen, const Frame& after, const Effect& e
         const Eigen::AngleAxisd angle(turn);
         const Wrench& load = body_load[at(body)];
         absolute_work_ += std::abs(load.force.dot(way) + angle.angle() * load.moment.dot(angle.axis()));
-        if (scene_->bodies[at(body)].jaws.empty() || first.jaw == last.jaw) continue;
-        double furthest = 0.0;
-        for (Index v = range.vertices.first; v < range.vertices.end(); ++v) {
-            furthest = std::max(furthest, (seen.position.col(v) - seen.previous.col(v)).norm());
-        }
-        for (std::size_t c = 0; c < std::min(loads.size(), effect.contacts.size()); ++c) {
-            if (effect.contacts[c].reaction_body == body) absolute_work_ += loads[c].force.norm() * furthest;
+        if (!scene_->bodies[at(body)].jaws.empty() && pose_before_[at(body)].jaw != seen.pose[at(body)].jaw) {
+            absolute_work_ += turned_;
         }
     }
     for (std::size_t body = 0; body < pose_before_.size(); ++body) pose_before_[body] = seen.pose[body];
@@ -238,7 +232,7 @@ void Books::observe(const Frame& seen, const Frame& after, const Effect& effect,
     }
     if (has_tissue_) observe_tissue(seen, after, effect, loads, limited);
     for (std::size_t i = 0; i < hands.size(); ++i) observe_hand(i, hands[i]);
-    observe_tools(seen, after, effect, loads, body_load);
+    observe_tools(seen, after, body_load);
 }
 
 std::map<std::string, double> Books::figures() const {

@@ -32,10 +32,11 @@ public:
     void observe(const Frame& seen, const Frame& after, const Effect& effect, std::span<const ContactLoad> loads,
                  std::span<const Wrench> body_load, std::span<const LedHand> hands, bool limited);
 
-    /// J, that tissue has more than at the start, what its dampers took included.
-    [[nodiscard]] double tissue_gain() const { return energy_ - first_energy_ + dissipated_; }
+    /// J, that tissue has more in motion and springs than at the start; what dampers took is not in it.
+    [[nodiscard]] double tissue_gain() const { return energy_ - first_energy_; }
     /// J, sum over the ticks of the absolute work that scripts and hands did on what contact pressed on their bodies
-    /// and on what they held. Where jaws open or close, whose forces cancel, at most so much.
+    /// and on what they held. Where jaws open or close, whose forces cancel, at most so much: all that contacts,
+    /// placements and held forces gave in the tick.
     [[nodiscard]] double absolute_work() const { return absolute_work_; }
 
     /// The book_… figures; NaN where nothing is kept.
@@ -56,8 +57,7 @@ private:
     void observe_tissue(const Frame& seen, const Frame& after, const Effect& effect, std::span<const ContactLoad> loads,
                         bool limited);
     void observe_hand(std::size_t number, const LedHand& hand);
-    void observe_tools(const Frame& seen, const Frame& after, const Effect& effect, std::span<const ContactLoad> loads,
-                       std::span<const Wrench> body_load);
+    void observe_tools(const Frame& seen, const Frame& after, std::span<const Wrench> body_load);
     [[nodiscard]] double tissue_energy(const Matrix3X& position, const Matrix3X& velocity) const;
     [[nodiscard]] Vector3 inner_force(const Matrix3X& position, const Matrix3X& velocity);
     double place(const Effect& effect);
@@ -72,6 +72,7 @@ private:
     double energy_ = 0.0;
     double dissipated_ = 0.0;
     double limited_ = 0.0;  ///< J
+    double turned_ = 0.0;   ///< J, sizes of what contacts, placements and held forces gave tissue in the last tick
     double absolute_work_ = 0.0;
     std::vector<OperatorState> hand_before_;
     std::vector<Pose> pose_before_;
