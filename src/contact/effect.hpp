@@ -64,7 +64,9 @@ struct ContactLoad {
     double friction = 0.0;            ///< N, along the surface, magnitude of the mean over the tick
     double slip = 0.0;                ///< m, stretch of the tangential spring, mean over the tick
     Vector3 force = Vector3::Zero();  ///< N, both together on the contact's vertices, mean over the tick
-    bool at_limit = false;            ///< gave its limit when the tick ended
+    /// J, of this force on the tissue that it moved, sub-step by sub-step; NaN: not told.
+    double work = std::numeric_limits<double>::quiet_NaN();
+    bool at_limit = false;  ///< gave its limit when the tick ended
 };
 
 /// Puts a tissue vertex somewhere before the tissue is integrated.

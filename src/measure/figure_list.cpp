@@ -122,6 +122,7 @@ void add_books(std::vector<SummaryFigure>& list) {
         {"book_momentum_error_share", "1", Better::lower,
          "The same as a share of the summed impulses of contacts, held forces and hands", books},
         {"book_dissipated_j", "J", Better::neither, "Energy that the tissue's dampers and drag took", books},
+        {"book_limiter_j", "J", Better::neither, "Energy that went where the strain limiter acted", books},
         {"book_absolute_work_j", "J", Better::neither,
          "Sum of the absolute work of scripts and hands against contact, tick by tick", books}};
     list.insert(list.end(), more.begin(), more.end());

@@ -92,7 +92,7 @@ double Books::place(const Effect& effect) {
 }
 
 void Books::observe_tissue(const Frame& seen, const Frame& after, const Effect& effect,
-                           std::span<const ContactLoad> loads) {
+                           std::span<const ContactLoad> loads, bool limited) {
     const Materials& materials = scene_->materials;
     const double dt = scene_->dt;
     if (!started_) {
@@ -129,6 +129,7 @@ void Books::observe_tissue(const Frame& seen, const Frame& after, const Effect& 
     double moved = std::abs(placement_work) + std::abs(taken);
     Vector3 given = Vector3::Zero();
     double impulses = 0.0;
+    // Of a force (N, mean over the tick) on weighted vertices: momentum goes to `given`, the work is returned.
     const auto push = [&](const Vector3& force, const std::array<Index, 3>& vertices,
                           const std::array<double, 3>& weights) {
         Vector3 way = Vector3::Zero();
@@ -139,25 +140,37 @@ void Books::observe_tissue(const Frame& seen, const Frame& after, const Effect& 
             way += weights[i] * (after.position.col(v) - start_.col(v));
             share += weights[i];
         }
-        work += force.dot(way);
-        moved += std::abs(force.dot(way));
         given += dt * share * force;
         impulses += dt * std::abs(share) * force.norm();
+        return force.dot(way);
     };
     for (std::size_t c = 0; c < std::min(loads.size(), effect.contacts.size()); ++c) {
         const LinearContact& contact = effect.contacts[c];
-        push(loads[c].force, contact.vertices, contact.weights);
-        push(-loads[c].force, contact.reaction_vertices, contact.reaction_weights);
+        const double by_mean = push(loads[c].force, contact.vertices, contact.weights) +
+                               push(-loads[c].force, contact.reaction_vertices, contact.reaction_weights);
+        const double done = std::isfinite(loads[c].work) ? loads[c].work : by_mean;
+        work += done;
+        moved += std::abs(done);
     }
     if (effect.held_force.cols() == start_.cols()) {
         for (Index v = 0; v < scene_->topology.vertex_count; ++v) {
             const Vector3 force = effect.held_force.col(v);
-            if (!force.isZero(0.0)) push(force, {v, -1, -1}, {1.0, 0.0, 0.0});
+            if (force.isZero(0.0)) continue;
+            const double done = push(force, {v, -1, -1}, {1.0, 0.0, 0.0});
+            work += done;
+            moved += std::abs(done);
         }
     }
+    turned_ = moved - std::abs(taken);
     dissipated_ += taken;
     const double end = tissue_energy(after.position, after.velocity);
-    tissue_.book(end - placed - work + taken, moved, momentum - inner - given, impulses);
+    double remainder = end - placed - work + taken;
+    if (limited && remainder < 0.0) {
+        limited_ -= remainder;
+        moved -= remainder;
+        remainder = 0.0;
+    }
+    tissue_.book(remainder, moved, momentum - inner - given, impulses);
     energy_ = end;
     if (!effect.placements.empty()) moves_ = free_;
 }
@@ -181,7 +194,7 @@ void Books::observe_hand(std::size_t number, const LedHand& hand) {
     const Vector3 impulse = simpson(dt, pull_start, pull_middle, pull_end);
     const double pulled =
         simpson(dt, pull_start.dot(before.velocity), pull_middle.dot(middle_velocity), pull_end.dot(after.velocity));
-    const double pressed = hand.load.force.dot(way);
+    const double pressed = hand.work;
     const double gain = 0.5 * model.mass * (after.velocity.squaredNorm() - before.velocity.squaredNorm());
     hands_.book(gain - pulled - pressed, std::abs(pulled) + std::abs(pressed),
                 model.mass * (after.velocity - before.velocity) - impulse - dt * hand.load.force,
@@ -190,14 +203,12 @@ void Books::observe_hand(std::size_t number, const LedHand& hand) {
 
 /// Work of scripts and hands on what presses on their bodies: force times the way of the world's origin as a point of
 /// the body plus moment times its turn. Scripts' steps of a tick lie before the frame that detect saw, hands' after it.
-void Books::observe_tools(const Frame& seen, const Frame& after, const Effect& effect,
-                          std::span<const ContactLoad> loads, std::span<const Wrench> body_load) {
+void Books::observe_tools(const Frame& seen, const Frame& after, std::span<const Wrench> body_load) {
     const Topology& topology = scene_->topology;
     if (pose_before_.empty() || seen.pose.size() != pose_before_.size()) return;
     for (Index body = 0; body < topology.body_count() && at(body) < scene_->bodies.size(); ++body) {
         const std::optional<Motion>& motion = scene_->bodies[at(body)].motion;
         if (!motion) continue;
-        const BodyRange& range = topology.bodies[at(body)];
         const bool by_hand = motion->drive == Drive::simulated_operator;
         const Pose& first = by_hand ? seen.pose[at(body)] : pose_before_[at(body)];
         const Pose& last = by_hand ? after.pose[at(body)] : seen.pose[at(body)];
@@ -206,27 +217,22 @@ void Books::observe_tools(const Frame& seen, const Frame& after, const Effect& e
         const Eigen::AngleAxisd angle(turn);
         const Wrench& load = body_load[at(body)];
         absolute_work_ += std::abs(load.force.dot(way) + angle.angle() * load.moment.dot(angle.axis()));
-        if (scene_->bodies[at(body)].jaws.empty() || first.jaw == last.jaw) continue;
-        double furthest = 0.0;
-        for (Index v = range.vertices.first; v < range.vertices.end(); ++v) {
-            furthest = std::max(furthest, (seen.position.col(v) - seen.previous.col(v)).norm());
-        }
-        for (std::size_t c = 0; c < std::min(loads.size(), effect.contacts.size()); ++c) {
-            if (effect.contacts[c].reaction_body == body) absolute_work_ += loads[c].force.norm() * furthest;
+        if (!scene_->bodies[at(body)].jaws.empty() && pose_before_[at(body)].jaw != seen.pose[at(body)].jaw) {
+            absolute_work_ += turned_;
         }
     }
     for (std::size_t body = 0; body < pose_before_.size(); ++body) pose_before_[body] = seen.pose[body];
 }
 
 void Books::observe(const Frame& seen, const Frame& after, const Effect& effect, std::span<const ContactLoad> loads,
-                    std::span<const Wrench> body_load, std::span<const LedHand> hands) {
+                    std::span<const Wrench> body_load, std::span<const LedHand> hands, bool limited) {
     for (std::size_t i = hand_before_.size(); i < hands.size(); ++i) {
         const Motion& script = *scene_->bodies[at(hands[i].bodies.front())].motion;
         hand_before_.push_back({script.pose_at(0.0).translation, Vector3::Zero()});
     }
-    if (has_tissue_) observe_tissue(seen, after, effect, loads);
+    if (has_tissue_) observe_tissue(seen, after, effect, loads, limited);
     for (std::size_t i = 0; i < hands.size(); ++i) observe_hand(i, hands[i]);
-    observe_tools(seen, after, effect, loads, body_load);
+    observe_tools(seen, after, body_load);
 }
 
 std::map<std::string, double> Books::figures() const {
@@ -243,6 +249,7 @@ std::map<std::string, double> Books::figures() const {
             {"book_momentum_error_share",
              either(share(tissue_.momentum_worst, tissue_.impulse), share(hands_.momentum_worst, hands_.impulse))},
             {"book_dissipated_j", has_tissue_ ? dissipated_ : not_kept},
+            {"book_limiter_j", has_tissue_ ? limited_ : not_kept},
             {"book_absolute_work_j", absolute_work_}};
 }
 

@@ -17,24 +17,26 @@ namespace trocar {
 /// Momentum: gain = impulses of contacts and held forces + what springs, dampers and drag to pinned vertices, drag and
 /// rest bias gave. Hands: gain of motion = work of their springs and dampers + work of the load.
 ///
-/// Within a tick velocities are taken as the parabola with the tick's ends and way (integrals by Simpson's rule), and a
-/// contact's force as its mean. What that does not resolve, the integrator's own error, what stiff contacts lose in
-/// implicit steps and what the strain limiter does is the remainder. It is summed with its sign, so that what comes
-/// back later is no error; its largest size is the figure.
+/// Within a tick velocities are taken as the parabola with the tick's ends and way (integrals by Simpson's rule); the
+/// work of contacts is what the stepper told of its sub-steps, else mean force times way. What that does not resolve,
+/// the integrator's own error and what stiff contacts lose in implicit steps is the remainder. It is summed with its
+/// sign, so that what comes back later is no error; its largest size is the figure. In a tick in which the strain
+/// limiter acted, what is lost beyond the rest is the limiter's; what is gained is an error.
 class Books {
 public:
     /// The scene outlives the object.
     explicit Books(const Scene& scene);
 
     /// One tick that went well: the frame that detect saw, the one after the step, what acted (loads one per contact of
-    /// the effect, one load per body), and the hands after it. Allocates nothing.
+    /// the effect, one load per body), the hands after it, and whether the strain limiter acted. Allocates nothing.
     void observe(const Frame& seen, const Frame& after, const Effect& effect, std::span<const ContactLoad> loads,
-                 std::span<const Wrench> body_load, std::span<const LedHand> hands);
+                 std::span<const Wrench> body_load, std::span<const LedHand> hands, bool limited);
 
-    /// J, that tissue has more than at the start, what its dampers took included.
-    [[nodiscard]] double tissue_gain() const { return energy_ - first_energy_ + dissipated_; }
+    /// J, that tissue has more in motion and springs than at the start; what dampers took is not in it.
+    [[nodiscard]] double tissue_gain() const { return energy_ - first_energy_; }
     /// J, sum over the ticks of the absolute work that scripts and hands did on what contact pressed on their bodies
-    /// and on what they held. Where jaws open or close, whose forces cancel, at most so much.
+    /// and on what they held. Where jaws open or close, whose forces cancel, at most so much: all that contacts,
+    /// placements and held forces gave in the tick.
     [[nodiscard]] double absolute_work() const { return absolute_work_; }
 
     /// The book_… figures; NaN where nothing is kept.
@@ -52,11 +54,10 @@ private:
         void book(double energy_remainder, double energy_moved, const Vector3& momentum_remainder, double impulses);
     };
 
-    void observe_tissue(const Frame& seen, const Frame& after, const Effect& effect,
-                        std::span<const ContactLoad> loads);
+    void observe_tissue(const Frame& seen, const Frame& after, const Effect& effect, std::span<const ContactLoad> loads,
+                        bool limited);
     void observe_hand(std::size_t number, const LedHand& hand);
-    void observe_tools(const Frame& seen, const Frame& after, const Effect& effect, std::span<const ContactLoad> loads,
-                       std::span<const Wrench> body_load);
+    void observe_tools(const Frame& seen, const Frame& after, std::span<const Wrench> body_load);
     [[nodiscard]] double tissue_energy(const Matrix3X& position, const Matrix3X& velocity) const;
     [[nodiscard]] Vector3 inner_force(const Matrix3X& position, const Matrix3X& velocity);
     double place(const Effect& effect);
@@ -70,6 +71,8 @@ private:
     double first_energy_ = 0.0;
     double energy_ = 0.0;
     double dissipated_ = 0.0;
+    double limited_ = 0.0;  ///< J
+    double turned_ = 0.0;   ///< J, sizes of what contacts, placements and held forces gave tissue in the last tick
     double absolute_work_ = 0.0;
     std::vector<OperatorState> hand_before_;
     std::vector<Pose> pose_before_;

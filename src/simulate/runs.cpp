@@ -278,7 +278,9 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
         if (!reason.empty() && record.outcome.ok()) record.outcome = {OutcomeKind::unsupported, reason};
     }
     note_unstable_step(scene, spec, limits, record);
-    Simulation simulation(scene, detector_of(spec), response_of(spec), source, settings_of(spec));
+    SimulationSettings settings = settings_of(spec);
+    settings.watched = limits.watched;
+    Simulation simulation(scene, detector_of(spec), response_of(spec), source, settings);
     Judge judge(scene.topology, scene.first, simulation.yielding_pairs(), &scene.materials);
     Balance balance(scene);
     ScriptedPath script(scene);

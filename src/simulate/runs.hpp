@@ -20,6 +20,8 @@ struct RunLimits {
     /// Steps that are unstable for certain are taken all the same; else such a run is not started and ends `unstable`.
     /// The record says so ("run.unstable_step"). Hard cases, whose point it may be, are always taken.
     bool allow_unstable_step = false;
+    /// False: no books, and what blows up by its contacts goes on (SimulationSettings::watched).
+    bool watched = true;
 };
 
 /// Runs spec.mode ("replay", "closed_loop", "triangle_pair", "paced", "certificate"; "hard_case": the closed loop;

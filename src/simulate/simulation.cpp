@@ -147,7 +147,7 @@ struct Simulation::State {
     /// Outside the clock, before the frame is taken over.
     void watch() {
         if (!books || !outcome.ok()) return;
-        books->observe(seen, next, effect, loads, load, leading.hands());
+        books->observe(seen, next, effect, loads, load, leading.hands(), stepper && stepper->limited_edges() > 0);
         outcome = blow_up->judge(seen, next, contacts, effect, loads, reaction, *books);
     }
 

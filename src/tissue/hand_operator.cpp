@@ -121,6 +121,7 @@ void HandOperators::advance(const Topology& topology, const Frame& frame, const 
         start_.segment<3>(static_cast<Eigen::Index>(3 * i)) = hands[i].state.velocity;
         first_position_[i] = hands[i].state.position;
         hands[i].load = hands[i].external;
+        hands[i].work = 0.0;
     }
     collect(topology, frame, effect, dt, hands);
     for (const Row& row : rows_) loads[row.source] = {};
@@ -164,6 +165,7 @@ void HandOperators::advance(const Topology& topology, const Frame& frame, const 
             const Vector3 change = velocity_.segment<3>(place) - free_.segment<3>(place);
             hands[i].load.force += hands[i].model->mass / (h * steps) * change;
             hands[i].state.velocity = velocity_.segment<3>(place);
+            hands[i].work += (hands[i].model->mass * change + h * hands[i].external.force).dot(hands[i].state.velocity);
             hands[i].state.position += h * hands[i].state.velocity;
         }
     }

@@ -26,6 +26,7 @@ struct LedHand {
     Wrench external = {};      ///< constant over the tick: what tissue gave back, and the effect's own wrenches
     OperatorState state = {};  ///< in and out
     Wrench load = {};          ///< out: mean of contacts and `external` over the tick, moments about the world origin
+    double work = 0.0;         ///< out: J, of that load on the hand, step by step
 };
 
 /// Advances all hands over dt in `substeps` semi-implicit steps: hand springs and damping explicit, contacts implicit

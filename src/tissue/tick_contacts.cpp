@@ -54,6 +54,7 @@ void TickContacts::collect(const Effect& effect, const Frame& frame, const Tissu
         entry.source = c;
         if (!enter(effect.contacts[c], frame, state, entry)) continue;
         remember_slip(effect.contacts[c], entry);
+        loads_[c].work = 0.0;
         for (int i = 0; i < entry.count; ++i) {
             const Index v = entry.vertex[at(i)];
             if (spot_[at(v)] >= 0) continue;
@@ -275,13 +276,19 @@ void TickContacts::gather_grip() {
 void TickContacts::finish_substep(double h, int substeps, const TissueState& state) {
     elapsed_ += h;
     for (TickContact& contact : contacts_) {
-        contact.depth -= h * rate(contact, state);
+        const double speed = rate(contact, state);
+        contact.depth -= h * speed;
         ContactLoad& load = loads_[contact.source];
+        load.work += h * contact.force * (speed - contact.fixed_rate);
         load.normal += contact.force / substeps;
         mean_normal_[contact.source] += contact.force / substeps * contact.normal;
-        if (contact.rubs) mean_friction_[contact.source] += contact.rubbed / substeps;
         load.at_limit = std::abs(contact.force) >= contact.limit;
-        if (contact.rubs) load.slip += slip_.col(effect_->contacts[contact.source].slip_key).norm() / substeps;
+        if (!contact.rubs) continue;
+        mean_friction_[contact.source] += contact.rubbed / substeps;
+        load.slip += slip_.col(effect_->contacts[contact.source].slip_key).norm() / substeps;
+        for (int i = 0; i < contact.count; ++i) {
+            load.work += h * contact.weight[at(i)] * contact.rubbed.dot(velocity_of(state, contact.vertex[at(i)]));
+        }
     }
 }
 

@@ -321,7 +321,8 @@ TEST_F(SceneFile, BadValuesAreNamedWithPointerExpectationAndFinding) {
         {"/bodies/0/tissue/bending", Json::array(), "/bodies/0/tissue/bending: expected a number >= 0, got \\[\\]"},
         {"/bodies/0/tissue/bulk_modulus", -5, "/bodies/0/tissue/bulk_modulus: expected a number >= 0, got -5"},
         {"/bodies/0/tissue/bulk_modulus", 1000,
-         "/bodies/0/tissue/bulk_modulus: expected 0, since the body is open, got 1000 on a surface with \\d+ open edges"},
+         "/bodies/0/tissue/bulk_modulus: expected 0, since the body is open, got 1000 on a surface with \\d+ open "
+         "edges"},
         {"/bodies/0/tissue/stiffnes", 1,
          "/bodies/0/tissue/stiffnes: expected one of .*youngs_modulus.*, got 'stiffnes'"},
         {"/bodies/0/tissue/pinned", "edge", "/bodies/0/tissue/pinned: expected one of rim, none, got \"edge\""},

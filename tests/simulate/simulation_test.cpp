@@ -237,7 +237,8 @@ TEST(Simulation, NoStageOfOursAllocatesAfterWarmUp) {
             if (!detector.own || !response.own) continue;
             const SourceEntry& source = registry().source(response.sources.front());
             if (!why_untold(detector, source).empty()) continue;
-            Simulation simulation(scene, make_detector(detector.name), make_response(response.name), source);
+            Simulation simulation(scene, make_detector(detector.name), make_response(response.name), source,
+                                  {.watched = response.name == "hold"});
             std::int64_t allocations = 0;
             for (int tick = 0; tick < 600; ++tick) {
                 const StepRow row = simulation.step();

@@ -1,0 +1,172 @@
+#include "simulate/books.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "measure/allocations.hpp"
+#include "method/registry.hpp"
+#include "simulate/simulation.hpp"
+#include "support/scene_samples.hpp"
+#include "tissue/mass_spring.hpp"
+
+namespace trocar {
+namespace {
+
+/// The sheet of poke_text let go from a bump (m), nobody touching it; `substeps` 0: as the scene has it.
+class LooseSheet {
+public:
+    explicit LooseSheet(int substeps, double bump = 0.002) : scene(test::scene_from_text(test::poke_text())) {
+        if (substeps > 0) scene.materials.substeps = substeps;
+        frame = scene.first;
+        for (Index v = 0; v < scene.topology.vertex_count; ++v) {
+            if (!is_free(scene.materials, v)) continue;
+            const double x = frame.position(0, v) / 0.06;
+            const double y = frame.position(1, v) / 0.06;
+            frame.position(2, v) += bump * std::cos(std::numbers::pi * x) * std::cos(std::numbers::pi * y);
+        }
+        effect.resize(scene.topology.vertex_count, scene.topology.body_count());
+        load.resize(scene.topology.bodies.size());
+    }
+    /// Ticks with `pull` (N, per free vertex, constant) that acts and is told, or acts and is not.
+    void run(Books& books, int ticks, const Vector3& pull = Vector3::Zero(), bool told = true) {
+        MassSpring tissue(scene.topology, scene.materials);
+        Effect untold;
+        untold.resize(scene.topology.vertex_count, scene.topology.body_count());
+        for (Index v = 0; v < scene.topology.vertex_count; ++v) {
+            if (is_free(scene.materials, v)) effect.held_force.col(v) = pull;
+        }
+        for (int tick = 0; tick < ticks; ++tick) {
+            const Frame seen = frame;
+            ASSERT_TRUE(tissue.advance(effect, scene.dt, frame, load).ok());
+            books.observe(seen, frame, told ? effect : untold, tissue.loads(), load, {}, tissue.limited_edges() > 0);
+        }
+    }
+    Scene scene;
+    Frame frame;
+    Effect effect;
+    std::vector<Wrench> load;
+};
+
+double energy_of(const Materials& materials, const Frame& frame) {
+    double energy = potential_energy(materials, frame.position);
+    for (Index v = 0; v < frame.position.cols(); ++v) {
+        if (is_free(materials, v)) {
+            energy += 0.5 * materials.mass[static_cast<std::size_t>(v)] * frame.velocity.col(v).squaredNorm();
+        }
+    }
+    return energy;
+}
+
+/// The slope of the energy is the force, by differences.
+TEST(Books, PotentialEnergyHasTheForcesAsItsSlope) {
+    LooseSheet sheet(0);
+    const Materials& materials = sheet.scene.materials;
+    Matrix3X force;
+    internal_force(materials, sheet.frame.position, Matrix3X::Zero(3, sheet.frame.position.cols()), force);
+    int asked = 0;
+    for (Index v = 0; v < sheet.scene.topology.vertex_count; v += 7) {
+        if (!is_free(materials, v)) continue;
+        for (int axis = 0; axis < 3; ++axis) {
+            constexpr double step = 1e-6;
+            Matrix3X low = sheet.frame.position;
+            Matrix3X high = low;
+            low(axis, v) -= step;
+            high(axis, v) += step;
+            const double slope = (potential_energy(materials, high) - potential_energy(materials, low)) / (2.0 * step);
+            EXPECT_NEAR(-slope, force(axis, v), 1e-6) << v;
+            ++asked;
+        }
+    }
+    EXPECT_GT(asked, 10);
+}
+
+TEST(Books, WhatDampersTakeIsWhatALooseSheetLoses) {
+    for (const int substeps : {0, 200}) {
+        LooseSheet sheet(substeps);
+        const double before = energy_of(sheet.scene.materials, sheet.frame);
+        Books books(sheet.scene);
+        sheet.run(books, 100);
+        const double lost = before - energy_of(sheet.scene.materials, sheet.frame);
+        const auto figures = books.figures();
+        ASSERT_GT(lost, 1e-6);
+        // With many sub-steps only the books' own integral is left.
+        const double bound = substeps > 0 ? 0.005 : 0.05;
+        EXPECT_NEAR(figures.at("book_dissipated_j"), lost, bound * lost) << substeps;
+        EXPECT_LT(figures.at("book_energy_error_j"), 2.0 * bound * lost)
+            << "at its worst, not at the end: " << substeps;
+        EXPECT_EQ(figures.at("book_absolute_work_j"), 0.0);
+    }
+}
+
+/// A force that acts and stands in no book is found, in size.
+TEST(Books, AForceThatNobodyToldIsMissed) {
+    const Vector3 pull(0.0, 0.0, 1e-4);
+    for (const bool told : {true, false}) {
+        LooseSheet sheet(200, 0.0);
+        Books books(sheet.scene);
+        sheet.run(books, 5, pull, told);
+        double free = 0.0;
+        double work = 0.0;  // the sheet is lifted all the time: the path is its end
+        for (Index v = 0; v < sheet.scene.topology.vertex_count; ++v) {
+            if (!is_free(sheet.scene.materials, v)) continue;
+            free += 1.0;
+            work += pull.dot(sheet.frame.position.col(v) - sheet.scene.first.position.col(v));
+        }
+        const double impulse = 5 * sheet.scene.dt * pull.norm() * free;
+        const auto figures = books.figures();
+        const double missed = told ? 0.0 : 1.0;
+        EXPECT_NEAR(figures.at("book_momentum_error_n_s"), missed * impulse, 0.02 * impulse) << told;
+        EXPECT_NEAR(figures.at("book_energy_error_j"), missed * work, 0.02 * work) << told;
+    }
+}
+
+struct Closing {
+    double energy;
+    double momentum;
+};
+
+Closing closing_of(const Scene& scene, const std::string& response) {
+    const SourceEntry& source = registry().source(registry().response(response).sources.front());
+    Simulation simulation(scene, make_detector("ohc_clustered"), make_response(response), source);
+    for (std::int64_t tick = 0; tick < scene.ticks; ++tick) {
+        simulation.step();
+        EXPECT_TRUE(simulation.outcome().ok()) << scene.name << ": " << simulation.outcome().message;
+    }
+    const auto figures = simulation.book_figures();
+    return {figures.at("book_energy_error_share"), figures.at("book_momentum_error_share")};
+}
+
+/// The bounds that METHODS §4 states, and that the remainder is the steps' own: it goes with their length.
+TEST(Books, CloseOnContactWithTissueAndOnAHandAgainstBone) {
+    Scene scene = read_scene(std::string(TROCAR_SOURCE_DIR) + "/scenes/i2t_poke.json", std::nullopt);
+    const Closing poke = closing_of(scene, "hold");
+    EXPECT_LT(poke.energy, 0.03);
+    EXPECT_LT(poke.momentum, 0.015);
+    scene.materials.substeps = 16;
+    EXPECT_LT(closing_of(scene, "hold").momentum, 0.5 * poke.momentum);
+    Scene press = test::scene_from_text(test::press_text(0.002));
+    const Closing hand = closing_of(press, "penalty");
+    EXPECT_LT(hand.energy, 0.03);
+    EXPECT_LT(hand.momentum, 0.015);
+    press.materials.substeps = 32;
+    const Closing finer = closing_of(press, "penalty");
+    EXPECT_LT(finer.energy, 0.5 * hand.energy);
+    EXPECT_LT(finer.momentum, 0.5 * hand.momentum);
+}
+
+TEST(Books, AllocateNothingInATick) {
+    if (allocation_count() < 0) GTEST_SKIP() << "nothing counts allocations here";
+    LooseSheet sheet(0);
+    Books books(sheet.scene);
+    sheet.run(books, 2);
+    const std::vector<ContactLoad> none;
+    const Frame seen = sheet.frame;
+    const std::int64_t before = allocation_count();
+    books.observe(seen, sheet.frame, sheet.effect, none, sheet.load, {}, false);
+    EXPECT_EQ(allocation_count(), before);
+}
+
+}  // namespace
+}  // namespace trocar
