@@ -113,7 +113,9 @@ public:
     SceneFrames(const Scene& scene, std::int64_t ticks)
         : scene_(scene),
           ticks_(ticks),
-          drive_(scene, neutral_pairs(), std::make_unique<DriverPush>(), registry().source("canonical")) {}
+          // Unwatched: this push is nobody's result, it only brings detectors to contacts, and repeated scenes jolt it.
+          drive_(scene, neutral_pairs(), std::make_unique<DriverPush>(), registry().source("canonical"),
+                 {.watched = false}) {}
     [[nodiscard]] const Topology& topology() const override { return scene_.topology; }
     [[nodiscard]] double dt() const override { return scene_.dt; }
     [[nodiscard]] std::int64_t frame_count() const override { return ticks_; }

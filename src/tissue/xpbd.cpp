@@ -114,8 +114,7 @@ private:
             const auto column = static_cast<Eigen::Index>(v);
             Eigen::Vector4d constant = state.constant.col(column);
             if (own_bias_.cols() > 0) constant -= own_bias_.col(column);
-            state.velocity.col(column) =
-                (state.velocity.col(column) + h * w * constant) / (1.0 + h * w * state.drag[v]);
+            state.velocity.col(column) = state.velocity.col(column) / (1.0 + h * w * state.drag[v]) + h * w * constant;
             state.position.col(column) += h * state.velocity.col(column);
         }
         for (std::size_t s = 0; s < tissue_->springs().size(); ++s) draw_together(s, h);
@@ -151,11 +150,12 @@ private:
         const Vector3 before = (before_.col(j) - before_.col(i)).head<3>();
         const Vector3 counter = h * h * counter_.col(static_cast<Eigen::Index>(number));
         const double countered = counter.dot(u);
-        const double stiff = spring.k * h * h;
+        const double stiffened = h * h * stiffening_tension(spring, length);
+        const double slope = spring.k * h * h + (stiffened > 0.0 ? 3.0 * stiffened / (length - spring.rest) : 0.0);
         const double damped = spring.damping * h;
-        double drawn =
-            (stiff * (length - spring.rest) + spring.preload * h * h - countered + damped * (d - before).dot(u)) /
-            (1.0 + (stiff + damped) * (wi + wj));
+        double drawn = (spring.k * h * h * (length - spring.rest) + stiffened + spring.preload * h * h - countered +
+                        damped * (d - before).dot(u)) /
+                       (1.0 + (slope + damped) * (wi + wj));
         const double longest = (1.0 + tissue_->materials().strain_limit) * spring.rest;
         if (spring.rest > 0.0 && length - drawn * (wi + wj) > longest) drawn = (length - longest) / (wi + wj);
         const Vector3 by = drawn * u - (counter - countered * u);
