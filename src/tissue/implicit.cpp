@@ -55,7 +55,7 @@ public:
                     std::vector<Wrench>& reaction) override {
         tissue_->take_over(effect, from);
         contacts_->collect(effect, from, tissue_->state());
-        const Outcome outcome = steps(effect, dt, from);
+        Outcome outcome = steps(effect, dt, from);
         tissue_->release(effect);
         if (!outcome.ok()) return outcome;
         tissue_->give_back(effect, from, to);
@@ -78,7 +78,7 @@ private:
             if (!known) contacts_->turn(tissue_->state());
             const double furthest = one_step(h, known);
             bound += furthest;
-            const Outcome outcome = tissue_->check(std::isfinite(furthest), bound, effect, from);
+            Outcome outcome = tissue_->check(std::isfinite(furthest), bound, effect, from);
             if (!outcome.ok()) return outcome;
         }
         tissue_->limit_strain();

@@ -44,7 +44,7 @@ public:
         if (is_first_) share_rest_bias(from);
         is_first_ = false;
         contacts_->collect(effect, from, tissue_->state());
-        const Outcome outcome = step(effect, dt, from);
+        Outcome outcome = step(effect, dt, from);
         tissue_->release(effect);
         if (!outcome.ok()) return outcome;
         tissue_->give_back(effect, from, to);
@@ -97,7 +97,7 @@ private:
             const auto way = (tissue_->state().position - before_).cwiseAbs();
             const double furthest = way.size() > 0 ? way.maxCoeff<Eigen::PropagateNaN>() : 0.0;
             bound += furthest;
-            const Outcome outcome = tissue_->check(std::isfinite(furthest), bound, effect, from);
+            Outcome outcome = tissue_->check(std::isfinite(furthest), bound, effect, from);
             if (!outcome.ok()) return outcome;
         }
         tissue_->limit_strain();
