@@ -6,19 +6,17 @@
 #include <string>
 
 #include "geometry/input_error.hpp"
+#include "support/program.hpp"
 
 namespace trocar {
 namespace {
 
 class WholeFile : public testing::Test {
 protected:
-    void SetUp() override {
-        std::filesystem::remove_all(folder_);
-        std::filesystem::create_directories(folder_ / "inner");
-    }
-    void TearDown() override { std::filesystem::remove_all(folder_); }
+    void SetUp() override { std::filesystem::create_directories(folder_ / "inner"); }
 
-    std::filesystem::path folder_ = std::filesystem::path(testing::TempDir()) / "whole_file_test";
+    const test::TemporaryFolder place_;
+    const std::filesystem::path folder_ = place_.path();
 };
 
 template <typename Call>

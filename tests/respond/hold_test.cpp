@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <string>
 #include <vector>
@@ -100,19 +99,15 @@ INSTANTIATE_TEST_SUITE_P(Scenes, HoldOnShippedScenes, testing::ValuesIn(clear_sc
 class ToolInBone : public testing::TestWithParam<double> {
 protected:
     static Scene scene(const std::string& tool, double depth) {
-        const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "tool_in_bone.json";
-        std::ofstream(file) << R"({"format":"trocar-scene-1","name":"tool_in_bone","unit":"m","dt":0.001,"ticks":60,
- "seed":1,"bodies":[
+        return test::scene_from_text(
+            R"({"format":"trocar-scene-1","name":"tool_in_bone","unit":"m","dt":0.001,"ticks":60,"seed":1,"bodies":[
   {"name":"bone","kind":"rigid","closed":true,
    "parts":[{"shape":"box","size":[0.06,0.06,0.02],"edge":0.01,"pose":[0,0,-0.01,0,0,0]}]},
-  {"name":"tool","kind":"instrument","closed":true,"parts":[)"
-                            << tool << R"(],"motion":{"drive":"prescribed","keys":[
-    {"time":0,"pose":[0.0013,0.0007,0.001,0,0,0]},{"time":0.03,"pose":[0.0013,0.0007,)"
-                            << -depth << R"(,0,0,0]}]}}],
- "contact":[{"bodies":["tool","bone"],"k":1000,"mu":0}]})";
-        Scene read = read_scene(file, std::nullopt);
-        std::filesystem::remove(file);
-        return read;
+  {"name":"tool","kind":"instrument","closed":true,"parts":[)" +
+            tool + R"(],"motion":{"drive":"prescribed","keys":[
+    {"time":0,"pose":[0.0013,0.0007,0.001,0,0,0]},{"time":0.03,"pose":[0.0013,0.0007,)" +
+            fmt::format("{}", -depth) + R"(,0,0,0]}]}}],
+ "contact":[{"bodies":["tool","bone"],"k":1000,"mu":0}]})");
     }
 };
 
