@@ -78,7 +78,9 @@ bool go_on(const RunLimits& limits, std::int64_t done) { return !limits.progress
 
 /// Steps that are unstable for certain: the record says so, and unless that is asked for it is how the run ends.
 void note_unstable_step(const Scene& scene, const RunSpec& spec, const RunLimits& limits, Record& record) {
-    const std::string why = why_unstable(scene, check_step(scene, spec.stepper));
+    const StepCheck check = check_step(scene, spec.stepper);
+    record.summary["substeps"] = scene.has_tissue() ? check.tissue.substeps : check.substeps;
+    const std::string why = why_unstable(scene, check);
     if (why.empty()) return;
     const bool taken = limits.allow_unstable_step || spec.mode == "hard_case";
     record.environment["run.unstable_step"] = why;
@@ -314,8 +316,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
         record.outcome.message = fmt::format("tick {}: {}", record.rows.back().tick, record.outcome.message);
     }
     record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
-    record.summary = summarize(record.rows, {.motion_end = script.motion_end()});
-    record.summary["substeps"] = scene.materials.substeps;
+    record.summary.merge(summarize(record.rows, {.motion_end = script.motion_end()}));
     record.summary.merge(balance.figures());
     record.summary.merge(simulation.book_figures());
     record.summary.merge(comparison.figures());
@@ -343,8 +344,7 @@ Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& 
         record.outcome.message = fmt::format("tick {}: {}", record.rows.back().tick, record.outcome.message);
     }
     record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
-    record.summary = summarize(record.rows);
-    record.summary["substeps"] = scene.materials.substeps;
+    record.summary.merge(summarize(record.rows));
     record.summary.merge(paced_figures("paced", times, period_ns));
     record.summary.merge(paced_figures("empty", empty, period_ns));
     return record;

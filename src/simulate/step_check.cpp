@@ -7,6 +7,7 @@
 
 #include "method/registry.hpp"
 #include "scene/scene_settings.hpp"
+#include "tissue/stability.hpp"
 
 namespace trocar {
 namespace {
@@ -31,8 +32,7 @@ std::string milliseconds(double seconds) {
 HandStep hand_step(const OperatorModel& hand, Index body, double h) {
     HandStep step{.body = body};
     const double damping = hand.damping + hand.hand_damping;
-    const double sum = damping + std::sqrt(damping * damping + 4.0 * hand.hand_stiffness * hand.mass);
-    step.stable_step = sum > 0.0 ? 4.0 * hand.mass / sum : std::numeric_limits<double>::infinity();
+    step.stable_step = critical_time_step(std::sqrt(hand.hand_stiffness / hand.mass), damping / hand.mass);
     step.most_stiffness = std::max(0.0, (4.0 * hand.mass - 2.0 * h * damping) / (h * h));
     step.unstable = h >= step.stable_step;
     return step;

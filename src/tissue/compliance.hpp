@@ -64,8 +64,6 @@ public:
     [[nodiscard]] Vector3 answer(std::size_t lane, Index spot) const;
     /// Adds a lane's changes of velocity to all vertices that it has reached, 4 × vertices of the state.
     void add_answer(std::size_t lane, Matrix4X& velocity) const;
-    /// Vertices that pushes have reached since `begin`.
-    [[nodiscard]] std::size_t reached() const { return tissue_.vertices.size(); }
 
 private:
     void grow();

@@ -223,32 +223,15 @@ void ContactSolver::rub(double h, TissueState& state) {
         TickContact& contact = contacts_.all()[a];
         if (!contact.rubs) continue;
         contact.rubbed.setZero();
-        const LinearContact& source = contacts_.given(contact);
-        const TickContacts::Grip& grip = contacts_.grip(source.slip_key);
-        auto slip = contacts_.slip(source.slip_key);
-        if (grip.most <= 0.0) slip.setZero();
-        if (grip.most <= 0.0 || grip.firmest != a) continue;
+        if (!contacts_.grips(a)) continue;
         Vector3 speed = -contact.surface;
         for (int i = 0; i < contact.count; ++i) {
             speed += contact.weight[at(i)] * velocity_of(state, contact.vertex[at(i)]);
         }
-        speed -= speed.dot(contact.normal) * contact.normal;
-        Vector3 stretch = slip;
-        stretch -= stretch.dot(contact.normal) * contact.normal;
-        const double damping = 2.0 * std::sqrt(source.tangent_k / contact.mobility);
-        const Vector3 sticking = -(source.tangent_k * (stretch + h * speed) + damping * speed) /
-                                 (1.0 + h * contact.mobility * (damping + h * source.tangent_k));
-        const double wanted = sticking.norm();
-        const bool slides = wanted > grip.most;
-        contact.rubbed = slides ? Vector3(grip.most / wanted * sticking) : sticking;
+        contacts_.rub(a, h, speed);
         for (int i = 0; i < contact.count; ++i) {
             const Index v = contact.vertex[at(i)];
             velocity_of(state, v) += h * contact.weight[at(i)] * state.inverse_mass[at(v)] * contact.rubbed;
-        }
-        if (slides) {
-            slip = source.tangent_k > 0.0 ? Vector3(-contact.rubbed / source.tangent_k) : Vector3::Zero();
-        } else {
-            slip = stretch + h * (speed + h * contact.mobility * contact.rubbed);
         }
     }
 }

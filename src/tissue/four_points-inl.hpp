@@ -1,5 +1,5 @@
-// Four points in vectors become vectors by axis and back: the transpositions that the tissue's kernels share. Included
-// once per instruction set, as Highway's own headers are.
+// What the tissue's kernels share: where a vertex stands in a 4×N matrix, and the transpositions by which four points
+// in vectors become vectors by axis and back. Included once per instruction set, as Highway's own headers are.
 #if defined(TROCAR_TISSUE_FOUR_POINTS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef TROCAR_TISSUE_FOUR_POINTS_INL
 #undef TROCAR_TISSUE_FOUR_POINTS_INL
@@ -9,8 +9,22 @@
 
 #include <hwy/highway.h>
 
+#include <cstddef>
+
+#include "tissue/spring_kernels.hpp"
+
 HWY_BEFORE_NAMESPACE();
 namespace trocar::HWY_NAMESPACE {
+
+/// The four numbers of a vertex of the state.
+template <typename Number>
+HWY_INLINE const double* column(const Matrix4X& matrix, Number vertex) {
+    return matrix.data() + 4 * static_cast<std::ptrdiff_t>(vertex);
+}
+template <typename Number>
+HWY_INLINE double* column(Matrix4X& matrix, Number vertex) {
+    return matrix.data() + 4 * static_cast<std::ptrdiff_t>(vertex);
+}
 
 #if HWY_MAX_BYTES >= 32
 

@@ -12,8 +12,9 @@
 #include "method/entry.hpp"
 #include "tissue/free_pieces.hpp"
 #include "tissue/implicit_contacts.hpp"
-#include "tissue/moving_tissue.hpp"
+#include "tissue/shape_system.hpp"
 #include "tissue/spring_system.hpp"
+#include "tissue/tissue_stepper.hpp"
 
 namespace trocar {
 namespace {
@@ -24,73 +25,28 @@ struct ImplicitSettings {
     int iterations = 200;
 };
 
-class ImplicitStepper final : public Stepper {
+class ImplicitStepper final : public TissueStepper {
 public:
-    explicit ImplicitStepper(const ImplicitSettings& settings) : settings_(settings) {}
-
-    void prepare(const Topology& topology, const Materials& materials) override {
-        tissue_.emplace(topology, materials);
-        const std::size_t vertices = tissue_->state().size();
-        const std::size_t springs = tissue_->springs().size();
-        contacts_.emplace(topology.vertex_count, vertices);
-        const std::span<const Hinge> hinges = tissue_->shape().elements().hinges;
-        system_.emplace(springs, vertices, hinges);
-        shape_.emplace(*tissue_);
-        gradients_.emplace(vertices);
-        solver_.emplace(springs, vertices, hinges.size());
-        pieces_.emplace(tissue_->springs(), tissue_->state());
-        change_.setZero(4, static_cast<Eigen::Index>(vertices));
-        start_ = change_;
-        largest_move_ = 0.0;
-    }
-
-    [[nodiscard]] StepEstimate estimate(const Topology& /*topology*/, const Materials& materials,
-                                        const Matrix3X& /*position*/, double /*dt*/, bool /*closely*/) const override {
-        StepEstimate estimate;  // bears any step
-        estimate.substeps = settings_.steps;
-        estimate.springs = static_cast<std::int64_t>(materials.springs.size());
-        return estimate;
-    }
-    Outcome advance(const Effect& effect, double dt, const Frame& from, Frame& to,
-                    std::vector<Wrench>& reaction) override {
-        tissue_->take_over(effect, from);
-        contacts_->collect(effect, from, tissue_->state());
-        Outcome outcome = steps(effect, dt, from);
-        tissue_->release(effect);
-        if (!outcome.ok()) return outcome;
-        tissue_->give_back(effect, from, to);
-        contacts_->react(reaction);
-        return outcome;
-    }
-
-    [[nodiscard]] std::span<const ContactLoad> loads() const override { return contacts_->loads(); }
-    [[nodiscard]] double max_strain() const override { return tissue_->max_strain(); }
-    [[nodiscard]] std::int64_t limited_edges() const override { return tissue_->limited_edges(); }
-    [[nodiscard]] double largest_move() const override { return largest_move_; }
+    explicit ImplicitStepper(const ImplicitSettings& settings) : TissueStepper(settings.steps), settings_(settings) {}
 
 private:
-    Outcome steps(const Effect& effect, double dt, const Frame& from) {
-        const double h = dt / settings_.steps;
-        double bound = 0.0;  // m, no coordinate has gone further in this tick
-        for (int step = 0; step < settings_.steps; ++step) {
-            if (effect.contacts_explicit && !effect.contacts_held) contacts_->hold_current_force(tissue_->state());
-            const bool known = effect.contacts_explicit || effect.contacts_held;
-            if (!known) contacts_->turn(tissue_->state());
-            const double furthest = one_step(h, known);
-            bound += furthest;
-            Outcome outcome = tissue_->check(std::isfinite(furthest), bound, effect, from);
-            if (!outcome.ok()) return outcome;
-        }
-        tissue_->limit_strain();
-        largest_move_ = tissue_->longest_way(from.position);
-        return {};
+    void prepare_steps() override {
+        const std::size_t vertices = tissue().state().size();
+        const std::size_t springs = tissue().springs().size();
+        const std::span<const Hinge> hinges = tissue().shape().elements().hinges;
+        system_.emplace(springs, vertices, hinges);
+        shape_.emplace(tissue());
+        gradients_.emplace(vertices);
+        solver_.emplace(springs, vertices, hinges.size());
+        pieces_.emplace(tissue().springs(), tissue().state());
+        change_.setZero(4, static_cast<Eigen::Index>(vertices));
+        start_ = change_;
     }
 
-    /// Gives the furthest that a coordinate has gone, m; not finite where the numbers are not.
-    double one_step(double h, bool known) {
-        TissueState& state = tissue_->state();
-        const SpringArrays& springs = tissue_->spring_arrays();
-        tissue_->add_shape_force();
+    double step(double h, bool known) override {
+        TissueState& state = tissue().state();
+        const SpringArrays& springs = tissue().spring_arrays();
+        tissue().add_shape_force();
         system_kernels().front().linearise(h, springs, state, *system_);
         shape_->add_to(h, *system_);
         system_kernels().front().invert_blocks(springs, *system_);
@@ -103,15 +59,15 @@ private:
         gradients_->solve(springs, *system_, system_->right_side, settings_.tolerance, settings_.iterations, change_);
         shape_->enclose(change_);
         state.velocity += change_;
-        if (!contacts_->all().empty()) {
+        if (!contacts().all().empty()) {
             solver_->solve(h, known, springs, *system_, *shape_, state, settings_.tolerance, settings_.iterations,
-                           *contacts_);
-            solver_->correct(h, *shape_, settings_.tolerance, settings_.iterations, *contacts_, state);
+                           contacts());
+            solver_->correct(h, *shape_, settings_.tolerance, settings_.iterations, contacts(), state);
         }
         if (!pieces_->empty()) close_momentum(h);
-        if (!contacts_->all().empty()) {
+        if (!contacts().all().empty()) {
             stretch_slips(h);
-            contacts_->finish_substep(h, settings_.steps, state);
+            contacts().finish_substep(h, steps(), state);
         }
         double furthest = 0.0;
         bool finite = true;
@@ -128,32 +84,29 @@ private:
 
     /// Of pieces that nothing holds, what the iterations have left open.
     void close_momentum(double h) {
-        for (const TickContact& contact : contacts_->all()) {
+        for (const TickContact& contact : contacts().all()) {
             const Vector3 impulse = h * (contact.force * contact.normal + contact.rubbed);
             for (std::size_t i = 0; i < static_cast<std::size_t>(contact.count); ++i) {
                 pieces_->add(contact.vertex[i], contact.weight[i] * impulse);
             }
         }
-        pieces_->close(*system_, start_, tissue_->state());
+        pieces_->close(*system_, start_, tissue().state());
     }
 
     /// Tangential springs after the step: stretched by the way along the surface where they stick, as long as their
     /// force asks where they slide.
     void stretch_slips(double h) {
-        if (!contacts_->any_rubs()) return;
-        contacts_->gather_grip();
-        const TissueState& state = tissue_->state();
-        for (std::size_t c = 0; c < contacts_->all().size(); ++c) {
-            const TickContact& contact = contacts_->all()[c];
+        if (!contacts().any_rubs()) return;
+        contacts().gather_grip();
+        const TissueState& state = tissue().state();
+        for (std::size_t c = 0; c < contacts().all().size(); ++c) {
+            const TickContact& contact = contacts().all()[c];
             if (!contact.rubs) continue;
-            const LinearContact& source = contacts_->given(contact);
-            const TickContacts::Grip& grip = contacts_->grip(source.slip_key);
-            auto slip = contacts_->slip(source.slip_key);
-            if (grip.most <= 0.0) slip.setZero();
-            if (grip.most <= 0.0 || grip.firmest != c) continue;
+            const LinearContact& source = contacts().given(contact);
+            if (!contacts().grips(c)) continue;
             constexpr double rounding = 1e-9;
-            if (contact.rubbed.norm() >= grip.most * (1.0 - rounding)) {
-                slip = source.tangent_k > 0.0 ? Vector3(-contact.rubbed / source.tangent_k) : Vector3(Vector3::Zero());
+            if (contact.rubbed.norm() >= contacts().grip(source.slip_key).most * (1.0 - rounding)) {
+                contacts().slide(c);
                 continue;
             }
             Vector3 way = -h * contact.surface;
@@ -161,14 +114,13 @@ private:
                 const std::size_t place = static_cast<std::size_t>(i);
                 way += h * contact.weight[place] * state.velocity.col(contact.vertex[place]).head<3>();
             }
+            auto slip = contacts().slip(source.slip_key);
             const Vector3 stretched = slip + way;
             slip = stretched - stretched.dot(contact.normal) * contact.normal;
         }
     }
 
     ImplicitSettings settings_;
-    std::optional<MovingTissue> tissue_;
-    std::optional<TickContacts> contacts_;
     std::optional<SpringSystem> system_;
     std::optional<ShapeSystem> shape_;
     std::optional<ConjugateGradients> gradients_;
@@ -176,7 +128,6 @@ private:
     std::optional<FreePieces> pieces_;
     Matrix4X change_;  ///< m/s, of the velocities in a step
     Matrix4X start_;   ///< m/s, velocities before the step
-    double largest_move_ = 0.0;
 };
 
 }  // namespace

@@ -268,22 +268,4 @@ void ShapeForces::add_product(const Points& displacement, PointsOut force) const
     }
 }
 
-void ShapeForces::add_diagonal(std::span<Matrix3> blocks) const {
-    for (const LinearSpring& spring : linear_springs_) {
-        blocks[at(spring.i)] += spring.block;
-        blocks[at(spring.j)] += spring.block;
-    }
-    for (const LinearHinge& hinge : linear_hinges_) {
-        for (std::size_t corner = 0; corner < 4; ++corner) {
-            blocks[at(hinge.vertex[corner])] += hinge.stiffness * hinge.slope[corner] * hinge.slope[corner].transpose();
-        }
-    }
-    for (const LinearEnclosure& enclosure : linear_enclosures_) {
-        for (std::size_t i = 0; i < enclosure.vertex.size(); ++i) {
-            const Vector3 g = enclosure.gradient.col(static_cast<Eigen::Index>(i));
-            blocks[at(enclosure.vertex[i])] += enclosure.stiffness * g * g.transpose();
-        }
-    }
-}
-
 }  // namespace trocar

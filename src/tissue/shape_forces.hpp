@@ -91,8 +91,6 @@ public:
     [[nodiscard]] std::span<const LinearEnclosure> linear_enclosures() const { return linear_enclosures_; }
     /// Adds the linearised stiffness applied to a displacement (3×N, m; its columns of held vertices are 0), N.
     void add_product(const Points& displacement, PointsOut force) const;
-    /// Adds its 3×3 diagonal blocks, N/m, one per vertex.
-    void add_diagonal(std::span<Matrix3> blocks) const;
 
 private:
     std::vector<Spring> springs_;

@@ -25,14 +25,6 @@ constexpr std::size_t spring_block = 128;
 HWY_BEFORE_NAMESPACE();
 namespace trocar::HWY_NAMESPACE {
 
-HWY_INLINE const double* column(const Matrix4X& matrix, Index local) {
-    return matrix.data() + 4 * static_cast<std::ptrdiff_t>(local);
-}
-
-HWY_INLINE double* column(Matrix4X& matrix, Index local) {
-    return matrix.data() + 4 * static_cast<std::ptrdiff_t>(local);
-}
-
 /// Where the force of spring s lies.
 HWY_INLINE Index spot(const SpringArrays& springs, std::size_t s) {
     return static_cast<Index>(s & (static_cast<std::size_t>(springs.force.cols()) - 1));

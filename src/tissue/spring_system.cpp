@@ -17,9 +17,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace trocar::HWY_NAMESPACE {
 
-HWY_INLINE const double* column(const Matrix4X& matrix, std::size_t local) { return matrix.data() + 4 * local; }
-HWY_INLINE double* column(Matrix4X& matrix, std::size_t local) { return matrix.data() + 4 * local; }
-
 /// One spring: its entries of the system and what it adds to the right side.
 HWY_INLINE void linearise_one(double h, const SpringArrays& springs, std::size_t s, const TissueState& state,
                               SpringSystem& system) {

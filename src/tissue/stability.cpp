@@ -36,7 +36,8 @@ ShapeElements shape_of(const Materials& materials) {
 
 bool has_shape(const Materials& materials) { return !materials.hinges.empty() || !materials.enclosures.empty(); }
 
-/// Longest h with squared h² + rate h <= 4.
+/// Longest h with squared h² + rate h <= 4: the root with numerator and denominator multiplied by `sum`, which avoids
+/// the cancellation.
 double longest_step(double squared, double rate) {
     const double sum = rate + std::sqrt(rate * rate + 16.0 * squared);
     return sum > 0.0 ? 8.0 / sum : std::numeric_limits<double>::infinity();
@@ -128,11 +129,7 @@ void apply_stiffness(const Materials& materials, const Matrix3X& position, const
     }
 }
 
-double critical_time_step(double omega, double damping_rate) {
-    const double sum = damping_rate + std::sqrt(damping_rate * damping_rate + 4.0 * omega * omega);
-    // The data's formula with numerator and denominator multiplied by `sum`, which avoids the cancellation.
-    return 4.0 / sum;
-}
+double critical_time_step(double omega, double damping_rate) { return longest_step(omega * omega, 2.0 * damping_rate); }
 
 int stable_substeps(const Materials& materials, const Matrix3X& position, double dt) {
     const double omega = gershgorin_bound_omega(materials, position);

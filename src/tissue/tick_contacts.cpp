@@ -273,6 +273,44 @@ void TickContacts::gather_grip() {
     }
 }
 
+bool TickContacts::grips(std::size_t number) {
+    const Index key = effect_->contacts[contacts_[number].source].slip_key;
+    const Grip& grip = grip_[at(key)];
+    if (grip.most <= 0.0) slip_.col(key).setZero();
+    return grip.most > 0.0 && grip.firmest == number;
+}
+
+void TickContacts::rub(std::size_t number, double h, const Vector3& speed) {
+    TickContact& contact = contacts_[number];
+    const LinearContact& source = effect_->contacts[contact.source];
+    const double most = grip_[at(source.slip_key)].most;
+    const auto across = [&contact](const Vector3& v) { return Vector3(v - v.dot(contact.normal) * contact.normal); };
+    const Vector3 flat = across(speed);
+    const Vector3 stretch = across(slip_.col(source.slip_key));
+    const double damping = 2.0 * std::sqrt(source.tangent_k / contact.mobility);
+    const Vector3 sticking = -(source.tangent_k * (stretch + h * flat) + damping * flat) /
+                             (1.0 + h * contact.mobility * (damping + h * source.tangent_k));
+    const double wanted = sticking.norm();
+    if (wanted > most) {
+        contact.rubbed = most / wanted * sticking;
+        slide(number);
+    } else {
+        contact.rubbed = sticking;
+        slip_.col(source.slip_key) = stretch + h * (flat + h * contact.mobility * contact.rubbed);
+    }
+}
+
+void TickContacts::slide(std::size_t number) {
+    const TickContact& contact = contacts_[number];
+    const LinearContact& source = effect_->contacts[contact.source];
+    auto slip = slip_.col(source.slip_key);
+    if (source.tangent_k > 0.0) {
+        slip = -contact.rubbed / source.tangent_k;
+    } else {
+        slip.setZero();
+    }
+}
+
 void TickContacts::finish_substep(double h, int substeps, const TissueState& state) {
     elapsed_ += h;
     for (TickContact& contact : contacts_) {

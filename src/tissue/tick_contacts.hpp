@@ -82,6 +82,15 @@ public:
     [[nodiscard]] const Grip& grip(Index key) const { return grip_[static_cast<std::size_t>(key)]; }
     /// m, stretch of the tangential spring under a slip key.
     [[nodiscard]] auto slip(Index key) { return slip_.col(key); }
+    /// Whether a contact that rubs is the one that holds its tangential spring, after `gather_grip`; the spring of a
+    /// grip that presses nowhere loses its stretch.
+    [[nodiscard]] bool grips(std::size_t number);
+    /// Coulomb friction of a contact that grips, over h (s) from the speed (m/s) of P against the other side without
+    /// it: a tangential spring with a critical damper, implicit, that slides at friction × normal force. Sets `rubbed`
+    /// and the stretch of the spring; who calls pushes.
+    void rub(std::size_t number, double h, const Vector3& speed);
+    /// The spring of a contact that slides with the friction `rubbed` is as long as that asks.
+    void slide(std::size_t number);
 
     /// Moves the gaps by the new velocities and adds up what each contact gave in a sub-step of h (s).
     void finish_substep(double h, int substeps, const TissueState& state);

@@ -3,82 +3,52 @@
 // compliance and damping of Macklin, Müller, Chentanez 2016, eq. 18 and 26). A step never blows up by itself: one that
 // is too long for the springs makes them softer instead, and how much is what more steps buy.
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "method/entry.hpp"
-#include "tissue/moving_tissue.hpp"
 #include "tissue/stability.hpp"
-#include "tissue/tick_contacts.hpp"
+#include "tissue/tissue_stepper.hpp"
 
 namespace trocar {
 namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-class XpbdStepper final : public Stepper {
+class XpbdStepper final : public TissueStepper {
 public:
-    explicit XpbdStepper(int substeps) : substeps_(substeps) {}
-
-    void prepare(const Topology& topology, const Materials& materials) override {
-        tissue_.emplace(topology, materials);
-        contacts_.emplace(topology.vertex_count, tissue_->state().size());
-        before_ = tissue_->state().position;
-        counter_.setZero(3, static_cast<Eigen::Index>(tissue_->springs().size()));
-        if (!tissue_->shape().elements().enclosures.empty()) gradient_.setZero(3, before_.cols());
-        is_first_ = true;
-        largest_move_ = 0.0;
-    }
-
-    [[nodiscard]] StepEstimate estimate(const Topology& /*topology*/, const Materials& materials,
-                                        const Matrix3X& /*position*/, double /*dt*/, bool /*closely*/) const override {
-        StepEstimate estimate;  // bears any step
-        estimate.substeps = substeps_;
-        estimate.springs = static_cast<std::int64_t>(materials.springs.size());
-        return estimate;
-    }
-    Outcome advance(const Effect& effect, double dt, const Frame& from, Frame& to,
-                    std::vector<Wrench>& reaction) override {
-        tissue_->take_over(effect, from);
-        if (is_first_) share_rest_bias(from);
-        is_first_ = false;
-        contacts_->collect(effect, from, tissue_->state());
-        Outcome outcome = step(effect, dt, from);
-        tissue_->release(effect);
-        if (!outcome.ok()) return outcome;
-        tissue_->give_back(effect, from, to);
-        contacts_->react(reaction);
-        return outcome;
-    }
-
-    [[nodiscard]] std::span<const ContactLoad> loads() const override { return contacts_->loads(); }
-    [[nodiscard]] double max_strain() const override { return tissue_->max_strain(); }
-    [[nodiscard]] std::int64_t limited_edges() const override { return tissue_->limited_edges(); }
-    [[nodiscard]] double largest_move() const override { return largest_move_; }
+    explicit XpbdStepper(int substeps) : TissueStepper(substeps) {}
 
 private:
+    void prepare_steps() override {
+        before_ = tissue().state().position;
+        counter_.setZero(3, static_cast<Eigen::Index>(tissue().springs().size()));
+        own_bias_.resize(4, 0);
+        if (!tissue().shape().elements().enclosures.empty()) gradient_.setZero(3, before_.cols());
+    }
+
     /// A preload is held off by the rest bias of its two ends. As one force of the whole vertex that would meet the
     /// springs one after the other and move tissue at rest; each spring's own part, taken with the spring, leaves it
     /// where it is. The parts are known where the run starts from the rest shape: they then sum to the bias.
-    void share_rest_bias(const Frame& start) {
-        const Matrix3X& bias = tissue_->materials().rest_bias;
+    void begin_run(const Frame& start) override {
+        const Matrix3X& bias = tissue().materials().rest_bias;
         if (bias.cols() != start.position.cols()) return;
-        TissueState& state = tissue_->state();
+        TissueState& state = tissue().state();
         own_bias_.setZero(4, static_cast<Eigen::Index>(state.size()));
         double largest = 0.0;
-        for (std::size_t s = 0; s < tissue_->springs().size(); ++s) {
-            const Spring& spring = tissue_->springs()[s];
+        for (std::size_t s = 0; s < tissue().springs().size(); ++s) {
+            const Spring& spring = tissue().springs()[s];
             const Vector3 d = start.position.col(spring.j) - start.position.col(spring.i);
             if (d.norm() == 0.0) continue;
-            counter_.col(static_cast<Eigen::Index>(s)) = spring.preload * d.normalized();
-            own_bias_.col(state.place[at(spring.i)]).head<3>() -= spring.preload * d.normalized();
-            own_bias_.col(state.place[at(spring.j)]).head<3>() += spring.preload * d.normalized();
+            const Vector3 tension = spring.preload * d.normalized();
+            counter_.col(static_cast<Eigen::Index>(s)) = tension;
+            own_bias_.col(state.place[at(spring.i)]).head<3>() -= tension;
+            own_bias_.col(state.place[at(spring.j)]).head<3>() += tension;
             largest = std::max(largest, spring.preload);
         }
         constexpr double rounding = 1e-9;
         for (std::size_t v = 0; v < state.size(); ++v) {
-            if (!is_free(tissue_->materials(), state.vertex[v])) continue;
+            if (!is_free(tissue().materials(), state.vertex[v])) continue;
             const auto column = static_cast<Eigen::Index>(v);
             if ((own_bias_.col(column).head<3>() - bias.col(state.vertex[v])).norm() <= rounding * largest) continue;
             counter_.setZero();
@@ -87,26 +57,8 @@ private:
         }
     }
 
-    Outcome step(const Effect& effect, double dt, const Frame& from) {
-        const double h = dt / substeps_;
-        double bound = 0.0;  // m, no coordinate has gone further in this tick
-        for (int small = 0; small < substeps_; ++small) {
-            if (effect.contacts_explicit && !effect.contacts_held) contacts_->hold_current_force(tissue_->state());
-            if (!effect.contacts_held && !effect.contacts_explicit) contacts_->turn(tissue_->state());
-            small_step(h, effect);
-            const auto way = (tissue_->state().position - before_).cwiseAbs();
-            const double furthest = way.size() > 0 ? way.maxCoeff<Eigen::PropagateNaN>() : 0.0;
-            bound += furthest;
-            Outcome outcome = tissue_->check(std::isfinite(furthest), bound, effect, from);
-            if (!outcome.ok()) return outcome;
-        }
-        tissue_->limit_strain();
-        largest_move_ = tissue_->longest_way(from.position);
-        return {};
-    }
-
-    void small_step(double h, const Effect& effect) {
-        TissueState& state = tissue_->state();
+    double step(double h, bool known) override {
+        TissueState& state = tissue().state();
         before_ = state.position;
         for (std::size_t v = 0; v < state.size(); ++v) {
             const double w = state.inverse_mass[v];
@@ -117,13 +69,13 @@ private:
             state.velocity.col(column) = state.velocity.col(column) / (1.0 + h * w * state.drag[v]) + h * w * constant;
             state.position.col(column) += h * state.velocity.col(column);
         }
-        for (std::size_t s = 0; s < tissue_->springs().size(); ++s) draw_together(s, h);
-        for (const Hinge& hinge : tissue_->shape().elements().hinges) bend_back(hinge, h);
-        for (const Enclosure& enclosure : tissue_->shape().elements().enclosures) restore(enclosure, h);
-        for (TickContact& contact : contacts_->all()) press(contact, h, effect);
-        if (contacts_->any_rubs()) {
-            contacts_->gather_grip();
-            for (std::size_t c = 0; c < contacts_->all().size(); ++c) rub(c, h);
+        for (std::size_t s = 0; s < tissue().springs().size(); ++s) draw_together(s, h);
+        for (const Hinge& hinge : tissue().shape().elements().hinges) bend_back(hinge, h);
+        for (const Enclosure& enclosure : tissue().shape().elements().enclosures) restore(enclosure, h);
+        for (TickContact& contact : contacts().all()) press(contact, h, known);
+        if (contacts().any_rubs()) {
+            contacts().gather_grip();
+            for (std::size_t c = 0; c < contacts().all().size(); ++c) rub(c, h);
         }
         for (std::size_t v = 0; v < state.size(); ++v) {
             const auto column = static_cast<Eigen::Index>(v);
@@ -131,14 +83,16 @@ private:
                 state.velocity.col(column) = (state.position.col(column) - before_.col(column)) / h;
             }
         }
-        contacts_->finish_substep(h, substeps_, state);
+        contacts().finish_substep(h, steps(), state);
+        const auto way = (state.position - before_).cwiseAbs();
+        return way.size() > 0 ? way.maxCoeff<Eigen::PropagateNaN>() : 0.0;
     }
 
     /// Thesis eq. 3.1 as a constraint of compliance 1/k: tension k (l - rest) + preload + c dl/dt, less what holds off
     /// the preload at rest; and no longer than the strain limit.
     void draw_together(std::size_t number, double h) {
-        const Spring& spring = tissue_->springs()[number];
-        TissueState& state = tissue_->state();
+        const Spring& spring = tissue().springs()[number];
+        TissueState& state = tissue().state();
         const Index i = state.place[at(spring.i)];
         const Index j = state.place[at(spring.j)];
         const double wi = state.inverse_mass[at(i)];
@@ -156,7 +110,7 @@ private:
         double drawn = (spring.k * h * h * (length - spring.rest) + stiffened + spring.preload * h * h - countered +
                         damped * (d - before).dot(u)) /
                        (1.0 + (slope + damped) * (wi + wj));
-        const double longest = (1.0 + tissue_->materials().strain_limit) * spring.rest;
+        const double longest = (1.0 + tissue().materials().strain_limit) * spring.rest;
         if (spring.rest > 0.0 && length - drawn * (wi + wj) > longest) drawn = (length - longest) / (wi + wj);
         const Vector3 by = drawn * u - (counter - countered * u);
         state.position.col(i).head<3>() += wi * by;
@@ -165,7 +119,7 @@ private:
 
     /// A hinge as a constraint of the angle, compliance 1/stiffness.
     void bend_back(const Hinge& hinge, double h) {
-        TissueState& state = tissue_->state();
+        TissueState& state = tissue().state();
         HingeCorners corners;
         for (std::size_t c = 0; c < 4; ++c) corners[c] = state.position.col(hinge.vertex[c]).head<3>();
         const Dihedral now = dihedral(corners);
@@ -184,7 +138,7 @@ private:
 
     /// An enclosure as a constraint of the volume, compliance V0/K.
     void restore(const Enclosure& enclosure, double h) {
-        TissueState& state = tissue_->state();
+        TissueState& state = tissue().state();
         const double volume = enclosed_volume(enclosure.triangles, state.position.topRows<3>());
         gradient_.setZero();
         add_volume_gradient(enclosure.triangles, state.position.topRows<3>(), 1.0, gradient_);
@@ -205,13 +159,13 @@ private:
         Vector3 sum = Vector3::Zero();
         for (int i = 0; i < contact.count; ++i) {
             const Index v = contact.vertex[at(i)];
-            sum += contact.weight[at(i)] * (tissue_->state().position.col(v) - before_.col(v)).head<3>();
+            sum += contact.weight[at(i)] * (tissue().state().position.col(v) - before_.col(v)).head<3>();
         }
         return sum;
     }
 
     void push(const TickContact& contact, const Vector3& by) {
-        TissueState& state = tissue_->state();
+        TissueState& state = tissue().state();
         for (int i = 0; i < contact.count; ++i) {
             const Index v = contact.vertex[at(i)];
             state.position.col(v).head<3>() += contact.weight[at(i)] * state.inverse_mass[at(v)] * by;
@@ -219,9 +173,9 @@ private:
     }
 
     /// Backward Euler on gap and rate: F = k (depth - way) - mu way / h, way = moved + F h² mobility.
-    void press(TickContact& contact, double h, const Effect& effect) {
+    void press(TickContact& contact, double h, bool known) {
         contact.force = contact.held;
-        if (!effect.contacts_held && !effect.contacts_explicit) {
+        if (!known) {
             const double moved = way(contact).dot(contact.normal) + contact.fixed_rate * h;
             const double depth = contact.depth - moved;
             const double stiff = contact.stiffness * h * h;
@@ -229,51 +183,26 @@ private:
             double force = (stiff * depth - damped * moved) / (1.0 + (stiff + damped) * contact.mobility) / (h * h);
             const bool on = contact.bilateral || depth > 0.0 || (contact.adhesive && contact.depth >= 0.0);
             // Negative damping (eq. 3.6 as printed) is taken explicitly.
-            force -= contact.explicit_damping * TickContacts::rate(contact, tissue_->state());
+            force -= contact.explicit_damping * TickContacts::rate(contact, tissue().state());
             if (!contact.bilateral && !contact.adhesive) force = std::max(force, 0.0);
             contact.force = on ? contact.within_limit(force) : 0.0;
         }
         push(contact, contact.force * h * h * contact.normal);
     }
 
-    /// A tangential spring with a critical damper, implicit, that slides at friction × normal force.
     void rub(std::size_t number, double h) {
-        TickContact& contact = contacts_->all()[number];
+        TickContact& contact = contacts().all()[number];
         if (!contact.rubs) return;
         contact.rubbed.setZero();
-        const LinearContact& source = contacts_->given(contact);
-        const TickContacts::Grip& grip = contacts_->grip(source.slip_key);
-        auto slip = contacts_->slip(source.slip_key);
-        if (grip.most <= 0.0) slip.setZero();
-        if (grip.most <= 0.0 || grip.firmest != number) return;
-        const auto across = [&contact](const Vector3& v) {
-            return Vector3(v - v.dot(contact.normal) * contact.normal);
-        };
-        const Vector3 speed = across(way(contact) / h - contact.surface);
-        const Vector3 stretch = across(slip);
-        const double damping = 2.0 * std::sqrt(source.tangent_k / contact.mobility);
-        const Vector3 sticking = -(source.tangent_k * (stretch + h * speed) + damping * speed) /
-                                 (1.0 + h * contact.mobility * (damping + h * source.tangent_k));
-        const double wanted = sticking.norm();
-        const bool slides = wanted > grip.most;
-        contact.rubbed = slides ? Vector3(grip.most / wanted * sticking) : sticking;
+        if (!contacts().grips(number)) return;
+        contacts().rub(number, h, way(contact) / h - contact.surface);
         push(contact, h * h * contact.rubbed);
-        if (slides) {
-            slip = source.tangent_k > 0.0 ? Vector3(-contact.rubbed / source.tangent_k) : Vector3(Vector3::Zero());
-        } else {
-            slip = stretch + h * (speed + h * contact.mobility * contact.rubbed);
-        }
     }
 
-    int substeps_;
-    std::optional<MovingTissue> tissue_;
-    std::optional<TickContacts> contacts_;
     Matrix3X counter_;   ///< N, per spring: what holds off its preload at rest, on i
     Matrix4X own_bias_;  ///< N, of that, per vertex of the state; no columns without a rest bias
-    bool is_first_ = true;
     Matrix3X gradient_;  ///< m², of a volume, per vertex of the state; only with enclosures
     Matrix4X before_;    ///< m, positions at the start of the small step
-    double largest_move_ = 0.0;
 };
 
 }  // namespace
