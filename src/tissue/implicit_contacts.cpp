@@ -22,6 +22,10 @@ ImplicitContacts::ImplicitContacts(std::size_t spring_count, std::size_t vertex_
     rub_rows_.reserve(usual_rows);
     force_.reserve(usual_rows);
     on_.reserve(usual_rows);
+    has_column_.reserve(usual_rows);
+    columns_.reserve(usual_rows);
+    missing_.reserve(usual_rows);
+    gap_.reserve(usual_rows);
     answer_.setZero(usual_rows, usual_rows);
     matrix_.setZero(usual_rows, usual_rows);
     right_side_.setZero(usual_rows);
@@ -38,12 +42,14 @@ void ImplicitContacts::solve(double h, bool known, const SpringArrays& springs, 
         for (TickContact& contact : all) contact.force = contact.held;
         return;
     }
-    find_compliance(shape, tolerance, iterations, contacts);
+    question_ = {.shape = &shape, .contacts = &contacts, .tolerance = tolerance, .iterations = iterations};
     for (TickContact& contact : all) {
-        contact.on = contact.bilateral || contact.depth >= 0.0;
+        const double rate = TickContacts::rate(contact, state);
+        const bool touches = contact.bilateral || contact.depth >= 0.0;
+        contact.on = touches && (contact.bilateral || contact.adhesive);
         contact.capped = false;
         // Negative damping from the velocity of the free motion.
-        if (!known) contact.held = contact.on ? -contact.explicit_damping * TickContacts::rate(contact, state) : 0.0;
+        if (!known) contact.held = touches ? -contact.explicit_damping * rate : 0.0;
         contact.force = known ? contact.held : 0.0;
         contact.rubbed.setZero();
     }
@@ -57,19 +63,20 @@ void ImplicitContacts::solve(double h, bool known, const SpringArrays& springs, 
             force_[c] = all[c].force;
             largest = std::max(largest, std::abs(force_[c]));
         }
+        if (rows_.size() > all.size()) answer_to(0, all.size(), [&](std::size_t c) { return force_[c] != 0.0; });
         if (rows_.size() == all.size() || rub(h, contacts) <= settled * largest) break;
     }
 }
 
 void ImplicitContacts::correct(double h, const ShapeSystem& shape, double tolerance, int iterations,
                                const TickContacts& contacts, TissueState& state) {
-    compliance_.clear();
     const auto each_push = [&](const auto& act) {
         for (const TickContact& contact : contacts.all()) {
             const Vector3 impulse = h * (contact.force * contact.normal + contact.rubbed);
             for (int i = 0; i < contact.count; ++i) act(contact.vertex[at(i)], contact.weight[at(i)] * impulse);
         }
     };
+    compliance_.clear();
     each_push([&](Index local, const Vector3& impulse) { compliance_.add(0, contacts.spot(local), impulse); });
     compliance_.solve(tolerance, iterations);
     compliance_.add_answer(0, state.velocity);
@@ -104,11 +111,22 @@ void ImplicitContacts::list_rows(const TissueState& state, TickContacts& contact
         }
     }
     force_.assign(rows_.size(), 0.0);
+    has_column_.assign(rows_.size(), 0);
+    gap_.assign(all.size(), 0.0);
+    columns_.clear();
 }
 
-/// Rates of all rows per impulse on each, eight rows at a time.
-void ImplicitContacts::find_compliance(const ShapeSystem& shape, double tolerance, int iterations,
-                                       const TickContacts& contacts) {
+template <typename Wanted>
+void ImplicitContacts::answer_to(std::size_t first, std::size_t last, const Wanted& wanted) {
+    missing_.clear();
+    for (std::size_t r = first; r < last; ++r) {
+        if (has_column_[r] == 0 && wanted(r)) missing_.push_back(r);
+    }
+    if (!missing_.empty()) find_columns();
+}
+
+/// Rates of all rows per impulse on each of those that are missing, eight of these at a time.
+void ImplicitContacts::find_columns() {
     const std::size_t count = rows_.size();
     if (number(count) > answer_.rows()) {
         const Eigen::Index room = 2 * number(count);
@@ -116,32 +134,37 @@ void ImplicitContacts::find_compliance(const ShapeSystem& shape, double toleranc
         matrix_.setZero(room, room);
         right_side_.setZero(room);
     }
+    const TickContacts& contacts = *question_.contacts;
     const std::span<const TickContact> all = contacts.all();
-    for (std::size_t first = 0; first < count; first += compliance_lanes) {
-        const std::size_t lanes = std::min(compliance_lanes, count - first);
+    const std::size_t before = columns_.size();
+    for (std::size_t first = 0; first < missing_.size(); first += compliance_lanes) {
+        const std::size_t lanes = std::min(compliance_lanes, missing_.size() - first);
         compliance_.clear();
         for (std::size_t lane = 0; lane < lanes; ++lane) {
-            const Row& row = rows_[first + lane];
+            const Row& row = rows_[missing_[first + lane]];
             const TickContact& contact = all[row.contact];
             for (int i = 0; i < contact.count; ++i) {
                 compliance_.add(lane, contacts.spot(contact.vertex[at(i)]), contact.weight[at(i)] * row.direction);
             }
         }
-        compliance_.solve(tolerance, iterations);
-        for (std::size_t r = 0; r < count; ++r) {
-            const TickContact& contact = all[rows_[r].contact];
-            for (std::size_t lane = 0; lane < lanes; ++lane) {
+        compliance_.solve(question_.tolerance, question_.iterations);
+        for (std::size_t lane = 0; lane < lanes; ++lane) {
+            const std::size_t column = missing_[first + lane];
+            for (std::size_t r = 0; r < count; ++r) {
+                const TickContact& contact = all[rows_[r].contact];
                 double sum = 0.0;
                 for (int i = 0; i < contact.count; ++i) {
                     const Vector3 way = compliance_.answer(lane, contacts.spot(contact.vertex[at(i)]));
                     sum += contact.weight[at(i)] * way.dot(rows_[r].direction);
                 }
-                answer_(number(r), number(first + lane)) = sum;
+                answer_(number(r), number(column)) = sum;
             }
+            has_column_[column] = 1;
+            columns_.push_back(column);
         }
     }
     // An enclosure of the answer y to its gradient takes factor (J y)(J y)ᵀ from it: A⁻¹ is symmetric.
-    for (const ShapeSystem::Enclosed& enclosed : shape.enclosures()) {
+    for (const ShapeSystem::Enclosed& enclosed : question_.shape->enclosures()) {
         swell_.assign(count, 0.0);
         for (std::size_t r = 0; r < count; ++r) {
             const TickContact& contact = all[rows_[r].contact];
@@ -150,26 +173,48 @@ void ImplicitContacts::find_compliance(const ShapeSystem& shape, double toleranc
                              enclosed.answer.col(contact.vertex[at(i)]).head<3>().dot(rows_[r].direction);
             }
         }
-        for (std::size_t r = 0; r < count; ++r) {
-            for (std::size_t c = 0; c < count; ++c) {
-                answer_(number(r), number(c)) -= enclosed.factor * swell_[r] * swell_[c];
+        for (const std::size_t column : missing_) {
+            for (std::size_t r = 0; r < count; ++r) {
+                answer_(number(r), number(column)) -= enclosed.factor * swell_[r] * swell_[column];
             }
         }
     }
     // What the iterations have left open is made symmetric, as A⁻¹ is.
-    for (Eigen::Index r = 0; r < number(count); ++r) {
-        for (Eigen::Index c = 0; c < r; ++c) {
-            answer_(r, c) = answer_(c, r) = 0.5 * (answer_(r, c) + answer_(c, r));
+    for (std::size_t late = before; late < columns_.size(); ++late) {
+        for (std::size_t early = 0; early < late; ++early) {
+            double& one = answer_(number(columns_[early]), number(columns_[late]));
+            double& other = answer_(number(columns_[late]), number(columns_[early]));
+            one = other = 0.5 * (one + other);
         }
     }
 }
 
 double ImplicitContacts::rate(std::size_t row, double h) const {
     double sum = rows_[row].rate;
-    for (std::size_t other = 0; other < rows_.size(); ++other) {
-        sum += h * answer_(number(row), number(other)) * force_[other];
-    }
+    for (const std::size_t other : columns_) sum += h * answer_(number(row), number(other)) * force_[other];
     return sum;
+}
+
+/// Most contacts that come near would press if no other did. So those that go deepest are let press first, as many as
+/// are answered to at once, and the others asked again.
+void ImplicitContacts::guess_pressing(double h, std::span<TickContact> contacts) {
+    for (std::size_t joined = 0; joined < contacts.size(); joined += compliance_lanes) {
+        if (!solve_pressing(h, contacts)) return;
+        missing_.clear();
+        for (std::size_t c = 0; c < contacts.size(); ++c) {
+            TickContact& contact = contacts[c];
+            if (contact.bilateral || contact.adhesive) continue;
+            if (contact.on && force_[c] < 0.0) contact.on = false;
+            gap_[c] = h * rate(c, h) - contact.depth;
+            if (!contact.on && has_column_[c] == 0 && gap_[c] < 0.0) missing_.push_back(c);
+        }
+        if (missing_.empty()) return;
+        const std::size_t most = std::min(compliance_lanes, missing_.size());
+        std::partial_sort(
+            missing_.begin(), missing_.begin() + static_cast<std::ptrdiff_t>(most), missing_.end(),
+            [&](std::size_t a, std::size_t b) { return gap_[a] < gap_[b] || (gap_[a] == gap_[b] && a < b); });
+        for (std::size_t n = 0; n < most; ++n) contacts[missing_[n]].on = true;
+    }
 }
 
 void ImplicitContacts::find_pressing(double h, std::span<TickContact> contacts) {
@@ -177,7 +222,9 @@ void ImplicitContacts::find_pressing(double h, std::span<TickContact> contacts) 
     const auto rate_of = [&](const TickContact& contact) {
         return rate(static_cast<std::size_t>(&contact - contacts.data()), h);
     };
+    guess_pressing(h, contacts);
     if (find_active(contacts, h, solved, rate_of)) return;
+    answer_to(0, contacts.size(), [](std::size_t) { return true; });
     // Projected Gauss-Seidel from no force at all, so that what is not converged gives less energy, never more.
     constexpr int most_sweeps = 200;
     constexpr double settled = 1e-6;  // of the largest force
@@ -205,6 +252,7 @@ void ImplicitContacts::find_pressing(double h, std::span<TickContact> contacts) 
 
 /// Forces of the contacts that are on: f / c + h W f = (k d + held) / c - r with c = mu + h k, all else as it is.
 bool ImplicitContacts::solve_pressing(double h, std::span<TickContact> contacts) {
+    answer_to(0, contacts.size(), [&](std::size_t c) { return contacts[c].on; });
     on_.clear();
     for (std::size_t c = 0; c < contacts.size(); ++c) {
         const TickContact& contact = contacts[c];
@@ -244,6 +292,11 @@ bool ImplicitContacts::solve_pressing(double h, std::span<TickContact> contacts)
 double ImplicitContacts::rub(double h, TickContacts& contacts) {
     contacts.gather_grip();
     const std::span<TickContact> all = contacts.all();
+    const auto rubs = [&](std::size_t c) {
+        const TickContacts::Grip& grip = contacts.grip(contacts.given(all[c]).slip_key);
+        return grip.most > 0.0 && grip.firmest == c;
+    };
+    answer_to(all.size(), rows_.size(), [&](std::size_t row) { return rubs(rows_[row].contact); });
     double change = 0.0;
     for (std::size_t c = 0; c < all.size(); ++c) {
         const std::size_t first = rub_rows_[c];
@@ -252,7 +305,7 @@ double ImplicitContacts::rub(double h, TickContacts& contacts) {
         const LinearContact& source = contacts.given(contact);
         const TickContacts::Grip& grip = contacts.grip(source.slip_key);
         Vector3 rubbed = Vector3::Zero();
-        if (grip.most > 0.0 && grip.firmest == c) {
+        if (rubs(c)) {
             const Vector3 stretch = contacts.slip(source.slip_key);
             Eigen::Matrix2d own;
             Eigen::Vector2d speed, stretched;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -32,11 +33,22 @@ private:
         Vector3 direction = Vector3::Zero();
         double rate = 0.0;  ///< m/s, of the free motion
     };
+    /// Of one `solve`, what finding columns asks for.
+    struct Question {
+        const ShapeSystem* shape = nullptr;
+        const TickContacts* contacts = nullptr;
+        double tolerance = 0.0;
+        int iterations = 0;
+    };
     void list_rows(const TissueState& state, TickContacts& contacts);
-    void find_compliance(const ShapeSystem& shape, double tolerance, int iterations, const TickContacts& contacts);
-    /// m/s, with all forces but those of `without` rows from there on.
+    /// Sees to it that the answers to these rows are there.
+    template <typename Wanted>
+    void answer_to(std::size_t first, std::size_t last, const Wanted& wanted);
+    void find_columns();
+    /// m/s, with all forces as they are.
     [[nodiscard]] double rate(std::size_t row, double h) const;
     bool solve_pressing(double h, std::span<TickContact> contacts);
+    void guess_pressing(double h, std::span<TickContact> contacts);
     void find_pressing(double h, std::span<TickContact> contacts);
     double rub(double h, TickContacts& contacts);
 
@@ -45,8 +57,15 @@ private:
     std::vector<Row> rows_;              ///< normals first, one per contact; then two per contact that rubs
     std::vector<std::size_t> rub_rows_;  ///< per contact: its first row along the surface, 0 = does not rub
     std::vector<double> force_;          ///< N, per row
-    Eigen::MatrixXd answer_;             ///< rows × rows, m/s per N s
-    Eigen::MatrixXd matrix_;             ///< of the contacts that are on
+    /// rows × rows, m/s per N s: what each row feels of the one in whose column it is. Only rows that have given a
+    /// force have a column: most contacts of a step only come near.
+    Eigen::MatrixXd answer_;
+    std::vector<std::uint8_t> has_column_;  ///< per row
+    std::vector<std::size_t> columns_;      ///< rows that have one, in the order in which they were found
+    std::vector<std::size_t> missing_;      ///< rows that need one
+    std::vector<double> gap_;               ///< m, per contact, after the step with the forces of the guess
+    Question question_;
+    Eigen::MatrixXd matrix_;  ///< of the contacts that are on
     Eigen::VectorXd right_side_;
     std::vector<std::size_t> on_;  ///< contacts in matrix_
 };
