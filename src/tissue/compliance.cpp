@@ -308,12 +308,6 @@ void Compliance::solve(double tolerance, int iterations) {
     }
 }
 
-void Compliance::add_answer(std::size_t lane, Matrix4X& velocity) const {
-    for (std::size_t n = 0; n < used_; ++n) {
-        velocity.col(tissue_.vertices[n]).head<3>() += answer(lane, static_cast<Index>(n));
-    }
-}
-
 Vector3 Compliance::answer(std::size_t lane, Index spot) const {
     Vector3 result;
     for (std::size_t axis = 0; axis < 3; ++axis) {

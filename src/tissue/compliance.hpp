@@ -62,8 +62,6 @@ public:
     void solve(double tolerance, int iterations);
     /// m/s, how a lane's impulses change the velocity of a touched vertex.
     [[nodiscard]] Vector3 answer(std::size_t lane, Index spot) const;
-    /// Adds a lane's changes of velocity to all vertices that it has reached, 4 × vertices of the state.
-    void add_answer(std::size_t lane, Matrix4X& velocity) const;
 
 private:
     void grow();

@@ -19,6 +19,26 @@
 namespace trocar {
 namespace {
 
+/// How much more loosely than the motion the answers of contacts to one another are found, and at most.
+constexpr double roughly_by = 10.0;
+constexpr double most_roughly = 1e-2;
+
+/// A part of the velocities' change from step to step: the next one begins where this and the last one lead.
+struct Trail {
+    Matrix4X now;     ///< m/s
+    Matrix4X before;  ///< m/s, in the last step
+    Matrix4X change;  ///< m/s, from step to step
+
+    void start(Eigen::Index vertices) {
+        for (Matrix4X* part : {&now, &before, &change}) part->setZero(4, vertices);
+    }
+    void predict() {
+        before = now;
+        now += change;
+    }
+    void settle() { change = now - before; }
+};
+
 struct ImplicitSettings {
     int steps = 1;
     double tolerance = 1e-3;
@@ -41,6 +61,8 @@ private:
         pieces_.emplace(tissue().springs(), tissue().state());
         change_.setZero(4, static_cast<Eigen::Index>(vertices));
         start_ = change_;
+        free_.start(change_.cols());
+        pushed_.start(change_.cols());
     }
 
     double step(double h, bool known) override {
@@ -51,18 +73,32 @@ private:
         shape_->add_to(h, *system_);
         system_kernels().front().invert_blocks(springs, *system_);
         shape_->prepare_enclosures(h, *system_, settings_.tolerance, settings_.iterations, *gradients_);
-        if (!pieces_->empty()) {
-            start_ = state.velocity;
-            pieces_->begin(*system_, state);
-        }
-        // Free motion, without contacts.
-        gradients_->solve(springs, *system_, system_->right_side, settings_.tolerance, settings_.iterations, change_);
+        if (!pieces_->empty()) pieces_->begin(*system_, state);
+        start_ = state.velocity;
+        // The free motion, without contacts, then with the forces of these. How contacts answer to one another is found
+        // more loosely: what is left open there, the next step sees in the gaps. Each solve begins where the steps
+        // before lead.
+        free_.predict();
+        gradients_->improve(springs, *system_, system_->right_side, settings_.tolerance, settings_.iterations,
+                            free_.now);
+        free_.settle();
+        change_ = free_.now;
         shape_->enclose(change_);
         state.velocity += change_;
-        if (!contacts().all().empty()) {
-            solver_->solve(h, known, springs, *system_, *shape_, state, settings_.tolerance, settings_.iterations,
-                           contacts());
-            solver_->correct(h, *shape_, settings_.tolerance, settings_.iterations, contacts(), state);
+        if (contacts().all().empty()) {
+            pushed_.start(change_.cols());
+        } else {
+            const double roughly = std::min(most_roughly, roughly_by * settings_.tolerance);
+            solver_->solve(h, known, springs, *system_, *shape_, state, roughly, settings_.iterations, contacts());
+            ImplicitContacts::add_impulses(h, contacts(), system_->right_side);
+            pushed_.predict();
+            change_ = free_.now + pushed_.now;
+            gradients_->improve(springs, *system_, system_->right_side, settings_.tolerance, settings_.iterations,
+                                change_, gradients_->size());
+            pushed_.now = change_ - free_.now;
+            pushed_.settle();
+            shape_->enclose(change_);
+            state.velocity = start_ + change_;
         }
         if (!pieces_->empty()) close_momentum(h);
         if (!contacts().all().empty()) {
@@ -126,6 +162,8 @@ private:
     std::optional<ConjugateGradients> gradients_;
     std::optional<ImplicitContacts> solver_;
     std::optional<FreePieces> pieces_;
+    Trail free_;       ///< without contacts and enclosures
+    Trail pushed_;     ///< what contacts add to that
     Matrix4X change_;  ///< m/s, of the velocities in a step
     Matrix4X start_;   ///< m/s, velocities before the step
 };

@@ -68,23 +68,12 @@ void ImplicitContacts::solve(double h, bool known, const SpringArrays& springs, 
     }
 }
 
-void ImplicitContacts::correct(double h, const ShapeSystem& shape, double tolerance, int iterations,
-                               const TickContacts& contacts, TissueState& state) {
-    const auto each_push = [&](const auto& act) {
-        for (const TickContact& contact : contacts.all()) {
-            const Vector3 impulse = h * (contact.force * contact.normal + contact.rubbed);
-            for (int i = 0; i < contact.count; ++i) act(contact.vertex[at(i)], contact.weight[at(i)] * impulse);
+void ImplicitContacts::add_impulses(double h, const TickContacts& contacts, Matrix4X& right_side) {
+    for (const TickContact& contact : contacts.all()) {
+        const Vector3 impulse = h * (contact.force * contact.normal + contact.rubbed);
+        for (int i = 0; i < contact.count; ++i) {
+            right_side.col(contact.vertex[at(i)]).head<3>() += contact.weight[at(i)] * impulse;
         }
-    };
-    compliance_.clear();
-    each_push([&](Index local, const Vector3& impulse) { compliance_.add(0, contacts.spot(local), impulse); });
-    compliance_.solve(tolerance, iterations);
-    compliance_.add_answer(0, state.velocity);
-    for (const ShapeSystem::Enclosed& enclosed : shape.enclosures()) {
-        double swell = 0.0;
-        each_push(
-            [&](Index local, const Vector3& impulse) { swell += enclosed.answer.col(local).head<3>().dot(impulse); });
-        state.velocity -= enclosed.factor * swell * enclosed.answer;
     }
 }
 

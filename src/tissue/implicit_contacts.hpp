@@ -22,9 +22,8 @@ public:
     /// (settings `hold` and `explicit`), friction is found.
     void solve(double h, bool known, const SpringArrays& springs, const SpringSystem& system, const ShapeSystem& shape,
                const TissueState& state, double tolerance, int iterations, TickContacts& contacts);
-    /// Changes the velocities of the state by what all forces of `solve` do over the step.
-    void correct(double h, const ShapeSystem& shape, double tolerance, int iterations, const TickContacts& contacts,
-                 TissueState& state);
+    /// Adds what all forces of `solve` give over the step, N s, to a right side of 4 × vertices of the state.
+    static void add_impulses(double h, const TickContacts& contacts, Matrix4X& right_side);
 
 private:
     /// One direction in which a contact can push.

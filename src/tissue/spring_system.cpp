@@ -359,38 +359,69 @@ SpringSystem::SpringSystem(std::size_t spring_count, std::size_t vertex_count, s
     }
 }
 
-ConjugateGradients::ConjugateGradients(std::size_t vertex_count) {
+ConjugateGradients::ConjugateGradients(std::size_t vertex_count) : kernels_(&system_kernels().front()) {
     for (Matrix4X* vector : {&vectors_.residual, &vectors_.preconditioned, &vectors_.direction, &vectors_.image}) {
         vector->setZero(4, static_cast<Eigen::Index>(vertex_count));
     }
 }
 
+/// image = A direction, hinges too; gives direction · image.
+double ConjugateGradients::multiply(const SpringArrays& springs, const SpringSystem& system) {
+    double curvature = kernels_->multiply(springs, system, vectors_.direction, vectors_.image);
+    for (const SystemHinge& hinge : system.hinges) {
+        double turn = 0.0;
+        for (std::size_t corner = 0; corner < 4; ++corner) {
+            turn += hinge.slope[corner].dot(vectors_.direction.col(hinge.vertex[corner]).head<3>());
+        }
+        curvature += hinge.stiffness * turn * turn;
+        for (std::size_t corner = 0; corner < 4; ++corner) {
+            vectors_.image.col(hinge.vertex[corner]).head<3>() += hinge.stiffness * turn * hinge.slope[corner];
+        }
+    }
+    return curvature;
+}
+
 int ConjugateGradients::solve(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& right_side,
                               double tolerance, int iterations, Matrix4X& solution) {
-    const SystemKernels& kernels = system_kernels().front();
     // Cleared, not scaled by zero: numbers that were not finite would stay.
     for (Matrix4X* vector : {&solution, &vectors_.direction, &vectors_.image}) vector->setZero();
     vectors_.residual = right_side;
-    double rho = kernels.advance(system, 0.0, solution, vectors_);
-    const double small = tolerance * tolerance * rho;
-    kernels.turn(0.0, vectors_);
+    const double rho = kernels_->advance(system, 0.0, solution, vectors_);
+    return iterate(springs, system, rho, tolerance * tolerance * rho, iterations, solution);
+}
+
+int ConjugateGradients::improve(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& right_side,
+                                double tolerance, int iterations, Matrix4X& solution, double size) {
+    vectors_.direction = solution;
+    for (std::size_t v = 0; v < system.inertia.size(); ++v) {
+        if (system.inertia[v] == 0.0) vectors_.direction.col(static_cast<Eigen::Index>(v)).setZero();
+    }
+    solution.setZero();
+    vectors_.image.setZero();
+    vectors_.residual = right_side;
+    const double own = kernels_->advance(system, 0.0, solution, vectors_);
+    size_ = std::max(own, size);
+    multiply(springs, system);
+    double rho = kernels_->advance(system, 1.0, solution, vectors_);
+    if (!(rho < own)) {
+        for (Matrix4X* vector : {&solution, &vectors_.direction, &vectors_.image}) vector->setZero();
+        vectors_.residual = right_side;
+        rho = kernels_->advance(system, 0.0, solution, vectors_);
+    }
+    return iterate(springs, system, rho, tolerance * tolerance * size_, iterations, solution);
+}
+
+/// From the residual and what it is preconditioned, whose product is `rho`, until that is `small`.
+int ConjugateGradients::iterate(const SpringArrays& springs, const SpringSystem& system, double rho, double small,
+                                int iterations, Matrix4X& solution) {
+    kernels_->turn(0.0, vectors_);
     int taken = 0;
     while (taken < iterations && rho > small) {
         ++taken;
-        double curvature = kernels.multiply(springs, system, vectors_.direction, vectors_.image);
-        for (const SystemHinge& hinge : system.hinges) {
-            double turn = 0.0;
-            for (std::size_t corner = 0; corner < 4; ++corner) {
-                turn += hinge.slope[corner].dot(vectors_.direction.col(hinge.vertex[corner]).head<3>());
-            }
-            curvature += hinge.stiffness * turn * turn;
-            for (std::size_t corner = 0; corner < 4; ++corner) {
-                vectors_.image.col(hinge.vertex[corner]).head<3>() += hinge.stiffness * turn * hinge.slope[corner];
-            }
-        }
+        const double curvature = multiply(springs, system);
         if (!(curvature > 0.0)) break;
-        const double next = kernels.advance(system, rho / curvature, solution, vectors_);
-        kernels.turn(next / rho, vectors_);
+        const double next = kernels_->advance(system, rho / curvature, solution, vectors_);
+        kernels_->turn(next / rho, vectors_);
         rho = next;
     }
     return taken;

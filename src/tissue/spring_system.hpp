@@ -68,9 +68,22 @@ public:
     /// for at most `iterations`. Gives how many it took.
     int solve(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& right_side, double tolerance,
               int iterations, Matrix4X& solution);
+    /// The same from `solution` as it is, which has to be finite; from nothing where that is no better. The residual is
+    /// held against `size`, where that is more than the right side's own.
+    int improve(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& right_side, double tolerance,
+                int iterations, Matrix4X& solution, double size = 0.0);
+    /// How large the last right side was, measured by the preconditioner: the larger of it and what it was held
+    /// against.
+    [[nodiscard]] double size() const { return size_; }
 
 private:
+    double multiply(const SpringArrays& springs, const SpringSystem& system);
+    int iterate(const SpringArrays& springs, const SpringSystem& system, double rho, double small, int iterations,
+                Matrix4X& solution);
+
+    const SystemKernels* kernels_;
     GradientVectors vectors_;
+    double size_ = 0.0;
 };
 
 }  // namespace trocar
