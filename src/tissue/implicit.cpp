@@ -41,7 +41,7 @@ struct Trail {
 
 struct ImplicitSettings {
     int steps = 1;
-    double tolerance = 1e-3;
+    double tolerance = 1e-4;
     int iterations = 200;
 };
 
@@ -187,7 +187,7 @@ StepperEntry implicit_stepper() {
                          .meaning = "steps a tick, each with a linearisation of its own"},
                         {.name = "tolerance",
                          .unit = "1",
-                         .default_value = "1e-3",
+                         .default_value = "1e-4",
                          .minimum = 1e-14,
                          .maximum = 0.1,
                          .meaning = "residual of a step's linear systems over their right side"},
