@@ -227,12 +227,13 @@ Estimate across_processes(const std::vector<double>& by_process, const Resamples
     return result;
 }
 
+std::string by_stepper(const std::string& stepper) { return stepper.empty() ? stepper : " by " + stepper; }
+
 std::string Contestant::label() const {
     std::string text = detector;
     if (!response.empty()) text += (text.empty() ? "" : " + ") + response;
     if (!contacts.empty() && mode == "closed_loop") text += " (" + contacts + ")";
-    if (!stepper.empty()) text += " by " + stepper;
-    return text;
+    return text + by_stepper(stepper);
 }
 
 bool SceneResult::ok() const {

@@ -124,6 +124,9 @@ Estimate across_processes(const std::vector<double>& by_process);
 /// The same with another interval: 95 % of the median over the processes resampled. Unchanged without a resample.
 Estimate across_processes(const std::vector<double>& by_process, const Resamples& resamples);
 
+/// " by implicit"; empty for the default stepper.
+std::string by_stepper(const std::string& stepper);
+
 /// Who is compared: everything of a specification but scene and repetition.
 struct Contestant {
     std::string mode;
@@ -132,7 +135,7 @@ struct Contestant {
     std::string contacts;
     std::string stepper = {};  ///< as RunSpec::stepper
     auto operator<=>(const Contestant&) const = default;
-    /// "ohc + penalty (canonical)"
+    /// "ohc + penalty (canonical)", and " by implicit" where the stepper is not the default one
     [[nodiscard]] std::string label() const;
 };
 

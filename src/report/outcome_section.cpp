@@ -124,7 +124,8 @@ std::map<std::string, std::map<std::string, WorstOfDetectors>> worst_of_detector
             if (result == nullptr || !result->ok()) continue;
             const RunFigures& run = result->runs.front();
             if (settled(run) == Settled::ends_before) continue;
-            WorstOfDetectors& worst = all[contestant.response + " (" + contestant.contacts + ")"][scene];
+            WorstOfDetectors& worst =
+                all[contestant.response + " (" + contestant.contacts + ")" + by_stepper(contestant.stepper)][scene];
             worst.left_max = std::fmax(worst.left_max, run.left_max);
             // The figures live in the results, as long as the draft.
             if (worst.settled == nullptr || rank(*worst.settled) < rank(run)) worst.settled = &run;

@@ -87,7 +87,7 @@ void add_table_2_1(Draft& draft) {
         const std::string row = fact == run.record->environment.end() ? "none" : fact->second;
         const auto elsewhere = run.record->environment.find("response.without_tissue");
         if (elsewhere != run.record->environment.end()) without_tissue[elsewhere->second].insert(code(spec.response));
-        Measured& m = measured[row][code(spec.response) + " (" + spec.contacts + ")"];
+        Measured& m = measured[row][code(spec.response) + " (" + spec.contacts + ")" + by_stepper(spec.stepper)];
         ++m.runs;
         m.scenes.insert(spec.scene);
         if (!run.ok()) continue;

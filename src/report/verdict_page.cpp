@@ -76,6 +76,7 @@ std::string who_text(const Contestant& contestant) {
     std::string text = "`" + contestant.detector + "`";
     if (!contestant.response.empty()) text += " + `" + contestant.response + "`";
     if (contestant.mode == "closed_loop") text += " (" + contestant.contacts + ")";
+    if (!contestant.stepper.empty()) text += " by `" + contestant.stepper + "`";
     return text;
 }
 
@@ -114,7 +115,8 @@ std::string twins_text(const std::vector<VerdictRow>& rows, std::size_t head) {
     for (const VerdictRow& row : rows) {
         if (row.identical_to != static_cast<int>(head)) continue;
         const Contestant& twin = row.contestant;
-        const bool by_detector_alone = twin.response == first.response && twin.contacts == first.contacts;
+        const bool by_detector_alone =
+            twin.response == first.response && twin.contacts == first.contacts && twin.stepper == first.stepper;
         const std::string p50 = time_text(row, row.p50, false);
         const std::string p99 = time_text(row, row.p99, true);
         twins.push_back(
@@ -207,6 +209,7 @@ std::string verdict_chart(const Verdict& verdict) {
         std::string detector;
         std::string response;
         std::string contacts;
+        std::string stepper;
         auto operator<=>(const Key&) const = default;
     };
     std::map<Key, ChartSeries> series;
@@ -233,12 +236,13 @@ std::string verdict_chart(const Verdict& verdict) {
         const double error = error_of(row, depth);
         const double time = (p99 ? row.p99.value : row.p50.value) * us;
         if (std::isnan(error) || std::isnan(time)) continue;
-        const Key key{method_name(row.contestant.detector), row.contestant.response, row.contestant.contacts};
+        const Key key{method_name(row.contestant.detector), row.contestant.response, row.contestant.contacts,
+                      row.contestant.stepper.empty() ? "" : method_name(row.contestant.stepper)};
         ChartSeries& one = series[key];
         one.style = {
             .colour = colours.at(key.detector), .shape = shapes.at(key.response), .hollow = key.contacts == "native"};
         one.name = key.detector + (key.response.empty() ? "" : " + " + key.response) +
-                   (key.contacts == "native" ? " (native)" : "");
+                   (key.contacts == "native" ? " (native)" : "") + by_stepper(key.stepper);
         const double y = depth ? error * mm : error;
         one.points.push_back({.x = time,
                               .y = y,
