@@ -234,18 +234,27 @@ int run(const CommonOptions& common, const RunOptions& options) {
         }
         spec.reach_margin = fmt::format("{}", *options.reach_margin);
     }
-    const Scene scene = read_scene(options.scene, common.data);
+    Scene scene = read_scene(options.scene, common.data);
     for (const std::string& note : scene.notes) {
         fmt::print(stderr, "trocar: {}: {}\n", options.scene.string(), note);
     }
-    const StepCheck step = check_step(scene, spec.stepper, options.explain_step);
+    StepCheck step = check_step(scene, spec.stepper, options.explain_step);
     if (options.explain_step) {
         print_step(scene, spec.stepper, step, common.json);
         return done;
     }
+    std::string more_substeps;
     if (const std::string why = why_unstable(scene, step); !why.empty() && options.unstable_step != "allow") {
-        throw InputError(
-            fmt::format("{}: {} (--unstable-step allow takes it all the same)", options.scene.string(), why));
+        const int needed = options.unstable_step == "substep" ? stable_substeps(scene, step) : 0;
+        if (needed == 0) {
+            throw InputError(
+                fmt::format("{}: {} (--unstable-step {}allow takes it all the same)", options.scene.string(), why,
+                            stable_substeps(scene, step) > 0 ? "substep takes as many as are stable, " : ""));
+        }
+        more_substeps = fmt::format("{} sub-steps a tick instead of {}: {}", needed, step.substeps, why);
+        fmt::print(stderr, "trocar: {}: {}\n", options.scene.string(), more_substeps);
+        scene.materials.substeps = needed;
+        step = check_step(scene, spec.stepper, false);
     }
     if (const std::string note = cost_note(scene, step); !note.empty()) {
         fmt::print(stderr, "trocar: {}: {}\n", options.scene.string(), note);
@@ -286,6 +295,7 @@ int run(const CommonOptions& common, const RunOptions& options) {
         return interrupted;
     }
     if (recording) recording->finish();
+    if (!more_substeps.empty()) record.environment["run.unstable_step"] = more_substeps;
     if (common.json) {
         print_json(record);
     } else {

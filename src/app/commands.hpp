@@ -70,7 +70,7 @@ struct RunOptions {
     std::optional<std::filesystem::path> record;
     bool paced = false;                    ///< released by the clock, not judged
     bool explain_step = false;             ///< tell what step tissue and hands bear, run nothing
-    std::string unstable_step = "refuse";  ///< refuse | allow: steps that are unstable for certain
+    std::string unstable_step = "refuse";  ///< refuse | substep | allow: steps that are unstable for certain
 };
 int run(const CommonOptions& common, const RunOptions& options);
 

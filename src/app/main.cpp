@@ -83,8 +83,9 @@ int run_command(int argc, char** argv) {
         "--explain-step", run_options.explain_step,
         "Run nothing: tell what step tissue and hands bear, which vertex and edge decide, and what a tick costs");
     sub->add_option("--unstable-step", run_options.unstable_step,
-                    "allow: take steps that are unstable for certain, and say so in the record")
-        ->check(CLI::IsMember({"refuse", "allow"}))
+                    "Steps that are unstable for certain: refuse them; substep: take as many sub-steps as are stable "
+                    "instead; allow: take them. The record says so")
+        ->check(CLI::IsMember({"refuse", "substep", "allow"}))
         ->capture_default_str();
     line.on(sub, run_options, run);
 

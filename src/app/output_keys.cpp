@@ -18,7 +18,9 @@ constexpr auto keys = std::to_array<OutputKey>({
     {"run", "outcome", "text", "how the run ended: ok, unsupported, threw, not_finite, unstable, timed_out, crashed"},
     {"run", "message", "text", "one sentence when the outcome is not ok"},
     {"run", "unstable_step", "text",
-     "only present where steps that are unstable for certain were taken by --unstable-step allow: why they are"},
+     "only present where --unstable-step substep or allow acted: the sub-steps taken instead, and why the steps asked "
+     "for are "
+     "unstable for certain"},
     {"run", "rows[].tick", "count", "number of the tick, from 1; a tick that a run failed in may have no row"},
     {"run", "rows[].time", "s", "of the frame after the step"},
     {"run", "rows[].reach", "m",

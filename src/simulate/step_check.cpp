@@ -50,9 +50,12 @@ bool holds_new_hand(const Scene& scene, Index body) {
     return true;
 }
 
+/// 5 % below the limit.
+double substeps_of(const Scene& scene, const HandStep& hand) { return std::ceil(1.05 * scene.dt / hand.stable_step); }
+
 std::string why_hand_unstable(const Scene& scene, const StepCheck& check, const HandStep& hand) {
     const OperatorModel& model = scene.bodies[at(hand.body)].motion->hand;
-    const double needed = std::ceil(1.05 * scene.dt / hand.stable_step);
+    const double needed = substeps_of(scene, hand);
     std::string remedy = hand.most_stiffness > 0.0 ? fmt::format("hand_stiffness below {:.3g} N/m", hand.most_stiffness)
                                                    : fmt::format("less damping");
     if (scene.has_tissue() && needed <= most_substeps) remedy += fmt::format(", {:.0f} sub-steps", needed);
@@ -125,6 +128,17 @@ std::string why_unstable(const Scene& scene, const StepCheck& check) {
         milliseconds(scene.dt / tissue.substeps), milliseconds(tissue.unstable_step), milliseconds(tissue.stable_step),
         milliseconds(tissue.stable_step_undamped), deciding_place(scene, tissue, scene.first.position),
         step_remedy(scene, tissue));
+}
+
+int stable_substeps(const Scene& scene, const StepCheck& check) {
+    double needed = check.substeps;
+    if (check.tissue.surely_unstable(scene.dt)) {
+        needed = std::max(needed, static_cast<double>(check.tissue.substeps_stable));
+    }
+    for (const HandStep& hand : check.hands) {
+        if (hand.unstable) needed = std::max(needed, substeps_of(scene, hand));
+    }
+    return needed <= most_substeps && scene.has_tissue() ? static_cast<int>(needed) : 0;
 }
 
 std::string cost_note(const Scene& scene, const StepCheck& check) {

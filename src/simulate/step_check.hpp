@@ -40,6 +40,10 @@ std::string deciding_place(const Scene& scene, const StepEstimate& estimate, con
 /// One line that says what is unstable, where, and what helps; empty where nothing is for certain.
 std::string why_unstable(const Scene& scene, const StepCheck& check);
 
+/// Fewest sub-steps a tick with which nothing of the check is unstable, tissue stable for certain; 0 where no number
+/// that a scene may ask for is enough.
+int stable_substeps(const Scene& scene, const StepCheck& check);
+
 /// One line for scenes that take more than four sub-steps a tick, or fewer than are stable for certain; else empty.
 std::string cost_note(const Scene& scene, const StepCheck& check);
 

@@ -125,12 +125,22 @@ TEST_F(StepCheckRun, TheProgramRefusesWithOneLineAndTakesItByAnExplicitChoice) {
     const test::ProgramResult allowed = run_program("run " + file + " --unstable-step allow --ticks 3 --json");
     EXPECT_TRUE(Json::parse(allowed.out).contains("unstable_step")) << allowed.err;
     EXPECT_EQ(run_program("run " + file + " --unstable-step perhaps").status, 2);
+    const test::ProgramResult stepped = run_program("run " + file + " --unstable-step substep --ticks 20 --json");
+    EXPECT_EQ(stepped.status, 0) << stepped.err;
+    const Json run = Json::parse(stepped.out);
+    EXPECT_EQ(run.at("outcome"), "ok");
+    EXPECT_TRUE(run.contains("unstable_step"));
     const test::ProgramResult explained = run_program("run " + file + " --explain-step --json");
     EXPECT_EQ(explained.status, 0) << explained.err;
     const Json told = Json::parse(explained.out);
     EXPECT_EQ(told.at("verdict"), "unstable");
     EXPECT_LT(told.at("tissue").at("stable_step").get<double>(), told.at("tissue").at("unstable_step").get<double>());
     EXPECT_EQ(told.at("tissue").at("spring_evaluations"), told.at("tissue").at("springs"));
+    // As few as are stable for certain.
+    const double taken = run.at("summary").at("substeps").get<double>();
+    const double dt = 0.001;
+    EXPECT_LE(dt / taken, told.at("tissue").at("stable_step").get<double>());
+    EXPECT_GT(dt / (taken - 1.0), told.at("tissue").at("stable_step").get<double>());
 }
 
 TEST_F(StepCheckRun, MoreThanFourSubStepsAreToldBeforeTheRun) {
