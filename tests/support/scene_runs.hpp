@@ -11,7 +11,7 @@ namespace trocar::test {
 
 /// With the fast detector; the depth is measured on every `truth_stride`-th tick. `ticks`: 0 = as the scene says.
 inline Record run_scene_with(const Scene& scene, const std::string& response, std::int64_t truth_stride = 1,
-                             std::int64_t ticks = 0, const RunLimits& limits = {}) {
+                             std::int64_t ticks = 0, const RunLimits& limits = {}, const std::string& stepper = {}) {
     RunSpec spec;
     spec.mode = "closed_loop";
     spec.detector = "ohc_clustered";
@@ -19,6 +19,7 @@ inline Record run_scene_with(const Scene& scene, const std::string& response, st
     spec.contacts = registry().response(parse_method(response).name).sources.front();
     spec.ticks = ticks;
     spec.truth_stride = truth_stride;
+    spec.stepper = stepper;
     return run_closed_loop(scene, spec, limits);
 }
 
