@@ -5,6 +5,7 @@
 #   ./run.sh --rivals [command …]         the same with the optional rival libraries installed and built
 #   ./run.sh bench detection [--quick]    all detectors and rivals side by side; rebuilds reports/detection
 #                                         (--quick: under 10 minutes; with other options only build/reports/detection)
+#   ./run.sh bench far_field              a stepper that moves a part of the tissue against one that moves all of it
 set -euo pipefail
 caller=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")"

@@ -11,7 +11,10 @@
 #include <vector>
 
 #include "bench_report.hpp"
+#include "far_field.hpp"
 #include "geometry/input_error.hpp"
+#include "geometry/whole_file.hpp"
+#include "measure/environment.hpp"
 #include "session.hpp"
 
 namespace {
@@ -81,6 +84,33 @@ int detection(const Options& options) {
     return tell(report, options.publish ? options.published : options.output);
 }
 
+struct FarFieldOptions {
+    std::filesystem::path output = "build/reports/far_field";
+    std::vector<std::int64_t> triangles{20000, 200000};
+    std::string stepper = "regional";
+    std::string whole = "implicit";
+    std::int64_t ticks = 2500;
+    bool publish = false;
+};
+
+int far_field(const FarFieldOptions& options) {
+    std::vector<FarFieldRun> runs;
+    for (const std::int64_t triangles : options.triangles) {
+        fmt::print(stderr, "trocar_bench: {} triangles, {} ticks\n", triangles, options.ticks);
+        runs.push_back(run_far_field(triangles, options.stepper, options.whole, options.ticks));
+    }
+    for (const std::filesystem::path& folder :
+         options.publish ? std::vector{options.output, std::filesystem::path("reports/far_field")}
+                         : std::vector{options.output}) {
+        std::filesystem::create_directories(folder / "charts");
+        for (const auto& [name, content] : far_field_report(runs, trocar::environment())) {
+            trocar::write_whole(folder / name, content);
+        }
+        fmt::print("Report: {}\n", (folder / "report.html").string());
+    }
+    return done;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -99,6 +129,18 @@ int main(int argc, char** argv) {
     run->add_option("--child-cell", options.child_cell)->group("");
     run->add_option("--child-output", options.child_output)->group("");
     run->add_option("--without", options.without)->group("");
+    FarFieldOptions far;
+    CLI::App* field =
+        app.add_subcommand("far_field", "Hold a stepper against one that moves the whole tissue, in step");
+    field->add_option("--triangles", far.triangles, "Of the sheet, one run for each")
+        ->delimiter(',')
+        ->check(CLI::Range(200, 4000000))
+        ->capture_default_str();
+    field->add_option("--stepper", far.stepper, "NAME[:key=value,...] under test")->capture_default_str();
+    field->add_option("--whole", far.whole, "NAME[:key=value,...] that it is held against")->capture_default_str();
+    field->add_option("--ticks", far.ticks, "Of each run")->check(CLI::Range(1, 1000000))->capture_default_str();
+    field->add_option("--output", far.output, "Folder for the report")->capture_default_str();
+    field->add_flag("--publish", far.publish, "Write it to reports/far_field as well");
     CLI::App* report = app.add_subcommand("report", "Rebuild a report from its stored records, byte for byte");
     report->add_option("directory", options.directory, "Folder that holds records.jsonl")->required();
     try {
@@ -110,6 +152,7 @@ int main(int argc, char** argv) {
         return bad_input;
     }
     try {
+        if (field->parsed()) return far_field(far);
         if (report->parsed()) return tell(write_report(options.directory), options.directory);
         return detection(options);
     } catch (const trocar::InputError& error) {
