@@ -144,6 +144,11 @@ RegionTissue::RegionTissue(MovingTissue& tissue, const Matrix3X& rest, std::size
         level.velocity.setZero(4, &level == &levels_.front() ? 0 : columns);
         level.force.setZero(4, columns);
     }
+    std::uint32_t most_springs = 0;
+    for (std::size_t v = 0; v < levels_.front().size(); ++v) {
+        most_springs = std::max(most_springs, levels_.front().first_edge[v + 1] - levels_.front().first_edge[v]);
+    }
+    around_.reserve(most_springs);
     pull_.setZero(4, static_cast<Eigen::Index>(levels_.front().i.size()));
 }
 

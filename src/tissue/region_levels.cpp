@@ -30,6 +30,12 @@ struct Shares {
     }
 };
 
+Matrix3 full(const SymmetricBlock& block) {
+    Matrix3 result;
+    result << block[0], block[1], block[2], block[1], block[3], block[4], block[2], block[4], block[5];
+    return result;
+}
+
 Eigen::Vector4d multiply(const SymmetricBlock& block, const Eigen::Vector4d& by) {
     return {block[0] * by[0] + block[1] * by[1] + block[2] * by[2],
             block[1] * by[0] + block[3] * by[1] + block[4] * by[2],
@@ -70,7 +76,10 @@ void RegionTissue::refresh(std::size_t level, Index node) {
         fine.velocity.col(node) = velocity;
         return;
     }
-    tissue_->state().position.col(node) = anchor_.col(node) + displacement;
+    auto place = tissue_->state().position.col(node);
+    const Eigen::Vector4d now = anchor_.col(node) + displacement;
+    furthest_ = std::max(furthest_, (now - place).norm());
+    place = now;
     tissue_->state().velocity.col(node) = velocity;
 }
 
@@ -166,11 +175,11 @@ void RegionTissue::add_momentum(std::size_t level, Index node, const Eigen::Vect
 }
 
 /// What a spring that sleeps pulls from now on is what it pulls where the state stands.
-void RegionTissue::take_pull(std::uint32_t spring) {
+void RegionTissue::take_pull(std::uint32_t spring, const SymmetricBlock& stiffness) {
     const RegionLevel& vertices = levels_[0];
     const Eigen::Vector4d apart =
         vertices.displacement.col(vertices.j[spring]) - vertices.displacement.col(vertices.i[spring]);
-    const Eigen::Vector4d now = pull(spring) - multiply(stiffness_of(0, spring), apart);
+    const Eigen::Vector4d now = pull(spring) - multiply(stiffness, apart);
     add_pull(spring, now - pull_.col(spring));
     pull_.col(spring) = now;
 }
@@ -244,10 +253,11 @@ void RegionTissue::sleep(std::size_t level, Index node) {
         const std::uint32_t edge = fine.edge_at[e];
         const Index other = fine.other_end(edge, node);
         if (fine.awake[at(other)] != 0) continue;
-        add_edge(level, edge, stiffness_of(level, edge), damping_of(level, edge), 1.0);
+        const SymmetricBlock stiffness = stiffness_of(level, edge);
+        add_edge(level, edge, stiffness, damping_of(level, edge), 1.0);
         if (level > 0) continue;
         refresh(0, other);
-        take_pull(edge);
+        take_pull(edge, stiffness);
     }
     if (level > 0) carry_jump(level, node, jump);
     changed_ = true;
@@ -285,32 +295,39 @@ double RegionTissue::visit(Index vertex) {
     const SpringArrays& springs = tissue_->spring_arrays();
     refresh(0, vertex);
     Eigen::Vector4d force = vertices.force.col(vertex);
-    Matrix3 block = Matrix3::Zero();
+    SymmetricBlock block{};
     double stretch = 0.0;
+    around_.clear();
     for (std::uint32_t e = vertices.first_edge[at(vertex)]; e < vertices.first_edge[at(vertex) + 1]; ++e) {
         const std::uint32_t spring = vertices.edge_at[e];
         refresh(0, vertices.other_end(spring, vertex));
-        const Eigen::Vector4d pulled = pull(spring);
-        force += springs.i[spring] == vertex ? pulled : Eigen::Vector4d(-pulled);
-        const SymmetricBlock own = stiffness_of(0, spring);
-        Matrix3 full;
-        full << own[0], own[1], own[2], own[1], own[3], own[4], own[2], own[4], own[5];
-        block += full;
-        const double length =
-            (state.position.col(springs.j[spring]) - state.position.col(springs.i[spring])).head<3>().norm();
+        const Eigen::Vector4d way = state.position.col(springs.j[spring]) - state.position.col(springs.i[spring]);
+        const double length = way.norm();
         stretch = std::max(stretch, length * springs.inverse_rest[spring]);
+        const double per_length = length == 0.0 ? 0.0 : springs.k[spring] + springs.offset[spring] / length;
+        force += (springs.i[spring] == vertex ? per_length : -per_length) * way;
+        around_.push_back(stiffness_of(0, spring));
+        for (std::size_t n = 0; n < 6; ++n) block[n] += around_.back()[n];
     }
     constexpr double damped = 0.5;
-    if (block.determinant() > 0.0) {
-        const Vector3 way = damped * block.inverse() * force.head<3>();
+    const Matrix3 whole = full(block);
+    if (whole.determinant() > 0.0) {
+        const Vector3 way = damped * whole.inverse() * force.head<3>();
         anchor_.col(vertex).head<3>() += way;
         state.position.col(vertex).head<3>() += way;
+        relaxed_ = std::max(relaxed_, way.norm());
     }
-    for (std::uint32_t e = vertices.first_edge[at(vertex)]; e < vertices.first_edge[at(vertex) + 1]; ++e) {
-        const std::uint32_t spring = vertices.edge_at[e];
-        if (vertices.awake[at(vertices.other_end(spring, vertex))] == 0) take_pull(spring);
+    for (std::size_t n = 0; n < around_.size(); ++n) {
+        const std::uint32_t spring = vertices.edge_at[vertices.first_edge[at(vertex)] + n];
+        if (vertices.awake[at(vertices.other_end(spring, vertex))] == 0) take_pull(spring, around_[n]);
     }
     return stretch;
+}
+
+double RegionTissue::take_way() {
+    const double way = way_ + furthest_ + relaxed_;
+    way_ = furthest_ = relaxed_ = 0.0;
+    return way;
 }
 
 void RegionTissue::start() {

@@ -61,7 +61,13 @@ public:
     /// Everything sleeps, at the places of the state and at rest.
     void start();
     /// A new moment: what sleeps is no longer up to date.
-    void next_moment() { ++moment_; }
+    void next_moment() {
+        ++moment_;
+        way_ += furthest_;
+        furthest_ = 0.0;
+    }
+    /// m, no vertex that sleeps has been put further from its place since the last call.
+    double take_way();
     /// Brings a node that sleeps up to date, and what it moves with.
     void refresh(std::size_t level, Index node);
     /// Neither changes a place; momentum goes to the nodes that the node moves with from now on.
@@ -97,7 +103,7 @@ private:
     void add_momentum(std::size_t level, Index node, const Eigen::Vector4d& momentum);
     /// The displacement of a node that sleeps has jumped; the vertices stay where they are.
     void carry_jump(std::size_t level, Index node, const Eigen::Vector4d& jump);
-    void take_pull(std::uint32_t spring);
+    void take_pull(std::uint32_t spring, const SymmetricBlock& stiffness);
 
     MovingTissue* tissue_;
     std::vector<RegionLevel> levels_;
@@ -105,6 +111,10 @@ private:
     Matrix4X pull_;    ///< N, per spring on its i: at displacement 0, by the stiffness at rest; of springs that sleep
     std::int64_t moment_ = 0;
     Index pieces_ = 0;
+    double furthest_ = 0.0;               ///< m, in this moment
+    double way_ = 0.0;                    ///< m, in those before
+    double relaxed_ = 0.0;                ///< m, furthest that a visit has moved a vertex
+    std::vector<SymmetricBlock> around_;  ///< N/m, of the springs of the vertex that is visited
     bool changed_ = true;
 };
 

@@ -63,8 +63,13 @@ public:
         if (!region_) build(from);
         TissueState& state = tissue_->state();
         const bool ours = is_ours(from);
-        tissue_->take_over(effect, from);
-        if (!ours) begin_anew(from);
+        if (ours) {
+            tissue_->take_effect(effect, from);
+        } else {
+            tissue_->take_over(effect, from);
+            begin_anew(from);
+        }
+        region_->take_way();
         gather_seeds(effect);
         choose_region();
         contacts_->collect(effect, from, state);
@@ -85,7 +90,7 @@ public:
             is_known_ = false;
             return outcome;
         }
-        largest_move_ = tissue_->longest_way(from.position);
+        largest_move_ = std::max(longest_way(from), region_->take_way());
         tissue_->give_back(effect, from, to);
         contacts_->react(reaction);
         ++tick_;
@@ -181,7 +186,7 @@ private:
             state.position.col(local).head<3>() = placement.position;
             state.velocity.col(local).head<3>() = placement.velocity;
         }
-        for (Index v = 0; v < effect.held_force.cols(); ++v) {
+        for (Index v = 0; tissue_->is_pushed() && v < effect.held_force.cols(); ++v) {
             if (!effect.held_force.col(v).isZero(0.0)) take(v);
         }
     }
@@ -252,11 +257,11 @@ private:
         }
     }
 
-    /// A slice of the vertices that sleep: two thirds are put where they are by now, a third is looked at closely.
+    /// A slice of the vertices that sleep: most are put where they are by now, a tenth is looked at closely.
     void follow_slice() {
         const std::size_t count = tissue_->state().size();
         const std::size_t most = std::min(settings_.visits, count / settings_.slices);
-        const std::size_t close = most / 3;
+        const std::size_t close = std::max<std::size_t>(1, most / 10);
         const auto next = [count](std::size_t& cursor) {
             const auto vertex = static_cast<Index>(cursor);
             cursor = cursor + 1 == count ? 0 : cursor + 1;
@@ -269,6 +274,17 @@ private:
             last_far_stretch_ = far_stretch_;
             far_stretch_ = 0.0;
         }
+    }
+
+    /// m, of the vertices that are awake.
+    [[nodiscard]] double longest_way(const Frame& from) const {
+        const TissueState& state = tissue_->state();
+        double square = 0.0;
+        for (const Index local : region_->levels()[0].awake_nodes) {
+            const Vector3 way = state.position.col(local).head<3>() - from.position.col(state.vertex[at(local)]);
+            square = std::max(square, way.squaredNorm());
+        }
+        return std::sqrt(square);
     }
 
     /// Strain limit (METHODS §4) on what is awake, and the strain that is left.
