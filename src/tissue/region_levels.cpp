@@ -80,6 +80,7 @@ void RegionTissue::refresh(std::size_t level, Index node) {
     const Eigen::Vector4d now = anchor_.col(node) + displacement;
     furthest_ = std::max(furthest_, (now - place).norm());
     place = now;
+    ++put_;
     tissue_->state().velocity.col(node) = velocity;
 }
 

@@ -65,7 +65,10 @@ public:
         ++moment_;
         way_ += furthest_;
         furthest_ = 0.0;
+        put_ = 0;
     }
+    /// Vertices that have been put to new places in this moment.
+    [[nodiscard]] std::size_t put() const { return put_; }
     /// m, no vertex that sleeps has been put further from its place since the last call.
     double take_way();
     /// Brings a node that sleeps up to date, and what it moves with.
@@ -111,6 +114,7 @@ private:
     Matrix4X pull_;    ///< N, per spring on its i: at displacement 0, by the stiffness at rest; of springs that sleep
     std::int64_t moment_ = 0;
     Index pieces_ = 0;
+    std::size_t put_ = 0;
     double furthest_ = 0.0;               ///< m, in this moment
     double way_ = 0.0;                    ///< m, in those before
     double relaxed_ = 0.0;                ///< m, furthest that a visit has moved a vertex

@@ -267,13 +267,16 @@ private:
             cursor = cursor + 1 == count ? 0 : cursor + 1;
             return vertex;
         };
-        for (std::size_t n = close; n < most; ++n) region_->refresh(0, next(shown_));
-        for (std::size_t n = 0; n < close; ++n) {
+        const std::size_t before = region_->put();  // beside what is awake
+        const auto left = [&](std::size_t of) { return region_->put() - before < of; };
+        // A close look puts the vertices around where they are, too.
+        for (std::size_t n = 0; n < close && left(most / 2); ++n) {
             far_stretch_ = std::max(far_stretch_, region_->visit(next(visited_)));
             if (visited_ != 0) continue;
             last_far_stretch_ = far_stretch_;
             far_stretch_ = 0.0;
         }
+        for (std::size_t n = 0; n < most && left(most); ++n) region_->refresh(0, next(shown_));
     }
 
     /// m, of the vertices that are awake.
