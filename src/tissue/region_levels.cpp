@@ -261,6 +261,7 @@ void RegionTissue::sleep(std::size_t level, Index node) {
         take_pull(edge, stiffness);
     }
     if (level > 0) carry_jump(level, node, jump);
+    ++moment_;  // other nodes have taken the momentum: what moves with them is no longer up to date
     changed_ = true;
 }
 

@@ -17,8 +17,8 @@ namespace {
 
 constexpr double dt = 1e-3;      // s
 constexpr double radius = 0.05;  // m
-constexpr double edge = 0.0015;  // m
-constexpr double mass = 3.1e-6;  // kg, 3 mm of tissue at that edge
+constexpr double edge = 0.002;   // m
+constexpr double mass = 1.1e-5;  // kg, 3 mm of tissue at that edge
 constexpr double tool = 0.004;   // m, radius
 
 using Settings = std::map<std::string, std::string>;
@@ -59,11 +59,11 @@ struct Press {
             if (s.materials.pinned[static_cast<std::size_t>(v)] != 0) continue;
             if ((rest - Vector3(along(tick), 0.0, 0.0)).norm() > tool) continue;
             const double gap = -depth(tick) - s.frame.position(2, v);
-            LinearContact contact = test::plane_contact(v, -Vector3::UnitZ(), gap, 80.0, 0.0);
+            LinearContact contact = test::plane_contact(v, -Vector3::UnitZ(), gap, 140.0, 0.0);
             contact.face_velocity = sinks;
             contact.reaction_body = 0;
             contact.friction = friction;
-            contact.tangent_k = friction > 0.0 ? 80.0 : 0.0;
+            contact.tangent_k = friction > 0.0 ? 140.0 : 0.0;
             contact.surface_velocity = Vector3(goes, 0.0, -sinks);
             if (friction > 0.0) contact.slip_key = v;
             effect.contacts.push_back(contact);
@@ -84,7 +84,7 @@ struct ForceError {
 };
 
 ForceError force_error(const Settings& settings, double friction, int ticks) {
-    Press whole("implicit", {{"tolerance", "1e-5"}});
+    Press whole("implicit", {{"tolerance", "1e-4"}});
     Press regional("regional", settings);
     whole.friction = regional.friction = friction;
     ForceError error;
@@ -206,25 +206,23 @@ TEST(Regional, MomentumIsWhatContactsGiveWhereNothingHolds) {
     test::TissueSample s = disc();
     s.materials.pinned.assign(s.materials.pinned.size(), 0);
     s.materials.drag.assign(s.materials.drag.size(), 0.0);
+    for (Spring& spring : s.materials.springs) spring.preload = 0.0;  // a rim that nothing holds would be drawn in
     const auto stepper = make_stepper("regional", with("0.02"));
     stepper->prepare(s.topology, s.materials);
     Effect effect = test::empty_effect(s.topology);
     std::vector<Wrench> reaction(1);
     Vector3 given = Vector3::Zero();
-    const auto momentum = [&] {
-        Vector3 sum = Vector3::Zero();
-        for (Index v = 0; v < s.topology.vertex_count; ++v) sum += mass * s.frame.velocity.col(v);
-        return sum;
-    };
-    for (int tick = 0; tick < 200; ++tick) {
+    // What is far shows its velocity as the slices come by, so that the sum over a frame is complete when nothing swings
+    // any more: the steps themselves take every swing.
+    for (int tick = 0; tick < 3000; ++tick) {
         effect.clear();
-        if (tick < 100) effect.held_force(2, 0) = 0.01;
+        if (tick < 100) effect.held_force.col(0) = Vector3(0.002, 0.001, 0.0);
         given += dt * effect.held_force.rowwise().sum();
         ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
     }
-    // What is far shows its velocity as the slices come by: the sum is that of a tick not long ago.
-    EXPECT_NEAR(momentum().z(), given.z(), 0.02 * given.z());
-    EXPECT_GT(given.z(), 0.0);
+    Vector3 momentum = Vector3::Zero();
+    for (Index v = 0; v < s.topology.vertex_count; ++v) momentum += mass * s.frame.velocity.col(v);
+    EXPECT_LT((momentum - given).norm(), 1e-6 * given.norm()) << momentum.transpose();
 }
 
 TEST(Regional, TheSameEffectsEndOnTheSameBits) {
