@@ -108,16 +108,19 @@ void MovingTissue::each_placed(const Effect& effect, const Act& act) const {
     }
 }
 
-/// Takes over the frame with the effect's placements.
 void MovingTissue::take_over(const Effect& effect, const Frame& frame) {
-    const bool pushed = effect.held_force.cols() == frame.position.cols() && !all_zero(effect.held_force);
-    if (pushed || pushed_) set_constant_force(pushed ? &effect.held_force : nullptr);
-    pushed_ = pushed;
     for (const Range& range : state_.ranges) {
         const Index local = state_.place[at(range.first)];
         kernels_->take_over(frame.position, range, local, state_.position);
         kernels_->take_over(frame.velocity, range, local, state_.velocity);
     }
+    take_effect(effect, frame);
+}
+
+void MovingTissue::take_effect(const Effect& effect, const Frame& frame) {
+    const bool pushed = effect.held_force.cols() == frame.position.cols() && !all_zero(effect.held_force);
+    if (pushed || pushed_) set_constant_force(pushed ? &effect.held_force : nullptr);
+    pushed_ = pushed;
     each_placed(effect, [&](const Placement& placement) {
         const Index local = state_.place[at(placement.vertex)];
         state_.position.col(local).head<3>() = placement.position;

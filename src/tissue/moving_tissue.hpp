@@ -28,6 +28,8 @@ public:
 
     /// Takes over the frame with the effect's placements; the constant forces become rest bias and held forces.
     void take_over(const Effect& effect, const Frame& frame);
+    /// The same where the state already is the frame: placements and constant forces.
+    void take_effect(const Effect& effect, const Frame& frame);
     /// What kernels take as constant is so for one step: the forces of the shape come anew from where it begins.
     /// Nothing to do where the scene names none.
     void add_shape_force();
@@ -45,6 +47,8 @@ public:
     /// Named outcome of numbers that were not finite, or of a vertex further than all springs are long; `bound` (m): no
     /// coordinate has gone further since the tick began. Ok otherwise.
     [[nodiscard]] Outcome check(bool finite, double bound, const Effect& effect, const Frame& frame) const;
+    /// The last effect taken over held a force.
+    [[nodiscard]] bool is_pushed() const { return pushed_; }
     /// m, largest way of a vertex since then.
     [[nodiscard]] double longest_way(const Matrix3X& start) const;
     /// m, furthest way to where a vertex was put before the tick.

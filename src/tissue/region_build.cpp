@@ -1,0 +1,329 @@
+// How RegionTissue finds its levels: nodes of the next level by a greedy choice in balls, each node's three nodes to
+// move with as the Delaunay triangle that has it, and the stiffness by projection.
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <span>
+#include <utility>
+
+#include "tissue/region_levels.hpp"
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+constexpr double coarsening = 3.2;  // spacing of a level over that of the one before
+constexpr std::size_t most_candidates = 10;
+
+void list_edges(RegionLevel& level) {
+    level.first_edge.assign(level.size() + 1, 0);
+    for (const std::vector<Index>* ends : {&level.i, &level.j}) {
+        for (const Index node : *ends) ++level.first_edge[at(node) + 1];
+    }
+    std::partial_sum(level.first_edge.begin(), level.first_edge.end(), level.first_edge.begin());
+    level.edge_at.resize(2 * level.i.size());
+    std::vector<std::uint32_t> next = level.first_edge;
+    for (std::uint32_t e = 0; e < level.i.size(); ++e) {
+        level.edge_at[next[at(level.i[e])]++] = e;
+        level.edge_at[next[at(level.j[e])]++] = e;
+    }
+}
+
+/// Nodes that a walk along edges reaches without leaving a ball.
+class Walk {
+public:
+    explicit Walk(const RegionLevel& level) : level_(&level), seen_(level.size(), 0) {}
+
+    std::span<const Index> ball(Index from, double radius) {
+        ++walk_;
+        reached_.assign(1, from);
+        seen_[at(from)] = walk_;
+        for (std::size_t n = 0; n < reached_.size(); ++n) {
+            const Index node = reached_[n];
+            for (std::uint32_t e = level_->first_edge[at(node)]; e < level_->first_edge[at(node) + 1]; ++e) {
+                const Index other = level_->other_end(level_->edge_at[e], node);
+                if (seen_[at(other)] == walk_) continue;
+                seen_[at(other)] = walk_;
+                if ((level_->rest[at(other)] - level_->rest[at(from)]).squaredNorm() < radius * radius) {
+                    reached_.push_back(other);
+                }
+            }
+        }
+        return reached_;
+    }
+
+private:
+    const RegionLevel* level_;
+    std::vector<std::int64_t> seen_;
+    std::vector<Index> reached_;
+    std::int64_t walk_ = 0;
+};
+
+/// Three of the candidates (squared distance, node) and shares of 1 in each such that a linear field is met: of all
+/// triangles around the node, seen along the normal of the candidates, the one of least weighted squared distance,
+/// which is Delaunay's. Without a triangle the nearest point of an edge between two of them.
+void share_out(const RegionLevel& coarse, const Vector3& place, std::span<const std::pair<double, Index>> candidates,
+               std::array<Index, 3>& parent, std::array<double, 3>& share) {
+    parent.fill(candidates.front().second);
+    share = {1.0, 0.0, 0.0};
+    if (candidates.size() == 1 || candidates.front().first == 0.0) return;
+    const std::size_t count = candidates.size();
+    Matrix3 spread = Matrix3::Zero();
+    for (const auto& [square, node] : candidates) {
+        const Vector3 way = coarse.rest[at(node)] - place;
+        spread += way * way.transpose();
+    }
+    const Eigen::SelfAdjointEigenSolver<Matrix3> axes(spread);
+    const Vector3 first = axes.eigenvectors().col(2);
+    const Vector3 second = axes.eigenvectors().col(1);
+    std::array<Eigen::Vector2d, most_candidates> flat;
+    for (std::size_t n = 0; n < count; ++n) {
+        const Vector3 way = coarse.rest[at(candidates[n].second)] - place;
+        flat[n] = {way.dot(first), way.dot(second)};
+    }
+    const auto cross = [&](std::size_t a, std::size_t b) {
+        return flat[a].x() * flat[b].y() - flat[a].y() * flat[b].x();
+    };
+    constexpr double rounding = 1e-9;
+    const double least_area = 1e-3 * candidates.back().first;
+    double best = std::numeric_limits<double>::infinity();
+    for (std::size_t a = 0; a < count; ++a) {
+        for (std::size_t b = a + 1; b < count; ++b) {
+            for (std::size_t c = b + 1; c < count; ++c) {
+                const double area = cross(b, c) + cross(c, a) + cross(a, b);
+                if (std::abs(area) < least_area) continue;
+                const std::array<double, 3> part{cross(b, c) / area, cross(c, a) / area, cross(a, b) / area};
+                if (std::min({part[0], part[1], part[2]}) < -rounding) continue;
+                const double cost =
+                    part[0] * candidates[a].first + part[1] * candidates[b].first + part[2] * candidates[c].first;
+                if (cost >= best * (1.0 - rounding)) continue;
+                best = cost;
+                parent = {candidates[a].second, candidates[b].second, candidates[c].second};
+                share = part;
+            }
+        }
+    }
+    if (best < std::numeric_limits<double>::infinity()) return;
+    for (std::size_t a = 0; a < count; ++a) {
+        for (std::size_t b = a + 1; b < count; ++b) {
+            const Vector3 along = coarse.rest[at(candidates[b].second)] - coarse.rest[at(candidates[a].second)];
+            const Vector3 way = place - coarse.rest[at(candidates[a].second)];
+            const double part = std::clamp(way.dot(along) / along.squaredNorm(), 0.0, 1.0);
+            const double cost = (way - part * along).squaredNorm();
+            if (cost >= best * (1.0 - rounding)) continue;
+            best = cost;
+            parent = {candidates[a].second, candidates[b].second, candidates[a].second};
+            share = {1.0 - part, part, 0.0};
+        }
+    }
+}
+
+}  // namespace
+
+RegionTissue::RegionTissue(MovingTissue& tissue, const Matrix3X& rest, std::size_t fewest) : tissue_(&tissue) {
+    build_vertices(rest);
+    std::size_t before = 0;
+    while (levels_.size() < 2 || (levels_.back().size() > fewest && levels_.back().size() != before)) {
+        before = levels_.back().size();
+        build_next();
+    }
+    for (RegionLevel& level : levels_) {
+        const bool last = &level == &levels_.back();
+        const auto columns = static_cast<Eigen::Index>(level.size());
+        level.whole_mass = level.mass;
+        level.awake.assign(level.size(), last ? 1 : 0);
+        level.awake_at.assign(level.size(), -1);
+        level.stamp.assign(level.size(), -1);
+        level.awake_nodes.reserve(level.size());
+        for (Index node = 0; last && at(node) < level.size(); ++node) {
+            if (level.fixed[at(node)] == 0) level.awake_nodes.push_back(node);
+        }
+        level.displacement.setZero(4, columns);
+        level.velocity.setZero(4, &level == &levels_.front() ? 0 : columns);
+        level.force.setZero(4, columns);
+    }
+    std::uint32_t most_springs = 0;
+    for (std::size_t v = 0; v < levels_.front().size(); ++v) {
+        most_springs = std::max(most_springs, levels_.front().first_edge[v + 1] - levels_.front().first_edge[v]);
+    }
+    around_.reserve(most_springs);
+    pull_.setZero(4, static_cast<Eigen::Index>(levels_.front().i.size()));
+}
+
+void RegionTissue::build_vertices(const Matrix3X& rest) {
+    RegionLevel& vertices = levels_.emplace_back();
+    const TissueState& state = tissue_->state();
+    const SpringArrays& springs = tissue_->spring_arrays();
+    vertices.i = springs.i;
+    vertices.j = springs.j;
+    std::vector<double> lengths(state.size(), 0.0);
+    std::vector<int> counts(state.size(), 0);
+    for (std::size_t v = 0; v < state.size(); ++v) {
+        const bool moves = state.inverse_mass[v] != 0.0;
+        vertices.rest.push_back(rest.col(state.vertex[v]));
+        vertices.fixed.push_back(moves ? 0 : 1);
+        vertices.mass.push_back(moves ? 1.0 / state.inverse_mass[v] : 0.0);
+        vertices.drag.push_back(moves ? state.drag[v] : 0.0);
+    }
+    for (std::size_t s = 0; s < springs.size(); ++s) {
+        const double length = (vertices.rest[at(springs.i[s])] - vertices.rest[at(springs.j[s])]).norm();
+        for (const Index end : {springs.i[s], springs.j[s]}) {
+            lengths[at(end)] += length;
+            ++counts[at(end)];
+        }
+    }
+    for (std::size_t v = 0; v < state.size(); ++v)
+        vertices.spacing.push_back(counts[v] > 0 ? lengths[v] / counts[v] : 0.0);
+    list_edges(vertices);
+    mark_pieces();
+}
+
+/// Pieces of tissue that nothing holds get a number each.
+void RegionTissue::mark_pieces() {
+    RegionLevel& vertices = levels_.front();
+    Walk walk(vertices);
+    constexpr Index unknown = -2;
+    vertices.piece.assign(vertices.size(), unknown);
+    for (Index v = 0; at(v) < vertices.size(); ++v) {
+        if (vertices.piece[at(v)] != unknown) continue;
+        const auto all = walk.ball(v, std::numeric_limits<double>::infinity());
+        const bool held =
+            std::any_of(all.begin(), all.end(), [&](Index node) { return vertices.fixed[at(node)] != 0; });
+        const Index piece = held ? -1 : pieces_++;
+        for (const Index node : all) vertices.piece[at(node)] = piece;
+    }
+}
+
+void RegionTissue::build_next() {
+    RegionLevel coarse;
+    RegionLevel& fine = levels_.back();
+    const std::vector<Index> chosen = choose(fine);
+    for (const Index node : chosen) {
+        coarse.rest.push_back(fine.rest[at(node)]);
+        coarse.spacing.push_back(coarsening * fine.spacing[at(node)]);
+        coarse.fixed.push_back(fine.fixed[at(node)]);
+        coarse.piece.push_back(fine.piece[at(node)]);
+    }
+    find_parents(fine, coarse, chosen);
+    project(fine, coarse);
+    levels_.push_back(std::move(coarse));
+}
+
+/// Nodes that lie apart by the next level's spacing; what is fixed first, so that an edge that is held stays so.
+std::vector<Index> RegionTissue::choose(const RegionLevel& fine) const {
+    std::vector<Index> chosen;
+    std::vector<std::uint8_t> near(fine.size(), 0);
+    Walk walk(fine);
+    for (const int fixed : {1, 0}) {
+        for (Index node = 0; at(node) < fine.size(); ++node) {
+            if (fine.fixed[at(node)] != fixed || near[at(node)] != 0) continue;
+            chosen.push_back(node);
+            constexpr double overlap = 0.93;
+            for (const Index other : walk.ball(node, overlap * coarsening * fine.spacing[at(node)]))
+                near[at(other)] = 1;
+        }
+    }
+    return chosen;
+}
+
+void RegionTissue::find_parents(RegionLevel& fine, const RegionLevel& coarse, const std::vector<Index>& chosen) const {
+    std::vector<Index> number(fine.size(), -1);
+    for (std::size_t n = 0; n < chosen.size(); ++n) number[at(chosen[n])] = static_cast<Index>(n);
+    fine.parent.resize(fine.size());
+    fine.share.resize(fine.size());
+    Walk walk(fine);
+    std::vector<std::pair<double, Index>> candidates;
+    for (Index node = 0; at(node) < fine.size(); ++node) {
+        const bool fixed = fine.fixed[at(node)] != 0;
+        candidates.clear();
+        for (double radius = 2.0 * coarsening * fine.spacing[at(node)]; candidates.empty(); radius *= 2.0) {
+            for (const Index other : walk.ball(node, radius)) {
+                const Index near = number[at(other)];
+                if (near < 0 || (fixed && coarse.fixed[at(near)] == 0)) continue;
+                candidates.emplace_back((fine.rest[at(other)] - fine.rest[at(node)]).squaredNorm(), near);
+            }
+            if (radius == 0.0) radius = std::numeric_limits<double>::min();
+        }
+        std::sort(candidates.begin(), candidates.end());
+        candidates.resize(fixed ? 1 : std::min(candidates.size(), most_candidates));
+        share_out(coarse, fine.rest[at(node)], candidates, fine.parent[at(node)], fine.share[at(node)]);
+        // Shares that are nothing but rounding would tie a node to ones it has no part in.
+        constexpr double least = 1e-6;
+        double sum = 0.0;
+        for (double& share : fine.share[at(node)]) sum += share = share < least ? 0.0 : share;
+        for (double& share : fine.share[at(node)]) share /= sum;
+    }
+}
+
+/// Mass, drag, edges and their blocks of the next level.
+void RegionTissue::project(const RegionLevel& fine, RegionLevel& coarse) const {
+    const std::size_t count = coarse.rest.size();
+    const std::size_t level = levels_.size() - 1;
+    coarse.mass.assign(count, 0.0);
+    coarse.drag.assign(count, 0.0);
+    coarse.first_child.assign(count + 1, 0);
+    const auto each_share = [&](const auto& act) {
+        for (Index node = 0; at(node) < fine.size(); ++node) {
+            for (std::size_t n = 0; n < 3; ++n) {
+                if (fine.share[at(node)][n] != 0.0) act(node, fine.parent[at(node)][n], fine.share[at(node)][n]);
+            }
+        }
+    };
+    each_share([&](Index node, Index parent, double share) {
+        coarse.mass[at(parent)] += share * fine.mass[at(node)];
+        coarse.drag[at(parent)] += share * fine.drag[at(node)];
+        ++coarse.first_child[at(parent) + 1];
+    });
+    std::partial_sum(coarse.first_child.begin(), coarse.first_child.end(), coarse.first_child.begin());
+    coarse.children.resize(coarse.first_child.back());
+    std::vector<std::uint32_t> next = coarse.first_child;
+    each_share([&](Index node, Index parent, double share) { coarse.children[next[at(parent)]++] = {node, share}; });
+
+    std::vector<std::vector<std::pair<Index, std::uint32_t>>> rows(count);  // edges by their first end
+    for (std::uint32_t edge = 0; edge < fine.i.size(); ++edge) {
+        const SymmetricBlock stiffness = stiffness_of(level, edge);
+        const SymmetricBlock damping = damping_of(level, edge);
+        std::array<std::pair<Index, double>, 6> ends{};
+        std::size_t ends_count = 0;
+        for (const auto& [node, sign] : {std::pair{fine.i[edge], 1.0}, std::pair{fine.j[edge], -1.0}}) {
+            for (std::size_t n = 0; n < 3; ++n) {
+                const double share = sign * fine.share[at(node)][n];
+                if (share == 0.0) continue;
+                const Index parent = fine.parent[at(node)][n];
+                const auto same = std::find_if(ends.begin(), ends.begin() + static_cast<std::ptrdiff_t>(ends_count),
+                                               [&](const auto& end) { return end.first == parent; });
+                if (same == ends.begin() + static_cast<std::ptrdiff_t>(ends_count)) {
+                    ends[ends_count++] = {parent, share};
+                } else {
+                    same->second += share;
+                }
+            }
+        }
+        for (std::size_t a = 0; a < ends_count; ++a) {
+            for (std::size_t b = a + 1; b < ends_count; ++b) {
+                const auto [low, high] = std::minmax(ends[a].first, ends[b].first);
+                auto& row = rows[at(low)];
+                auto known =
+                    std::find_if(row.begin(), row.end(), [&](const auto& entry) { return entry.first == high; });
+                if (known == row.end()) {
+                    row.emplace_back(high, static_cast<std::uint32_t>(coarse.i.size()));
+                    known = row.end() - 1;
+                    coarse.i.push_back(low);
+                    coarse.j.push_back(high);
+                    coarse.stiffness.emplace_back();
+                    coarse.damping.emplace_back();
+                }
+                const double factor = -ends[a].second * ends[b].second;
+                for (std::size_t n = 0; n < 6; ++n) {
+                    coarse.stiffness[known->second][n] += factor * stiffness[n];
+                    coarse.damping[known->second][n] += factor * damping[n];
+                }
+            }
+        }
+    }
+    list_edges(coarse);
+}
+
+}  // namespace trocar

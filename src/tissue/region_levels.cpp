@@ -1,0 +1,384 @@
+#include "tissue/region_levels.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+/// Which coarse nodes an edge acts on, and by how much: its two ends' shares, those of the second end negative.
+struct Shares {
+    std::array<Index, 6> node{};
+    std::array<double, 6> factor{};
+    std::size_t count = 0;
+
+    Shares(const RegionLevel& level, std::uint32_t edge) {
+        for (std::size_t n = 0; n < 3; ++n) add(level.parent[at(level.i[edge])][n], level.share[at(level.i[edge])][n]);
+        for (std::size_t n = 0; n < 3; ++n) add(level.parent[at(level.j[edge])][n], -level.share[at(level.j[edge])][n]);
+    }
+    void add(Index to, double by) {
+        if (by == 0.0) return;
+        for (std::size_t n = 0; n < count; ++n) {
+            if (node[n] != to) continue;
+            factor[n] += by;
+            return;
+        }
+        node[count] = to;
+        factor[count++] = by;
+    }
+};
+
+Matrix3 full(const SymmetricBlock& block) {
+    Matrix3 result;
+    result << block[0], block[1], block[2], block[1], block[3], block[4], block[2], block[4], block[5];
+    return result;
+}
+
+Eigen::Vector4d multiply(const SymmetricBlock& block, const Eigen::Vector4d& by) {
+    return {block[0] * by[0] + block[1] * by[1] + block[2] * by[2],
+            block[1] * by[0] + block[3] * by[1] + block[4] * by[2],
+            block[2] * by[0] + block[4] * by[1] + block[5] * by[2], 0.0};
+}
+
+/// along u uᵀ + across (1 - u uᵀ).
+SymmetricBlock block_of(const Vector3& u, double along, double across) {
+    const double d = along - across;
+    return {d * u.x() * u.x() + across, d * u.x() * u.y(), d * u.x() * u.z(),
+            d * u.y() * u.y() + across, d * u.y() * u.z(), d * u.z() * u.z() + across};
+}
+
+std::uint32_t edge_between(const RegionLevel& level, Index a, Index b) {
+    std::uint32_t at_edge = level.first_edge[at(a)];
+    while (level.other_end(level.edge_at[at_edge], a) != b) ++at_edge;
+    return level.edge_at[at_edge];
+}
+
+}  // namespace
+
+void RegionTissue::refresh(std::size_t level, Index node) {
+    RegionLevel& fine = levels_[level];
+    if (fine.awake[at(node)] != 0 || fine.fixed[at(node)] != 0 || fine.stamp[at(node)] == moment_) return;
+    fine.stamp[at(node)] = moment_;
+    Eigen::Vector4d displacement = Eigen::Vector4d::Zero();
+    Eigen::Vector4d velocity = Eigen::Vector4d::Zero();
+    for (std::size_t n = 0; n < 3; ++n) {
+        const double share = fine.share[at(node)][n];
+        if (share == 0.0) continue;
+        const Index parent = fine.parent[at(node)][n];
+        refresh(level + 1, parent);
+        displacement += share * levels_[level + 1].displacement.col(parent);
+        velocity += share * levels_[level + 1].velocity.col(parent);
+    }
+    fine.displacement.col(node) = displacement;
+    if (level > 0) {
+        fine.velocity.col(node) = velocity;
+        return;
+    }
+    auto place = tissue_->state().position.col(node);
+    const Eigen::Vector4d now = anchor_.col(node) + displacement;
+    furthest_ = std::max(furthest_, (now - place).norm());
+    place = now;
+    ++put_;
+    tissue_->state().velocity.col(node) = velocity;
+}
+
+SymmetricBlock RegionTissue::stiffness_of(std::size_t level, std::uint32_t edge) const {
+    const RegionLevel& fine = levels_[level];
+    if (level > 0) return fine.stiffness[edge];
+    const SpringArrays& springs = tissue_->spring_arrays();
+    const Vector3 way = fine.rest[at(fine.j[edge])] - fine.rest[at(fine.i[edge])];
+    const double length = way.norm();
+    if (length == 0.0) return {};
+    const double tension = springs.k[edge] * length + springs.offset[edge];
+    return block_of(way / length, springs.k[edge], std::max(0.0, tension / length));
+}
+
+SymmetricBlock RegionTissue::damping_of(std::size_t level, std::uint32_t edge) const {
+    const RegionLevel& fine = levels_[level];
+    if (level > 0) return fine.damping[edge];
+    const Vector3 way = fine.rest[at(fine.j[edge])] - fine.rest[at(fine.i[edge])];
+    const double length = way.norm();
+    return length == 0.0 ? SymmetricBlock{} : block_of(way / length, tissue_->spring_arrays().damping[edge], 0.0);
+}
+
+/// Force of a spring on its i where the state stands.
+Eigen::Vector4d RegionTissue::pull(std::uint32_t spring) const {
+    const SpringArrays& springs = tissue_->spring_arrays();
+    const Matrix4X& position = tissue_->state().position;
+    const Eigen::Vector4d way = position.col(springs.j[spring]) - position.col(springs.i[spring]);
+    const double length = way.norm();
+    if (length == 0.0) return Eigen::Vector4d::Zero();
+    return (springs.k[spring] + springs.offset[spring] / length) * way;
+}
+
+/// What an edge whose ends both sleep is for the next level, and on from there.
+void RegionTissue::add_edge(std::size_t level, std::uint32_t edge, const SymmetricBlock& stiffness,
+                            const SymmetricBlock& damping, double sign) {
+    RegionLevel& coarse = levels_[level + 1];
+    const Shares shares(levels_[level], edge);
+    for (std::size_t a = 0; a < shares.count; ++a) {
+        for (std::size_t b = a + 1; b < shares.count; ++b) {
+            const double factor = -sign * shares.factor[a] * shares.factor[b];
+            const std::uint32_t into = edge_between(coarse, shares.node[a], shares.node[b]);
+            SymmetricBlock more{};
+            SymmetricBlock damped{};
+            for (std::size_t n = 0; n < 6; ++n) {
+                coarse.stiffness[into][n] += more[n] = factor * stiffness[n];
+                coarse.damping[into][n] += damped[n] = factor * damping[n];
+            }
+            if (coarse.awake[at(shares.node[a])] == 0 && coarse.awake[at(shares.node[b])] == 0) {
+                add_edge(level + 1, into, more, damped, 1.0);
+            }
+        }
+    }
+}
+
+void RegionTissue::add_mass(std::size_t level, Index node, double mass, double drag) {
+    RegionLevel& here = levels_[level];
+    here.mass[at(node)] += mass;
+    here.drag[at(node)] += drag;
+    if (here.awake[at(node)] != 0) return;
+    for (std::size_t n = 0; n < 3; ++n) {
+        const double share = here.share[at(node)][n];
+        if (share != 0.0) add_mass(level + 1, here.parent[at(node)][n], share * mass, share * drag);
+    }
+}
+
+void RegionTissue::add_force(std::size_t level, Index node, const Eigen::Vector4d& force) {
+    RegionLevel& here = levels_[level];
+    if (level > 0) here.force.col(node) += force;
+    if (level > 0 && here.awake[at(node)] != 0) return;
+    for (std::size_t n = 0; n < 3; ++n) {
+        const double share = here.share[at(node)][n];
+        if (share != 0.0) add_force(level + 1, here.parent[at(node)][n], share * force);
+    }
+}
+
+/// A spring whose ends both sleep pulls that much more.
+void RegionTissue::add_pull(std::uint32_t spring, const Eigen::Vector4d& pull) {
+    const Shares shares(levels_[0], spring);
+    for (std::size_t n = 0; n < shares.count; ++n) add_force(1, shares.node[n], shares.factor[n] * pull);
+}
+
+void RegionTissue::add_momentum(std::size_t level, Index node, const Eigen::Vector4d& momentum) {
+    RegionLevel& here = levels_[level];
+    if (here.fixed[at(node)] != 0) return;
+    if (here.awake[at(node)] != 0) {
+        here.velocity.col(node) += momentum / here.mass[at(node)];
+        return;
+    }
+    for (std::size_t n = 0; n < 3; ++n) {
+        const double share = here.share[at(node)][n];
+        if (share != 0.0) add_momentum(level + 1, here.parent[at(node)][n], share * momentum);
+    }
+}
+
+/// What a spring that sleeps pulls from now on is what it pulls where the state stands.
+void RegionTissue::take_pull(std::uint32_t spring, const SymmetricBlock& stiffness) {
+    const RegionLevel& vertices = levels_[0];
+    const Eigen::Vector4d apart =
+        vertices.displacement.col(vertices.j[spring]) - vertices.displacement.col(vertices.i[spring]);
+    const Eigen::Vector4d now = pull(spring) - multiply(stiffness, apart);
+    add_pull(spring, now - pull_.col(spring));
+    pull_.col(spring) = now;
+}
+
+void RegionTissue::wake(std::size_t level, Index node) {
+    RegionLevel& fine = levels_[level];
+    if (fine.awake[at(node)] != 0 || fine.fixed[at(node)] != 0) return;
+    refresh(level, node);
+    for (std::size_t n = 0; n < 3; ++n) {
+        const double share = fine.share[at(node)][n];
+        if (share == 0.0) continue;
+        const Index parent = fine.parent[at(node)][n];
+        add_mass(level + 1, parent, -share * fine.mass[at(node)], -share * fine.drag[at(node)]);
+        add_force(level + 1, parent, -share * fine.force.col(node));
+    }
+    for (std::uint32_t e = fine.first_edge[at(node)]; e < fine.first_edge[at(node) + 1]; ++e) {
+        const std::uint32_t edge = fine.edge_at[e];
+        if (fine.awake[at(fine.other_end(edge, node))] != 0) continue;
+        add_edge(level, edge, stiffness_of(level, edge), damping_of(level, edge), -1.0);
+        if (level > 0) continue;
+        add_pull(edge, -pull_.col(edge));
+        pull_.col(edge).setZero();
+    }
+    fine.awake[at(node)] = 1;
+    fine.awake_at[at(node)] = static_cast<Index>(fine.awake_nodes.size());
+    fine.awake_nodes.push_back(node);
+    changed_ = true;
+}
+
+void RegionTissue::sleep(std::size_t level, Index node) {
+    RegionLevel& fine = levels_[level];
+    if (fine.awake[at(node)] == 0 || level + 1 == levels_.size()) return;
+    TissueState& state = tissue_->state();
+    Eigen::Vector4d displacement = Eigen::Vector4d::Zero();
+    Eigen::Vector4d velocity = Eigen::Vector4d::Zero();
+    for (std::size_t n = 0; n < 3; ++n) {
+        const double share = fine.share[at(node)][n];
+        if (share == 0.0) continue;
+        const Index parent = fine.parent[at(node)][n];
+        refresh(level + 1, parent);
+        displacement += share * levels_[level + 1].displacement.col(parent);
+        velocity += share * levels_[level + 1].velocity.col(parent);
+    }
+    fine.awake[at(node)] = 0;
+    fine.stamp[at(node)] = moment_;
+    fine.awake_nodes[at(fine.awake_at[at(node)])] = fine.awake_nodes.back();
+    fine.awake_at[at(fine.awake_nodes.back())] = fine.awake_at[at(node)];
+    fine.awake_nodes.pop_back();
+    const Eigen::Vector4d own = level == 0 ? state.velocity.col(node) : fine.velocity.col(node);
+    const Eigen::Vector4d left = fine.mass[at(node)] * (own - velocity);
+    for (std::size_t n = 0; n < 3; ++n) {
+        const double share = fine.share[at(node)][n];
+        if (share == 0.0) continue;
+        const Index parent = fine.parent[at(node)][n];
+        add_mass(level + 1, parent, share * fine.mass[at(node)], share * fine.drag[at(node)]);
+        add_force(level + 1, parent, share * fine.force.col(node));
+    }
+    for (std::size_t n = 0; n < 3; ++n) {
+        const double share = fine.share[at(node)][n];
+        if (share != 0.0) add_momentum(level + 1, fine.parent[at(node)][n], share * left);
+    }
+    if (level == 0) {
+        anchor_.col(node) = state.position.col(node) - displacement;
+        state.velocity.col(node) = velocity;
+    } else {
+        fine.velocity.col(node) = velocity;
+    }
+    const Eigen::Vector4d jump = displacement - fine.displacement.col(node);
+    fine.displacement.col(node) = displacement;
+    for (std::uint32_t e = fine.first_edge[at(node)]; e < fine.first_edge[at(node) + 1]; ++e) {
+        const std::uint32_t edge = fine.edge_at[e];
+        const Index other = fine.other_end(edge, node);
+        if (fine.awake[at(other)] != 0) continue;
+        const SymmetricBlock stiffness = stiffness_of(level, edge);
+        add_edge(level, edge, stiffness, damping_of(level, edge), 1.0);
+        if (level > 0) continue;
+        refresh(0, other);
+        take_pull(edge, stiffness);
+    }
+    if (level > 0) carry_jump(level, node, jump);
+    ++moment_;  // other nodes have taken the momentum: what moves with them is no longer up to date
+    changed_ = true;
+}
+
+void RegionTissue::carry_jump(std::size_t level, Index node, const Eigen::Vector4d& jump) {
+    const RegionLevel& here = levels_[level];
+    RegionLevel& below = levels_[level - 1];
+    for (std::uint32_t c = here.first_child[at(node)]; c < here.first_child[at(node) + 1]; ++c) {
+        const Index child = here.children[c].node;
+        if (below.awake[at(child)] != 0 || below.fixed[at(child)] != 0) continue;
+        const Eigen::Vector4d by = here.children[c].share * jump;
+        if (level > 1) {
+            below.displacement.col(child) += by;
+            carry_jump(level - 1, child, by);
+            continue;
+        }
+        anchor_.col(child) -= by;
+        below.displacement.col(child) += by;
+        for (std::uint32_t e = below.first_edge[at(child)]; e < below.first_edge[at(child) + 1]; ++e) {
+            const std::uint32_t spring = below.edge_at[e];
+            if (below.awake[at(below.other_end(spring, child))] != 0) continue;
+            const double sign = below.j[spring] == child ? -1.0 : 1.0;
+            const Eigen::Vector4d more = sign * multiply(stiffness_of(0, spring), by);
+            pull_.col(spring) += more;
+            add_pull(spring, more);
+        }
+    }
+}
+
+double RegionTissue::visit(Index vertex) {
+    RegionLevel& vertices = levels_[0];
+    if (vertices.awake[at(vertex)] != 0 || vertices.fixed[at(vertex)] != 0) return 0.0;
+    TissueState& state = tissue_->state();
+    const SpringArrays& springs = tissue_->spring_arrays();
+    refresh(0, vertex);
+    Eigen::Vector4d force = vertices.force.col(vertex);
+    SymmetricBlock block{};
+    double stretch = 0.0;
+    around_.clear();
+    for (std::uint32_t e = vertices.first_edge[at(vertex)]; e < vertices.first_edge[at(vertex) + 1]; ++e) {
+        const std::uint32_t spring = vertices.edge_at[e];
+        refresh(0, vertices.other_end(spring, vertex));
+        const Eigen::Vector4d way = state.position.col(springs.j[spring]) - state.position.col(springs.i[spring]);
+        const double length = way.norm();
+        stretch = std::max(stretch, length * springs.inverse_rest[spring]);
+        const double per_length = length == 0.0 ? 0.0 : springs.k[spring] + springs.offset[spring] / length;
+        force += (springs.i[spring] == vertex ? per_length : -per_length) * way;
+        around_.push_back(stiffness_of(0, spring));
+        for (std::size_t n = 0; n < 6; ++n) block[n] += around_.back()[n];
+    }
+    constexpr double damped = 0.5;
+    const Matrix3 whole = full(block);
+    if (whole.determinant() > 0.0) {
+        const Vector3 way = damped * whole.inverse() * force.head<3>();
+        anchor_.col(vertex).head<3>() += way;
+        state.position.col(vertex).head<3>() += way;
+        relaxed_ = std::max(relaxed_, way.norm());
+    }
+    for (std::size_t n = 0; n < around_.size(); ++n) {
+        const std::uint32_t spring = vertices.edge_at[vertices.first_edge[at(vertex)] + n];
+        if (vertices.awake[at(vertices.other_end(spring, vertex))] == 0) take_pull(spring, around_[n]);
+    }
+    return stretch;
+}
+
+double RegionTissue::take_way() {
+    const double way = way_ + furthest_ + relaxed_;
+    way_ = furthest_ = relaxed_ = 0.0;
+    return way;
+}
+
+void RegionTissue::start() {
+    // Sleeping as sums: places and forces come anew.
+    for (std::size_t level = 0; level + 1 < levels_.size(); ++level) {
+        RegionLevel& here = levels_[level];
+        for (const Index node : here.awake_nodes) {
+            here.awake[at(node)] = 0;
+            for (std::size_t n = 0; n < 3; ++n) {
+                const double share = here.share[at(node)][n];
+                if (share == 0.0) continue;
+                add_mass(level + 1, here.parent[at(node)][n], share * here.mass[at(node)], share * here.drag[at(node)]);
+            }
+            for (std::uint32_t e = here.first_edge[at(node)]; e < here.first_edge[at(node) + 1]; ++e) {
+                const std::uint32_t edge = here.edge_at[e];
+                if (here.awake[at(here.other_end(edge, node))] != 0) continue;
+                add_edge(level, edge, stiffness_of(level, edge), damping_of(level, edge), 1.0);
+            }
+        }
+        here.awake_nodes.clear();
+    }
+    for (std::size_t level = 0; level < levels_.size(); ++level) {
+        RegionLevel& here = levels_[level];
+        here.displacement.setZero();
+        if (level == 0) continue;
+        here.velocity.setZero();
+        here.force.setZero();
+    }
+    ++moment_;
+    const TissueState& state = tissue_->state();
+    anchor_ = state.position;
+    levels_[0].force.setZero();
+    const Matrix3X& bias = tissue_->materials().rest_bias;
+    for (std::size_t v = 0; v < state.size(); ++v) {
+        const auto column = static_cast<Index>(v);
+        if (state.vertex[v] < bias.cols()) levels_[0].force.col(column).head<3>() = bias.col(state.vertex[v]);
+        add_force(0, column, levels_[0].force.col(column));
+    }
+    for (std::uint32_t s = 0; s < tissue_->spring_arrays().size(); ++s) {
+        pull_.col(s) = pull(s);
+        add_pull(s, pull_.col(s));
+    }
+    changed_ = true;
+}
+
+bool RegionTissue::take_changed() {
+    const bool changed = changed_;
+    changed_ = false;
+    return changed;
+}
+
+}  // namespace trocar

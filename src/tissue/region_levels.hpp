@@ -1,0 +1,125 @@
+// Tissue as nodes of several levels, for a stepper that integrates at full rate only what is near the tools. Level 0
+// are the vertices; a node of a higher level stands for those around it, and a node that is asleep moves as three nodes
+// of the next level do (linear between them). Stiffness, damping, mass and drag of what sleeps are those of its level
+// projected on the next (Galerkin; mass and drag lumped), so that a far field of a few hundred nodes is as stiff as the
+// vertices it stands for. What a spring far away pulls is exact when it was last looked at and linear since.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "tissue/moving_tissue.hpp"
+
+namespace trocar {
+
+/// A symmetric 3×3 matrix: xx, xy, xz, yy, yz, zz.
+using SymmetricBlock = std::array<double, 6>;
+
+struct RegionLevel {
+    struct Child {
+        Index node = -1;
+        double share = 0.0;
+    };
+    // Edges and what they are of the part that sleeps below; springs at level 0, where the blocks are not kept.
+    std::vector<Index> i, j;
+    std::vector<SymmetricBlock> stiffness;  ///< N/m
+    std::vector<SymmetricBlock> damping;    ///< N s/m
+    std::vector<std::uint32_t> first_edge;  ///< per node + 1, into `edge_at`
+    std::vector<std::uint32_t> edge_at;
+    // The way to the next level; empty at the last one.
+    std::vector<std::array<Index, 3>> parent;
+    std::vector<std::array<double, 3>> share;  ///< 0 for unused entries
+    std::vector<std::uint32_t> first_child;    ///< per node + 1, into `children`; empty at level 0
+    std::vector<Child> children;
+    // Per node.
+    std::vector<Vector3> rest;        ///< m
+    std::vector<double> spacing;      ///< m, to the nodes around
+    std::vector<double> mass;         ///< kg, of what sleeps below; level 0: of the vertex
+    std::vector<double> drag;         ///< kg/s, likewise
+    std::vector<double> whole_mass;   ///< kg, while all below sleeps
+    std::vector<std::uint8_t> fixed;  ///< never moves
+    std::vector<std::uint8_t> awake;  ///< moves by itself; at the last level all do
+    std::vector<Index> awake_nodes;   ///< those of them that are not fixed
+    std::vector<Index> awake_at;      ///< per node: position in awake_nodes
+    std::vector<Index> piece;         ///< connected piece of tissue that nothing holds; -1: held
+    std::vector<std::int64_t> stamp;  ///< when what sleeps was last brought up to date
+    Matrix4X displacement;            ///< m, since the start
+    Matrix4X velocity;                ///< m/s; of level 0 it is the state's
+    Matrix4X force;                   ///< N, of what sleeps below at displacement 0; level 0: rest bias
+
+    [[nodiscard]] std::size_t size() const { return mass.size(); }
+    [[nodiscard]] Index other_end(std::uint32_t edge, Index node) const { return i[edge] == node ? j[edge] : i[edge]; }
+};
+
+class RegionTissue {
+public:
+    /// Builds the levels from the rest positions (3×N, of the frame): each has about a tenth of the nodes of the one
+    /// before; the last one `fewest` or less. The tissue outlives the object.
+    RegionTissue(MovingTissue& tissue, const Matrix3X& rest, std::size_t fewest);
+
+    /// Everything sleeps, at the places of the state and at rest.
+    void start();
+    /// A new moment: what sleeps is no longer up to date.
+    void next_moment() {
+        ++moment_;
+        way_ += furthest_;
+        furthest_ = 0.0;
+        put_ = 0;
+    }
+    /// Vertices that have been put to new places in this moment.
+    [[nodiscard]] std::size_t put() const { return put_; }
+    /// m, no vertex that sleeps has been put further from its place since the last call.
+    double take_way();
+    /// Brings a node that sleeps up to date, and what it moves with.
+    void refresh(std::size_t level, Index node);
+    /// Neither changes a place; momentum goes to the nodes that the node moves with from now on.
+    void wake(std::size_t level, Index node);
+    void sleep(std::size_t level, Index node);
+    /// Looks at a vertex that sleeps: what its springs pull now, and a step of damped relaxation to where they balance,
+    /// so that what the nodes of the next level cannot do dies out. Gives the largest stretch of its springs.
+    double visit(Index vertex);
+
+    [[nodiscard]] std::vector<RegionLevel>& levels() { return levels_; }
+    [[nodiscard]] const std::vector<RegionLevel>& levels() const { return levels_; }
+    [[nodiscard]] Matrix4X& anchor() { return anchor_; }
+    [[nodiscard]] Index pieces() const { return pieces_; }
+    /// Nodes have woken or fallen asleep since the last call.
+    bool take_changed();
+
+private:
+    void build_vertices(const Matrix3X& rest);
+    void mark_pieces();
+    void build_next();
+    std::vector<Index> choose(const RegionLevel& fine) const;
+    void find_parents(RegionLevel& fine, const RegionLevel& coarse, const std::vector<Index>& chosen) const;
+    void project(const RegionLevel& fine, RegionLevel& coarse) const;
+
+    [[nodiscard]] SymmetricBlock stiffness_of(std::size_t level, std::uint32_t edge) const;
+    [[nodiscard]] SymmetricBlock damping_of(std::size_t level, std::uint32_t edge) const;
+    [[nodiscard]] Eigen::Vector4d pull(std::uint32_t spring) const;
+    void add_edge(std::size_t level, std::uint32_t edge, const SymmetricBlock& stiffness, const SymmetricBlock& damping,
+                  double sign);
+    void add_mass(std::size_t level, Index node, double mass, double drag);
+    void add_force(std::size_t level, Index node, const Eigen::Vector4d& force);
+    void add_pull(std::uint32_t spring, const Eigen::Vector4d& pull);
+    void add_momentum(std::size_t level, Index node, const Eigen::Vector4d& momentum);
+    /// The displacement of a node that sleeps has jumped; the vertices stay where they are.
+    void carry_jump(std::size_t level, Index node, const Eigen::Vector4d& jump);
+    void take_pull(std::uint32_t spring, const SymmetricBlock& stiffness);
+
+    MovingTissue* tissue_;
+    std::vector<RegionLevel> levels_;
+    Matrix4X anchor_;  ///< m, per vertex: its place less what the level above moves it by
+    Matrix4X pull_;    ///< N, per spring on its i: at displacement 0, by the stiffness at rest; of springs that sleep
+    std::int64_t moment_ = 0;
+    Index pieces_ = 0;
+    std::size_t put_ = 0;
+    double furthest_ = 0.0;               ///< m, in this moment
+    double way_ = 0.0;                    ///< m, in those before
+    double relaxed_ = 0.0;                ///< m, furthest that a visit has moved a vertex
+    std::vector<SymmetricBlock> around_;  ///< N/m, of the springs of the vertex that is visited
+    bool changed_ = true;
+};
+
+}  // namespace trocar

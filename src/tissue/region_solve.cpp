@@ -1,0 +1,254 @@
+// How RegionSystem finds a step's velocities: conjugate gradients with the contacts that press and stick in the matrix,
+// within the search for which those are.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tissue/active_set.hpp"
+#include "tissue/region_system.hpp"
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+Eigen::Index number(std::size_t i) { return static_cast<Eigen::Index>(i); }
+
+Vector3 along_surface(const Vector3& vector, const TickContact& contact) {
+    return vector - vector.dot(contact.normal) * contact.normal;
+}
+
+/// m/s, of P against the other side, with `velocity_of(end)` of its vertices.
+template <typename VelocityOf>
+Vector3 speed_of(const TickContact& contact, const VelocityOf& velocity_of) {
+    Vector3 speed = -contact.surface;
+    for (std::size_t i = 0; i < at(contact.count); ++i) speed += contact.weight[i] * velocity_of(contact.vertex[i]);
+    return speed;
+}
+
+}  // namespace
+
+void RegionSystem::solve(double h, bool known, double tolerance, int iterations, TickContacts& contacts) {
+    const std::span<TickContact> all = contacts.all();
+    TissueState& state = tissue_->state();
+    rows_.assign(all.size(), {});
+    start_.clear();
+    for (const Index local : contacts.touched()) start_.emplace_back(state.velocity.col(local).head<3>());
+    for (TickContact& contact : all) {
+        contact.on = contact.bilateral || contact.depth >= 0.0;
+        contact.capped = false;
+        // Negative damping from the velocity at the start of the step.
+        if (!known) contact.held = contact.on ? -contact.explicit_damping * TickContacts::rate(contact, state) : 0.0;
+        contact.force = known ? contact.held : 0.0;
+        contact.rubbed.setZero();
+    }
+    for (std::size_t c = 0; c < all.size(); ++c) {
+        if (all[c].rubs && (known ? all[c].force > 0.0 : all[c].on)) stick(h, c, contacts);
+    }
+    const auto show_velocities = [&] {
+        for (const Index local : contacts.touched()) {
+            const Vector3 change = change_.col(number_[0][at(local)]).head<3>();
+            state.velocity.col(local).head<3>() = start_[at(contacts.spot(local))] + change;
+        }
+    };
+    const auto solved = [&] {
+        take_rows(h, known, contacts);
+        const bool finite = find_change(tolerance, iterations, contacts);
+        show_velocities();
+        return finite;
+    };
+    const auto rate_of = [&](const TickContact& contact) { return TickContacts::rate(contact, state); };
+    constexpr int most_rounds = 20;
+    constexpr double settled = 1e-6;  // of the largest force
+    for (int round = 0; round < most_rounds; ++round) {
+        if (known || all.empty()) {
+            solved();
+        } else {
+            find_active(all, h, solved, rate_of);
+        }
+        double largest = 0.0;
+        for (const TickContact& contact : all) largest = std::max(largest, std::abs(contact.force));
+        if (!contacts.any_rubs() || rub(h, contacts) <= settled * largest) break;
+    }
+    reference_ = 0.0;
+    for (const TickContact& contact : all) {
+        each_end(contact, [&](Eigen::Index n, double weight) {
+            const Vector3 impulse = h * weight * (contact.force * contact.normal + contact.rubbed);
+            const Eigen::Map<const Eigen::Matrix<double, 4, 3>> inverse(inverse_.data() + 12 * n);
+            reference_ += impulse.dot((inverse * impulse).head<3>());
+        });
+    }
+    close_momentum();
+    show_velocities();
+    if (contacts.any_rubs()) stretch_slips(h, contacts);
+    for (const Index local : contacts.touched()) state.velocity.col(local).head<3>() = start_[at(contacts.spot(local))];
+}
+
+/// A contact holds what it touches along the surface by a spring with a critical damper.
+void RegionSystem::stick(double h, std::size_t c, TickContacts& contacts) {
+    const TickContact& contact = contacts.all()[c];
+    const LinearContact& source = contacts.given(contact);
+    Row& row = rows_[c];
+    const double damping = 2.0 * std::sqrt(source.tangent_k / contact.mobility);
+    row.slope = damping + h * source.tangent_k;
+    row.rub = h * row.slope;
+    row.stretched = source.tangent_k * along_surface(contacts.slip(source.slip_key), contact);
+}
+
+/// What the contacts as they are on, at their limit and sticking put into the matrix and the right side.
+void RegionSystem::take_rows(double h, bool known, TickContacts& contacts) {
+    const std::span<TickContact> all = contacts.all();
+    right_side_.leftCols(number(awake_)) = whole_right_side_.leftCols(number(awake_));
+    near_block_.clear();
+    for (const Index local : contacts.touched()) near_block_.push_back(block_[at(number_[0][at(local)])]);
+    for (std::size_t c = 0; c < all.size(); ++c) {
+        const TickContact& contact = all[c];
+        Row& row = rows_[c];
+        const double damping = contact.damping + h * contact.stiffness;
+        const bool presses = !known && contact.on && !contact.capped;
+        row.press = presses ? h * damping : 0.0;
+        const Vector3 speed =
+            speed_of(contact, [&](Index local) -> const Vector3& { return start_[at(contacts.spot(local))]; });
+        const double rate = speed.dot(contact.normal) + contact.surface.dot(contact.normal) + contact.fixed_rate;
+        double given = contact.capped || known ? contact.force : 0.0;
+        if (presses) given = contact.stiffness * contact.depth + contact.held - damping * rate;
+        Vector3 push = given * contact.normal;
+        push += row.rub > 0.0 ? Vector3(-row.stretched - row.slope * along_surface(speed, contact)) : contact.rubbed;
+        for (std::size_t i = 0; i < at(contact.count); ++i) {
+            const Index local = contact.vertex[i];
+            const double weight = contact.weight[i];
+            right_side_.col(number_[0][at(local)]).head<3>() += h * weight * push;
+            Matrix3& block = near_block_[at(contacts.spot(local))];
+            block += weight * weight * (row.press - row.rub) * contact.normal * contact.normal.transpose();
+            block.diagonal().array() += weight * weight * row.rub;
+        }
+    }
+    for (const Index local : contacts.touched()) {
+        invert(at(number_[0][at(local)]), near_block_[at(contacts.spot(local))]);
+    }
+}
+
+/// Preconditioned conjugate gradients from the change as it is. False where the numbers are not finite.
+bool RegionSystem::find_change(double tolerance, int iterations, const TickContacts& contacts) {
+    const auto count = number(awake_);
+    residual_.leftCols(count) = right_side_.leftCols(count);
+    const double small = tolerance * tolerance * std::max(precondition(), reference_);
+    direction_.leftCols(count) = change_.leftCols(count);
+    multiply(contacts);
+    residual_.leftCols(count) -= image_.leftCols(count);
+    double rho = precondition();
+    direction_.leftCols(count) = preconditioned_.leftCols(count);
+    for (int iteration = 0; iteration < iterations && rho > small; ++iteration) {
+        multiply(contacts);
+        double curvature = 0.0;
+        for (Eigen::Index n = 0; n < count; ++n) curvature += direction_.col(n).head<3>().dot(image_.col(n).head<3>());
+        if (!(curvature > 0.0)) break;
+        const double by = rho / curvature;
+        change_.leftCols(count) += by * direction_.leftCols(count);
+        residual_.leftCols(count) -= by * image_.leftCols(count);
+        const double next = precondition();
+        direction_.leftCols(count) = preconditioned_.leftCols(count) + (next / rho) * direction_.leftCols(count);
+        rho = next;
+    }
+    return std::isfinite(rho);
+}
+
+/// Of pieces that nothing holds, what the iterations have left open of the momentum.
+void RegionSystem::close_momentum() {
+    if (piece_inertia_.empty()) return;
+    left_.setZero();
+    std::fill(piece_inertia_.begin(), piece_inertia_.end(), 0.0);
+    const auto each = [&](const auto& act) {
+        for (std::size_t n = 0; n < awake_; ++n) {
+            const Index piece = region_->levels()[nodes_[n].level].piece[at(nodes_[n].node)];
+            if (piece >= 0) act(number(n), piece);
+        }
+    };
+    each([&](Eigen::Index n, Index piece) {
+        left_.col(piece) += residual_.col(n).head<3>();
+        piece_inertia_[at(piece)] += inertia_[at(static_cast<Index>(n))];
+    });
+    each(
+        [&](Eigen::Index n, Index piece) { change_.col(n).head<3>() += left_.col(piece) / piece_inertia_[at(piece)]; });
+}
+
+/// Which contacts stick and which slide with the normal forces as they are. Gives the largest change of a force, N.
+double RegionSystem::rub(double h, TickContacts& contacts) {
+    contacts.gather_grip();
+    const std::span<TickContact> all = contacts.all();
+    const TissueState& state = tissue_->state();
+    double change = 0.0;
+    for (std::size_t c = 0; c < all.size(); ++c) {
+        TickContact& contact = all[c];
+        if (!contact.rubs) continue;
+        Row& row = rows_[c];
+        Vector3 rubbed = Vector3::Zero();
+        const bool stuck = row.rub > 0.0;
+        if (contacts.grips(c)) {
+            const double most = contacts.grip(contacts.given(contact).slip_key).most;
+            const Vector3 speed = along_surface(
+                speed_of(contact, [&](Index local) { return state.velocity.col(local).head<3>(); }), contact);
+            stick(h, c, contacts);
+            rubbed = -row.stretched - row.slope * speed;
+            const double wanted = rubbed.norm();
+            const bool turns = !stuck && rubbed.dot(contact.rubbed) < 0.0;
+            if (wanted > most && !turns) {
+                rubbed *= most / wanted;
+                row.rub = 0.0;
+            } else if (wanted > most) {
+                rubbed *= most / wanted;
+            }
+        } else {
+            row.rub = 0.0;
+        }
+        change = std::max(change, (rubbed - contact.rubbed).norm());
+        contact.rubbed = rubbed;
+    }
+    return change;
+}
+
+/// Tangential springs after the step: stretched by the way along the surface where they stick, as long as their force
+/// asks where they slide.
+void RegionSystem::stretch_slips(double h, TickContacts& contacts) {
+    contacts.gather_grip();
+    const TissueState& state = tissue_->state();
+    for (std::size_t c = 0; c < contacts.all().size(); ++c) {
+        TickContact& contact = contacts.all()[c];
+        if (!contact.rubs || !contacts.grips(c)) continue;
+        const LinearContact& source = contacts.given(contact);
+        constexpr double rounding = 1e-9;
+        const double most = contacts.grip(source.slip_key).most;
+        if (contact.rubbed.norm() > most) contact.rubbed *= most / contact.rubbed.norm();
+        if (contact.rubbed.norm() >= most * (1.0 - rounding)) {
+            contacts.slide(c);
+            continue;
+        }
+        const Vector3 way = h * speed_of(contact, [&](Index local) { return state.velocity.col(local).head<3>(); });
+        contacts.slip(source.slip_key) = along_surface(contacts.slip(source.slip_key) + way, contact);
+    }
+}
+
+double RegionSystem::move(double h) {
+    TissueState& state = tissue_->state();
+    std::vector<RegionLevel>& levels = region_->levels();
+    double furthest = 0.0;
+    bool finite = true;
+    for (std::size_t n = 0; n < awake_; ++n) {
+        const Index node = nodes_[n].node;
+        RegionLevel& here = levels[nodes_[n].level];
+        const bool vertex = nodes_[n].level == 0;
+        if (vertex && !state.moves(node)) continue;
+        Matrix4X& velocity = vertex ? state.velocity : here.velocity;
+        Matrix4X& place = vertex ? state.position : here.displacement;
+        velocity.col(node) += change_.col(number(n));
+        const Eigen::Vector4d way = h * velocity.col(node);
+        place.col(node) += way;
+        furthest = std::max(furthest, way.cwiseAbs().maxCoeff());
+        finite = finite && way.allFinite();
+    }
+    region_->next_moment();
+    for (std::size_t n = awake_; n < nodes_.size() && nodes_[n].level == 0; ++n) region_->refresh(0, nodes_[n].node);
+    return finite ? furthest : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace trocar

@@ -1,0 +1,362 @@
+// Compiled once per instruction set by Highway, which includes this file again for each of them.
+#include "tissue/region_system.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "tissue/region_system.cpp"
+#include <hwy/foreach_target.h>
+// foreach_target.h must come first
+#include <hwy/highway.h>
+
+#include "geometry/simd_targets.hpp"
+#include "tissue/active_set.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace trocar::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+void multiply_edges(std::span<const RegionEdge> edges, const double* direction, double* image) {
+#if HWY_MAX_BYTES >= 32
+    const hn::FixedTag<double, 4> d;
+    const hn::FixedTag<float, 4> f;
+    for (const RegionEdge& edge : edges) {
+        const std::size_t i = 4 * static_cast<std::size_t>(edge.i);
+        const std::size_t j = 4 * static_cast<std::size_t>(edge.j);
+        const auto column = [&](std::size_t n) HWY_ATTR {
+            const auto block = hn::PromoteTo(d, hn::LoadU(f, edge.block.data() + 4 * n));
+            return hn::Mul(block, hn::Set(d, direction[i + n] - direction[j + n]));
+        };
+        const auto push = hn::Add(hn::Add(column(0), column(1)), column(2));
+        hn::StoreU(hn::Add(hn::LoadU(d, image + i), push), d, image + i);
+        hn::StoreU(hn::Sub(hn::LoadU(d, image + j), push), d, image + j);
+    }
+#else
+    for (const RegionEdge& edge : edges) {
+        const std::size_t i = 4 * static_cast<std::size_t>(edge.i);
+        const std::size_t j = 4 * static_cast<std::size_t>(edge.j);
+        double apart[3];
+        for (std::size_t n = 0; n < 3; ++n) apart[n] = direction[i + n] - direction[j + n];
+        for (std::size_t n = 0; n < 4; ++n) {
+            const auto of = [&](std::size_t c) { return static_cast<double>(edge.block[4 * c + n]) * apart[c]; };
+            const double push = (of(0) + of(1)) + of(2);
+            image[i + n] += push;
+            image[j + n] -= push;
+        }
+    }
+#endif
+}
+
+}  // namespace trocar::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace trocar {
+
+HWY_EXPORT(multiply_edges);
+
+const std::vector<RegionKernels>& region_kernels() {
+    static const std::vector<RegionKernels> kernels = versions_by_target([](const char* target) {
+        return RegionKernels{.multiply = &HWY_DYNAMIC_DISPATCH(multiply_edges), .target = target};
+    });
+    return kernels;
+}
+
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+Eigen::Index number(std::size_t i) { return static_cast<Eigen::Index>(i); }
+
+Matrix3 full(const SymmetricBlock& block) {
+    Matrix3 result;
+    result << block[0], block[1], block[2], block[1], block[3], block[4], block[2], block[4], block[5];
+    return result;
+}
+
+void take(const Matrix3& block, RegionEdge& edge) {
+    for (Eigen::Index c = 0; c < 3; ++c) {
+        for (Eigen::Index r = 0; r < 3; ++r) {
+            edge.block[static_cast<std::size_t>(4 * c + r)] = static_cast<float>(block(r, c));
+        }
+        edge.block[static_cast<std::size_t>(4 * c + 3)] = 0.0F;
+    }
+}
+
+}  // namespace
+
+RegionSystem::RegionSystem(MovingTissue& tissue, RegionTissue& region)
+    : tissue_(&tissue), region_(&region), kernels_(&region_kernels().front()) {
+    std::size_t nodes = 1;
+    std::size_t coarse_edges = 0;
+    for (const RegionLevel& level : region.levels()) {
+        number_.emplace_back(level.size(), -1);
+        nodes += level.size();
+        coarse_edges += level.stiffness.size();
+    }
+    const std::size_t springs = region.levels().front().i.size();
+    nodes_.reserve(nodes);
+    ghosts_.reserve(nodes);
+    edges_.reserve(springs + coarse_edges);
+    springs_.reserve(springs);
+    coarse_edges_.reserve(coarse_edges);
+    coarse_level_.reserve(coarse_edges);
+    inertia_.reserve(nodes);
+    block_.assign(nodes, Matrix3::Zero());
+    far_block_.assign(nodes, Matrix3::Zero());
+    inverse_.assign(12 * nodes, 0.0);
+    for (Matrix4X* vector :
+         {&right_side_, &whole_right_side_, &change_, &residual_, &preconditioned_, &direction_, &image_}) {
+        vector->setZero(4, number(nodes));
+    }
+    left_.setZero(3, region.pieces());
+    piece_inertia_.assign(at(region.pieces()), 0.0);
+    constexpr std::size_t usual_contacts = 512;
+    rows_.reserve(usual_contacts);
+    start_.reserve(region.levels().front().size());
+    near_block_.reserve(region.levels().front().size());
+}
+
+Index RegionSystem::number_of(std::size_t level, Index node) {
+    Index& known = number_[level][at(node)];
+    if (known < 0) {
+        known = static_cast<Index>(nodes_.size());
+        nodes_.push_back({static_cast<std::uint32_t>(level), node});
+    }
+    return known;
+}
+
+/// Lists what is awake, the ghosts that it needs, and the edges with an end that is awake.
+void RegionSystem::list(double h) {
+    std::vector<RegionLevel>& levels = region_->levels();
+    for (const Node& entry : nodes_) number_[entry.level][at(entry.node)] = -1;
+    nodes_.clear();
+    ghosts_.clear();
+    edges_.clear();
+    springs_.clear();
+    coarse_edges_.clear();
+    coarse_level_.clear();
+    inertia_.clear();
+    for (std::size_t level = 0; level < levels.size(); ++level) {
+        for (const Index node : levels[level].awake_nodes) {
+            constexpr double rounding = 1e-9;
+            // A node that nothing moves with any more has no say.
+            if (level > 0 && levels[level].mass[at(node)] <= rounding * levels[level].whole_mass[at(node)]) continue;
+            number_of(level, node);
+        }
+    }
+    awake_ = nodes_.size();
+    std::size_t first = awake_;
+    for (std::size_t level = 0; level < levels.size(); ++level) {
+        const RegionLevel& here = levels[level];
+        for (std::size_t n = 0; n < awake_; ++n) {
+            if (nodes_[n].level != level) continue;
+            const Index node = nodes_[n].node;
+            for (std::uint32_t e = here.first_edge[at(node)]; e < here.first_edge[at(node) + 1]; ++e) {
+                const Index other = here.other_end(here.edge_at[e], node);
+                if (here.awake[at(other)] == 0 && here.fixed[at(other)] == 0) number_of(level, other);
+            }
+        }
+        const std::size_t end = nodes_.size();
+        for (std::size_t n = first; n < end; ++n) {
+            if (nodes_[n].level != level) continue;
+            for (std::size_t p = 0; p < 3; ++p) {
+                const Index parent = here.parent[at(nodes_[n].node)][p];
+                if (here.share[at(nodes_[n].node)][p] == 0.0 || levels[level + 1].fixed[at(parent)] != 0) continue;
+                number_of(level + 1, parent);
+            }
+        }
+    }
+    const std::size_t still = nodes_.size();
+    for (std::size_t level = 0; level < levels.size(); ++level) {
+        for (std::size_t n = awake_; n < still; ++n) {
+            if (nodes_[n].level != level) continue;
+            Ghost ghost{.number = n, .parent = {still, still, still}};
+            for (std::size_t p = 0; p < 3; ++p) {
+                const Index parent = levels[level].parent[at(nodes_[n].node)][p];
+                if (levels[level + 1].fixed[at(parent)] != 0) continue;
+                ghost.share[p] = levels[level].share[at(nodes_[n].node)][p];
+                if (ghost.share[p] != 0.0) ghost.parent[p] = at(number_[level + 1][at(parent)]);
+            }
+            ghosts_.push_back(ghost);
+        }
+    }
+    for (std::size_t n = 0; n < awake_; ++n) {
+        const RegionLevel& here = levels[nodes_[n].level];
+        const Index node = nodes_[n].node;
+        inertia_.push_back(here.mass[at(node)] + h * here.drag[at(node)]);
+        far_block_[n].setZero();
+    }
+    for (std::size_t n = awake_; n <= still; ++n) far_block_[n].setZero();
+    for (std::size_t n = 0; n < awake_; ++n) {
+        const std::size_t level = nodes_[n].level;
+        const RegionLevel& here = levels[level];
+        const Index node = nodes_[n].node;
+        for (std::uint32_t e = here.first_edge[at(node)]; e < here.first_edge[at(node) + 1]; ++e) {
+            const std::uint32_t edge = here.edge_at[e];
+            const Index other = here.other_end(edge, node);
+            const bool no_part = here.fixed[at(other)] != 0 || number_[level][at(other)] < 0;
+            const std::size_t to = no_part ? still : at(number_[level][at(other)]);
+            if (to < n) continue;  // listed from there
+            RegionEdge entry;
+            entry.i = static_cast<Index>(here.i[edge] == node ? n : to);
+            entry.j = static_cast<Index>(here.i[edge] == node ? to : n);
+            if (level == 0) {
+                springs_.push_back(edge);
+            } else {
+                coarse_edges_.push_back(edge);
+                coarse_level_.push_back(static_cast<std::uint32_t>(level));
+                const Matrix3 block = h * full(here.damping[edge]) + h * h * full(here.stiffness[edge]);
+                take(block, entry);
+                far_block_[at(entry.i)] += block;
+                far_block_[at(entry.j)] += block;
+            }
+            edges_.push_back(entry);
+        }
+    }
+    for (Matrix4X* vector : {&change_, &direction_}) vector->col(number(still)).setZero();
+    listed_for_ = h;
+}
+
+void RegionSystem::prepare(double h) {
+    if (region_->take_changed() || listed_for_ != h) list(h);
+    std::vector<RegionLevel>& levels = region_->levels();
+    TissueState& state = tissue_->state();
+    const SpringArrays& springs = tissue_->spring_arrays();
+    for (std::size_t n = awake_; n < nodes_.size(); ++n) region_->refresh(nodes_[n].level, nodes_[n].node);
+    Matrix4X& right = whole_right_side_;
+    for (std::size_t n = 0; n <= nodes_.size(); ++n) {
+        right.col(number(n)).setZero();
+        block_[n] = far_block_[n];
+    }
+    for (std::size_t n = 0; n < awake_; ++n) {
+        const RegionLevel& here = levels[nodes_[n].level];
+        const Index node = nodes_[n].node;
+        if (nodes_[n].level == 0) {
+            right.col(number(n)) = h * (state.constant.col(node) - here.drag[at(node)] * state.velocity.col(node));
+        } else {
+            right.col(number(n)) = h * (here.force.col(node) - here.drag[at(node)] * here.velocity.col(node));
+        }
+    }
+    for (std::size_t s = 0; s < springs_.size(); ++s) {
+        const std::uint32_t spring = springs_[s];
+        const Index i = springs.i[spring];
+        const Index j = springs.j[spring];
+        const Vector3 way = (state.position.col(j) - state.position.col(i)).head<3>();
+        const double length = way.norm();
+        const double inverse = length == 0.0 ? 0.0 : 1.0 / length;
+        const Vector3 u = inverse * way;
+        const double tension = length == 0.0 ? 0.0 : springs.k[spring] * length + springs.offset[spring];
+        const double beta = std::max(0.0, h * h * tension * inverse);
+        const double alpha = length == 0.0 ? 0.0 : h * (springs.damping[spring] + h * springs.k[spring]) - beta;
+        const Vector3 still = Vector3::Zero();
+        // What does not move in the step keeps its place, whatever its velocity is.
+        const Vector3 vi = state.velocity.col(i).head<3>();
+        const Vector3 vj = state.velocity.col(j).head<3>();
+        const Vector3 opening = (state.moves(j) ? vj : still) - (state.moves(i) ? vi : still);
+        const double closing = (vj - vi).dot(u);
+        const Vector3 push =
+            (h * (tension + springs.damping[spring] * closing) + (h * h * springs.k[spring] - beta) * opening.dot(u)) *
+                u +
+            beta * opening;
+        RegionEdge& edge = edges_[s];
+        right.col(edge.i).head<3>() += push;
+        right.col(edge.j).head<3>() -= push;
+        const Matrix3 block = alpha * u * u.transpose() + beta * Matrix3::Identity();
+        take(block, edge);
+        block_[at(edge.i)] += block;
+        block_[at(edge.j)] += block;
+    }
+    for (std::size_t e = 0; e < coarse_edges_.size(); ++e) {
+        const RegionLevel& here = levels[coarse_level_[e]];
+        const std::uint32_t edge = coarse_edges_[e];
+        const RegionEdge& entry = edges_[springs_.size() + e];
+        const Index i = here.i[edge];
+        const Index j = here.j[edge];
+        const Vector3 apart = (here.displacement.col(j) - here.displacement.col(i)).head<3>();
+        const Vector3 closing = (here.velocity.col(j) - here.velocity.col(i)).head<3>();
+        const Matrix3 stiffness = h * full(here.stiffness[edge]);
+        const Vector3 push = stiffness * (apart + h * closing) + h * (full(here.damping[edge]) * closing);
+        right.col(entry.i).head<3>() += push;
+        right.col(entry.j).head<3>() -= push;
+    }
+    gather_up(right);
+    for (const Ghost& ghost : ghosts_) {
+        for (std::size_t p = 0; p < 3; ++p) {
+            block_[ghost.parent[p]] += ghost.share[p] * ghost.share[p] * block_[ghost.number];
+        }
+    }
+    for (std::size_t n = 0; n < awake_; ++n) {
+        if (nodes_[n].level == 0 && !state.moves(nodes_[n].node)) {
+            std::fill_n(inverse_.begin() + static_cast<std::ptrdiff_t>(12 * n), 12, 0.0);
+            right.col(number(n)).setZero();
+            continue;
+        }
+        block_[n].diagonal().array() += inertia_[n];
+        invert(n, block_[n]);
+    }
+    change_.leftCols(number(nodes_.size() + 1)).setZero();
+}
+
+void RegionSystem::invert(std::size_t node, const Matrix3& block) {
+    const Matrix3 inverse = block.inverse();
+    double* const to = inverse_.data() + 12 * node;
+    for (Eigen::Index c = 0; c < 3; ++c) {
+        for (Eigen::Index r = 0; r < 3; ++r) to[4 * c + r] = inverse(r, c);
+    }
+}
+
+/// Ghosts move as the nodes do that they sleep with.
+void RegionSystem::spread_down(Matrix4X& vector) const {
+    for (std::size_t n = ghosts_.size(); n-- > 0;) {
+        const Ghost& ghost = ghosts_[n];
+        vector.col(number(ghost.number)) = ghost.share[0] * vector.col(number(ghost.parent[0])) +
+                                           ghost.share[1] * vector.col(number(ghost.parent[1])) +
+                                           ghost.share[2] * vector.col(number(ghost.parent[2]));
+    }
+}
+
+/// What ghosts are pushed by pushes those nodes.
+void RegionSystem::gather_up(Matrix4X& vector) const {
+    for (const Ghost& ghost : ghosts_) {
+        for (std::size_t p = 0; p < 3; ++p) {
+            vector.col(number(ghost.parent[p])) += ghost.share[p] * vector.col(number(ghost.number));
+        }
+    }
+}
+
+/// image_ = A direction_.
+void RegionSystem::multiply(const TickContacts& contacts) {
+    spread_down(direction_);
+    for (std::size_t n = 0; n < awake_; ++n) image_.col(number(n)) = inertia_[n] * direction_.col(number(n));
+    for (std::size_t n = awake_; n <= nodes_.size(); ++n) image_.col(number(n)).setZero();
+    kernels_->multiply(edges_, direction_.data(), image_.data());
+    gather_up(image_);
+    for (std::size_t c = 0; c < rows_.size(); ++c) {
+        const Row& row = rows_[c];
+        if (row.press == 0.0 && row.rub == 0.0) continue;
+        const TickContact& contact = contacts.all()[c];
+        Vector3 rate = Vector3::Zero();
+        each_end(contact, [&](Eigen::Index n, double weight) { rate += weight * direction_.col(n).head<3>(); });
+        const double along = rate.dot(contact.normal);
+        const Vector3 push = (row.press - row.rub) * along * contact.normal + row.rub * rate;
+        each_end(contact, [&](Eigen::Index n, double weight) { image_.col(n).head<3>() += weight * push; });
+    }
+}
+
+double RegionSystem::precondition() {
+    double sum = 0.0;
+    for (std::size_t n = 0; n < awake_; ++n) {
+        const Eigen::Map<const Eigen::Matrix<double, 4, 3>> inverse(inverse_.data() + 12 * n);
+        const auto column = number(n);
+        preconditioned_.col(column).noalias() = inverse * residual_.col(column).head<3>();
+        sum += preconditioned_.col(column).head<3>().dot(residual_.col(column).head<3>());
+    }
+    return sum;
+}
+
+}  // namespace trocar
+#endif

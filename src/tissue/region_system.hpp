@@ -1,0 +1,110 @@
+// One linearly implicit Euler step of all nodes that are awake in a RegionTissue, contacts in the same linear system:
+// what presses adds its damper and its spring to the matrix, so that hundreds of contacts cost a few products with it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "tissue/region_levels.hpp"
+#include "tissue/tick_contacts.hpp"
+
+namespace trocar {
+
+/// An edge of the system: block (4×3 by columns, kg) between two nodes.
+struct RegionEdge {
+    Index i = -1;
+    Index j = -1;
+    std::array<float, 12> block{};
+};
+
+struct RegionKernels {
+    /// image += Σ block (direction_i - direction_j) on i, its opposite on j; both four numbers a node.
+    void (*multiply)(std::span<const RegionEdge> edges, const double* direction, double* image);
+    const char* target;  ///< name of the instruction set
+};
+
+/// One version per instruction set of this CPU, the best one first; all give the same bits.
+const std::vector<RegionKernels>& region_kernels();
+
+class RegionSystem {
+public:
+    RegionSystem(MovingTissue& tissue, RegionTissue& region);
+
+    /// Linearises what is awake for a step of h (s).
+    void prepare(double h);
+    /// Finds the change of all velocities and what every contact gives. `known`: the normal forces are what the
+    /// contacts hold. Residual below `tolerance` of the right side or of what the contacts gave in the last step.
+    void solve(double h, bool known, double tolerance, int iterations, TickContacts& contacts);
+    /// Moves what is awake by its new velocities. Gives the furthest that a coordinate has gone, m; not finite where
+    /// the numbers are not.
+    double move(double h);
+
+    /// Springs of vertices that are awake.
+    [[nodiscard]] std::span<const std::uint32_t> springs() const { return springs_; }
+    [[nodiscard]] std::size_t awake() const { return awake_; }
+
+private:
+    struct Node {
+        std::uint32_t level = 0;
+        Index node = -1;
+    };
+    /// A node that sleeps beside one that is awake: it moves as others do.
+    struct Ghost {
+        std::size_t number = 0;
+        std::array<std::size_t, 3> parent{};
+        std::array<double, 3> share{};
+    };
+    /// How a contact acts in the matrix.
+    struct Row {
+        double press = 0.0;                   ///< kg, along its normal
+        double rub = 0.0;                     ///< kg, along the surface while it sticks
+        double slope = 0.0;                   ///< N s/m, of what sticks
+        Vector3 stretched = Vector3::Zero();  ///< N, of its tangential spring as the step begins
+    };
+    void list(double h);
+    Index number_of(std::size_t level, Index node);
+    void invert(std::size_t node, const Matrix3& block);
+    void spread_down(Matrix4X& vector) const;
+    void gather_up(Matrix4X& vector) const;
+    void multiply(const TickContacts& contacts);
+    double precondition();
+    bool find_change(double tolerance, int iterations, const TickContacts& contacts);
+    void close_momentum();
+    void stick(double h, std::size_t c, TickContacts& contacts);
+    void take_rows(double h, bool known, TickContacts& contacts);
+    double rub(double h, TickContacts& contacts);
+    void stretch_slips(double h, TickContacts& contacts);
+    /// Calls act(number in the system, weight) for the vertices of a contact.
+    template <typename Act>
+    void each_end(const TickContact& contact, const Act& act) const {
+        for (std::size_t i = 0; i < static_cast<std::size_t>(contact.count); ++i) {
+            act(number_[0][static_cast<std::size_t>(contact.vertex[i])], contact.weight[i]);
+        }
+    }
+
+    MovingTissue* tissue_;
+    RegionTissue* region_;
+    const RegionKernels* kernels_;
+    std::vector<std::vector<Index>> number_;  ///< per level and node, -1: not in the system
+    std::vector<Node> nodes_;                 ///< awake ones first, then ghosts; the last number is what never moves
+    std::vector<Ghost> ghosts_;               ///< by level
+    std::size_t awake_ = 0;
+    std::vector<RegionEdge> edges_;  ///< springs first
+    std::vector<std::uint32_t> springs_, coarse_edges_;
+    std::vector<std::uint32_t> coarse_level_;
+    std::vector<double> inertia_;  ///< kg, mass + h drag; of awake ones
+    std::vector<Matrix3> block_, far_block_;
+    std::vector<double> inverse_;  ///< 12 a node
+    Matrix4X right_side_, whole_right_side_, change_, residual_, preconditioned_, direction_, image_;
+    std::vector<Row> rows_;
+    std::vector<Vector3> start_;       ///< m/s, as the step begins, of touched vertices
+    std::vector<Matrix3> near_block_;  ///< likewise, with what contacts add
+    Matrix3X left_;                    ///< N s, per free piece
+    std::vector<double> piece_inertia_;
+    double reference_ = 0.0;   ///< of what the contacts of the last step gave, as residuals are measured
+    double listed_for_ = 0.0;  ///< s
+};
+
+}  // namespace trocar

@@ -1,0 +1,418 @@
+// The stepper `regional`: linearly implicit Euler of the part of the tissue that matters to what touches it, at full
+// rate; what is far moves as a few hundred nodes do that are as stiff, and is followed vertex by vertex in slices.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "method/registry.hpp"
+#include "tissue/region_levels.hpp"
+#include "tissue/region_system.hpp"
+#include "tissue/tick_contacts.hpp"
+
+namespace trocar {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+struct RegionalSettings {
+    double error = 0.005;
+    std::size_t slices = 16;
+    std::size_t visits = 4000;
+    std::size_t whole = 2000;
+    double tolerance = 1e-3;
+    int iterations = 200;
+};
+
+class RegionalStepper final : public Stepper {
+public:
+    explicit RegionalStepper(const RegionalSettings& settings)
+        // A field that falls with the logarithm of the distance, linear between nodes: the error in its stiffness falls
+        // with the square of the distance over their spacing; measured on sheets (METHODS §4).
+        : settings_(settings), rings_(static_cast<int>(std::ceil(3.2 * std::sqrt(0.042 / settings.error)))) {}
+
+    void prepare(const Topology& topology, const Materials& materials) override {
+        tissue_.emplace(topology, materials);
+        largest_move_ = 0.0;
+        std::size_t moving = 0;
+        for (const double inverse : tissue_->state().inverse_mass) moving += inverse != 0.0 ? 1 : 0;
+        whole_.reset();
+        region_.reset();
+        if (moving <= settings_.whole || !tissue_->shape().none()) {
+            whole_ = make_stepper("implicit");
+            whole_->prepare(topology, materials);
+            return;
+        }
+        vertex_count_ = at(topology.vertex_count);
+    }
+
+    [[nodiscard]] StepEstimate estimate(const Topology& /*topology*/, const Materials& materials,
+                                        const Matrix3X& /*position*/, double /*dt*/, bool /*closely*/) const override {
+        StepEstimate estimate;  // bears any step
+        estimate.springs = static_cast<std::int64_t>(materials.springs.size());
+        return estimate;
+    }
+
+    Outcome advance(const Effect& effect, double dt, const Frame& from, Frame& to,
+                    std::vector<Wrench>& reaction) override {
+        if (whole_) return whole_->advance(effect, dt, from, to, reaction);
+        if (!region_) build(from);
+        TissueState& state = tissue_->state();
+        const bool ours = is_ours(from);
+        if (ours) {
+            tissue_->take_effect(effect, from);
+        } else {
+            tissue_->take_over(effect, from);
+            begin_anew(from);
+        }
+        region_->take_way();
+        gather_seeds(effect);
+        choose_region();
+        contacts_->collect(effect, from, state);
+        const bool known = effect.contacts_explicit || effect.contacts_held;
+        if (effect.contacts_explicit && !effect.contacts_held) contacts_->hold_current_force(state);
+        if (!known) contacts_->turn(state);
+        system_->prepare(dt);
+        system_->solve(dt, known, settings_.tolerance, settings_.iterations, *contacts_);
+        const double furthest = system_->move(dt);
+        if (!contacts_->all().empty()) contacts_->finish_substep(dt, 1, state);
+        Outcome outcome = tissue_->check(std::isfinite(furthest), furthest, effect, from);
+        if (outcome.ok()) {
+            limit_strain();
+            follow_slice();
+        }
+        tissue_->release(effect);
+        if (!outcome.ok()) {
+            is_known_ = false;
+            return outcome;
+        }
+        largest_move_ = std::max(longest_way(from), region_->take_way());
+        tissue_->give_back(effect, from, to);
+        contacts_->react(reaction);
+        ++tick_;
+        return outcome;
+    }
+
+    [[nodiscard]] std::span<const ContactLoad> loads() const override {
+        return whole_ ? whole_->loads() : contacts_->loads();
+    }
+    [[nodiscard]] double max_strain() const override { return whole_ ? whole_->max_strain() : max_strain_; }
+    [[nodiscard]] std::int64_t limited_edges() const override {
+        return whole_ ? whole_->limited_edges() : limited_edges_;
+    }
+    [[nodiscard]] double largest_move() const override { return whole_ ? whole_->largest_move() : largest_move_; }
+
+private:
+    static constexpr std::int64_t never = -1'000'000;
+    /// What walks along the edges of a level to the nodes around the seeds need.
+    struct Search {
+        std::vector<Index> queue;
+        std::vector<std::int64_t> marked;  ///< tick in which a node was last in the region
+        std::vector<std::int64_t> walk;    ///< tick of the last walk that met it
+    };
+
+    void build(const Frame& from) {
+        tissue_->take_over(nothing_, from);
+        constexpr std::size_t fewest = 1200;
+        region_.emplace(*tissue_, from.position, fewest);
+        system_.emplace(*tissue_, *region_);
+        contacts_.emplace(static_cast<Index>(vertex_count_), tissue_->state().size());
+        for (const RegionLevel& level : region_->levels()) {
+            Search& search = searches_.emplace_back();
+            search.queue.reserve(level.size());
+            search.marked.assign(level.size(), never);
+            search.walk.assign(level.size(), never);
+        }
+        seeds_.reserve(tissue_->state().size());
+    }
+
+    /// The frame holds what this stepper has written last.
+    [[nodiscard]] bool is_ours(const Frame& frame) const {
+        if (!is_known_) return false;
+        const TissueState& state = tissue_->state();
+        std::uint64_t differ = 0;
+        const auto compare = [&differ](const double* a, const double* b) {
+            for (int axis = 0; axis < 3; ++axis) {
+                differ |= std::bit_cast<std::uint64_t>(a[axis]) ^ std::bit_cast<std::uint64_t>(b[axis]);
+            }
+        };
+        for (std::size_t v = 0; v < state.size(); ++v) {
+            const auto local = static_cast<Eigen::Index>(v);
+            compare(frame.position.col(state.vertex[v]).data(), state.position.col(local).data());
+            compare(frame.velocity.col(state.vertex[v]).data(), state.velocity.col(local).data());
+        }
+        return differ == 0;
+    }
+
+    /// From a frame of others: all sleeps but what moves in it.
+    void begin_anew(const Frame& from) {
+        const TissueState& state = tissue_->state();
+        region_->start();
+        for (std::size_t v = 0; v < state.size(); ++v) {
+            if (from.velocity.col(state.vertex[v]).isZero(0.0)) continue;
+            const auto local = static_cast<Index>(v);
+            region_->wake(0, local);
+            tissue_->state().velocity.col(local).head<3>() = from.velocity.col(state.vertex[v]);
+        }
+        is_known_ = true;
+    }
+
+    /// Vertices that contacts, placements and held forces act on; they are awake from now on.
+    void gather_seeds(const Effect& effect) {
+        TissueState& state = tissue_->state();
+        seeds_.clear();
+        const auto take = [&](Index vertex) {
+            const Index local = vertex < 0 ? -1 : state.place[at(vertex)];
+            if (local < 0 || searches_[0].walk[at(local)] == tick_) return;
+            if (region_->levels()[0].fixed[at(local)] != 0) return;
+            searches_[0].walk[at(local)] = tick_;
+            seeds_.push_back(local);
+            if (region_->levels()[0].awake[at(local)] != 0) return;
+            region_->wake(0, local);
+            is_filled_ = false;
+        };
+        for (const LinearContact& contact : effect.contacts) {
+            for (const Index vertex : contact.vertices) take(vertex);
+            for (const Index vertex : contact.reaction_vertices) take(vertex);
+        }
+        for (const Placement& placement : effect.placements) {
+            const Index local = state.place[at(placement.vertex)];
+            if (local < 0 || region_->levels()[0].fixed[at(local)] != 0) continue;
+            take(placement.vertex);
+            state.position.col(local).head<3>() = placement.position;
+            state.velocity.col(local).head<3>() = placement.velocity;
+        }
+        for (Index v = 0; tissue_->is_pushed() && v < effect.held_force.cols(); ++v) {
+            if (!effect.held_force.col(v).isZero(0.0)) take(v);
+        }
+    }
+
+    /// Wakes what lies within so many rings of the seeds, level by level, and lets sleep what has long lain beyond.
+    void choose_region() {
+        constexpr std::int64_t seldom = 4;
+        if (is_filled_ && tick_ % seldom != 0) return;
+        is_filled_ = true;
+        std::vector<RegionLevel>& levels = region_->levels();
+        for (std::size_t level = 0; level + 1 < levels.size(); ++level) {
+            RegionLevel& here = levels[level];
+            Search& search = searches_[level];
+            if (level == 0) {
+                search.queue.assign(seeds_.begin(), seeds_.end());
+            } else {
+                // The seeds of the level below lie in front of its queue.
+                search.queue.clear();
+                for (std::size_t n = 0; n < seed_count_; ++n) {
+                    const Index child = searches_[level - 1].queue[n];
+                    for (std::size_t p = 0; p < 3; ++p) {
+                        const Index parent = levels[level - 1].parent[at(child)][p];
+                        if (levels[level - 1].share[at(child)][p] == 0.0 || search.walk[at(parent)] == tick_) continue;
+                        search.walk[at(parent)] = tick_;
+                        search.queue.push_back(parent);
+                    }
+                }
+            }
+            seed_count_ = search.queue.size();
+            walk_rings(here, search);
+            int wakes = level == 0 ? 64 : 32;
+            for (const Index node : search.queue) {
+                search.marked[at(node)] = tick_;
+                if (here.awake[at(node)] != 0 || here.fixed[at(node)] != 0) continue;
+                if (wakes-- == 0) {
+                    is_filled_ = false;
+                    break;
+                }
+                region_->wake(level, node);
+            }
+            constexpr std::int64_t patience = 64;  // ticks
+            int sleeps = level == 0 ? 16 : 2;
+            for (std::size_t n = 0; n < here.awake_nodes.size() && sleeps > 0;) {
+                const Index node = here.awake_nodes[n];
+                if (search.marked[at(node)] + patience > tick_) {
+                    ++n;
+                    continue;
+                }
+                region_->sleep(level, node);
+                --sleeps;
+            }
+        }
+    }
+
+    void walk_rings(const RegionLevel& level, Search& search) const {
+        std::size_t begin = 0;
+        for (int ring = 0; ring < rings_; ++ring) {
+            const std::size_t end = search.queue.size();
+            for (; begin < end; ++begin) {
+                const Index node = search.queue[begin];
+                for (std::uint32_t e = level.first_edge[at(node)]; e < level.first_edge[at(node) + 1]; ++e) {
+                    const Index other = level.other_end(level.edge_at[e], node);
+                    if (search.walk[at(other)] == tick_) continue;
+                    search.walk[at(other)] = tick_;
+                    search.queue.push_back(other);
+                }
+            }
+        }
+    }
+
+    /// A slice of the vertices that sleep: most are put where they are by now, a tenth is looked at closely.
+    void follow_slice() {
+        const std::size_t count = tissue_->state().size();
+        const std::size_t most = std::min(settings_.visits, count / settings_.slices);
+        const std::size_t close = std::max<std::size_t>(1, most / 10);
+        const auto next = [count](std::size_t& cursor) {
+            const auto vertex = static_cast<Index>(cursor);
+            cursor = cursor + 1 == count ? 0 : cursor + 1;
+            return vertex;
+        };
+        const std::size_t before = region_->put();  // beside what is awake
+        const auto left = [&](std::size_t of) { return region_->put() - before < of; };
+        // A close look puts the vertices around where they are, too.
+        for (std::size_t n = 0; n < close && left(most / 2); ++n) {
+            far_stretch_ = std::max(far_stretch_, region_->visit(next(visited_)));
+            if (visited_ != 0) continue;
+            last_far_stretch_ = far_stretch_;
+            far_stretch_ = 0.0;
+        }
+        for (std::size_t n = 0; n < most && left(most); ++n) region_->refresh(0, next(shown_));
+    }
+
+    /// m, of the vertices that are awake.
+    [[nodiscard]] double longest_way(const Frame& from) const {
+        const TissueState& state = tissue_->state();
+        double square = 0.0;
+        for (const Index local : region_->levels()[0].awake_nodes) {
+            const Vector3 way = state.position.col(local).head<3>() - from.position.col(state.vertex[at(local)]);
+            square = std::max(square, way.squaredNorm());
+        }
+        return std::sqrt(square);
+    }
+
+    /// Strain limit (METHODS §4) on what is awake, and the strain that is left.
+    void limit_strain() {
+        TissueState& state = tissue_->state();
+        const SpringArrays& springs = tissue_->spring_arrays();
+        const double longest = 1.0 + tissue_->materials().strain_limit;
+        double stretch = std::max(far_stretch_, last_far_stretch_);
+        const auto stretch_of = [&](std::uint32_t s) {
+            return (state.position.col(springs.j[s]) - state.position.col(springs.i[s])).head<3>().norm() *
+                   springs.inverse_rest[s];
+        };
+        double near = 0.0;
+        for (const std::uint32_t s : system_->springs()) near = std::max(near, stretch_of(s));
+        limited_edges_ = 0;
+        constexpr double rounding = 1e-12;
+        if (near > longest * (1.0 - rounding)) {
+            // Provot's correction, two passes, as on the whole tissue; what sleeps stays.
+            const std::vector<std::uint8_t>& awake = region_->levels()[0].awake;
+            for (int pass = 0; pass < 2; ++pass) {
+                for (const std::uint32_t s : system_->springs()) {
+                    if (springs.inverse_rest[s] == 0.0 || stretch_of(s) <= longest) continue;
+                    const Index i = springs.i[s];
+                    const Index j = springs.j[s];
+                    const double by_i = awake[at(i)] != 0 ? state.inverse_mass[at(i)] : 0.0;
+                    const double by_j = awake[at(j)] != 0 ? state.inverse_mass[at(j)] : 0.0;
+                    if (by_i + by_j == 0.0) continue;
+                    if (pass == 0) ++limited_edges_;
+                    const Vector3 way = (state.position.col(j) - state.position.col(i)).head<3>();
+                    const double length = way.norm();
+                    const Vector3 u = way / length;
+                    const Vector3 back = (length - longest / springs.inverse_rest[s]) / (by_i + by_j) * u;
+                    state.position.col(i).head<3>() += by_i * back;
+                    state.position.col(j).head<3>() -= by_j * back;
+                    const double opening = (state.velocity.col(j) - state.velocity.col(i)).head<3>().dot(u);
+                    if (opening <= 0.0) continue;
+                    const Vector3 impulse = opening / (by_i + by_j) * u;
+                    state.velocity.col(i).head<3>() += by_i * impulse;
+                    state.velocity.col(j).head<3>() -= by_j * impulse;
+                }
+            }
+            near = 0.0;
+            for (const std::uint32_t s : system_->springs()) near = std::max(near, stretch_of(s));
+        }
+        max_strain_ = std::max(0.0, std::max(stretch, near) - 1.0);
+    }
+
+    RegionalSettings settings_;
+    int rings_;
+    std::unique_ptr<Stepper> whole_;  ///< where a region would not pay
+    std::size_t vertex_count_ = 0;
+    Effect nothing_;
+    std::optional<MovingTissue> tissue_;
+    std::optional<RegionTissue> region_;
+    std::optional<RegionSystem> system_;
+    std::optional<TickContacts> contacts_;
+    std::vector<Search> searches_;  ///< per level
+    std::vector<Index> seeds_;
+    std::size_t seed_count_ = 0;
+    bool is_known_ = false;
+    bool is_filled_ = true;
+    std::int64_t tick_ = 0;
+    std::size_t shown_ = 0;
+    std::size_t visited_ = 0;
+    double far_stretch_ = 0.0;
+    double last_far_stretch_ = 0.0;
+    double max_strain_ = 0.0;
+    std::int64_t limited_edges_ = 0;
+    double largest_move_ = 0.0;
+};
+
+}  // namespace
+
+StepperEntry regional_stepper() {
+    StepperEntry entry;
+    entry.name = "regional";
+    entry.version = "1";
+    entry.meaning = "linearly implicit Euler at full rate around what touches the tissue, the far field in slices";
+    entry.takes_linear_contacts = true;
+    entry.takes_placements = true;
+    entry.takes_held_forces = true;
+    const auto whole_number = [](const char* name, const char* value, double least, const char* meaning) {
+        return Parameter{.name = name,
+                         .type = Parameter::Type::integer,
+                         .unit = "1",
+                         .default_value = value,
+                         .minimum = least,
+                         .maximum = 1e7,
+                         .meaning = meaning};
+    };
+    entry.parameters = {
+        {.name = "error",
+         .unit = "1",
+         .default_value = "0.005",
+         .minimum = 1e-4,
+         .maximum = 0.1,
+         .meaning = "bound on the error of the force at a tool, as a part of it: sets how far the fine region reaches"},
+        whole_number("slices", "16", 16, "a part of one over this many of all vertices is followed in a tick, at most"),
+        whole_number("visits", "4000", 3, "most vertices of the far field that are followed in a tick"),
+        whole_number("whole", "2000", 0,
+                     "tissue of up to so many moving vertices is stepped as a whole, by `implicit`"),
+        {.name = "tolerance",
+         .unit = "1",
+         .default_value = "1e-3",
+         .minimum = 1e-14,
+         .maximum = 0.1,
+         .meaning = "residual of a step's linear system over its right side, or over what contacts gave"},
+        {.name = "iterations",
+         .type = Parameter::Type::integer,
+         .unit = "1",
+         .default_value = "200",
+         .minimum = 1,
+         .maximum = 100000,
+         .meaning = "most iterations of conjugate gradients for one system"}};
+    entry.make = [](const ParameterValues& values) {
+        const auto count = [&values](const char* name) { return static_cast<std::size_t>(values.integer(name)); };
+        return std::make_unique<RegionalStepper>(
+            RegionalSettings{.error = values.number("error"),
+                             .slices = count("slices"),
+                             .visits = count("visits"),
+                             .whole = count("whole"),
+                             .tolerance = values.number("tolerance"),
+                             .iterations = static_cast<int>(values.integer("iterations"))});
+    };
+    return entry;
+}
+
+}  // namespace trocar

@@ -1,0 +1,264 @@
+// The stepper `regional` where it does not step the whole: against `implicit` on the same sheets, and what it owes of
+// motion where most of the tissue sleeps.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <string>
+
+#include "measure/allocations.hpp"
+#include "method/registry.hpp"
+#include "support/tissue_samples.hpp"
+
+namespace trocar {
+namespace {
+
+constexpr double dt = 1e-3;      // s
+constexpr double radius = 0.05;  // m
+constexpr double edge = 0.002;   // m
+constexpr double mass = 1.1e-5;  // kg, 3 mm of tissue at that edge
+constexpr double tool = 0.004;   // m, radius
+
+using Settings = std::map<std::string, std::string>;
+
+Settings with(const std::string& error) { return {{"whole", "0"}, {"error", error}}; }
+
+/// The disc that all tests here press; built once.
+const test::TissueSample& disc() {
+    static const test::TissueSample sample = [] {
+        test::TissueSample s = test::make_disc(radius, edge, 100.0, 0.2, mass);
+        s.materials.drag.assign(s.materials.drag.size(), 20.0 * mass);
+        return s;
+    }();
+    return sample;
+}
+
+/// A flat tool that comes down at 20 mm/s, stays 2 mm deep and then goes along x at 20 mm/s.
+struct Press {
+    test::TissueSample s = disc();
+    std::unique_ptr<Stepper> stepper;
+    Effect effect = test::empty_effect(s.topology);
+    std::vector<Wrench> reaction{1};
+    double friction = 0.0;
+    int tick = 0;
+
+    Press(const std::string& name, const Settings& settings) : stepper(make_stepper(name, settings)) {
+        stepper->prepare(s.topology, s.materials);
+    }
+    [[nodiscard]] static double depth(int tick) { return std::min(0.002, 0.02 * dt * tick); }
+    [[nodiscard]] static double along(int tick) { return 0.02 * dt * std::max(0, tick - 200); }
+
+    void step() {
+        effect.clear();
+        const double sinks = (depth(tick + 1) - depth(tick)) / dt;
+        const double goes = (along(tick + 1) - along(tick)) / dt;
+        for (Index v = 0; v < s.topology.vertex_count; ++v) {
+            const Vector3 rest = disc().frame.position.col(v);
+            if (s.materials.pinned[static_cast<std::size_t>(v)] != 0) continue;
+            if ((rest - Vector3(along(tick), 0.0, 0.0)).norm() > tool) continue;
+            const double gap = -depth(tick) - s.frame.position(2, v);
+            LinearContact contact = test::plane_contact(v, -Vector3::UnitZ(), gap, 140.0, 0.0);
+            contact.face_velocity = sinks;
+            contact.reaction_body = 0;
+            contact.friction = friction;
+            contact.tangent_k = friction > 0.0 ? 140.0 : 0.0;
+            contact.surface_velocity = Vector3(goes, 0.0, -sinks);
+            if (friction > 0.0) contact.slip_key = v;
+            effect.contacts.push_back(contact);
+        }
+        reaction.assign(1, {});
+        const Outcome outcome = stepper->advance(effect, dt, s.frame, s.frame, reaction);
+        ASSERT_TRUE(outcome.ok()) << outcome.message;
+        ++tick;
+    }
+    [[nodiscard]] Vector3 force() const { return reaction[0].force; }
+};
+
+/// Of the force at the tool, over the largest: worst tick and the last one, against the whole tissue.
+struct ForceError {
+    double worst = 0.0;
+    double last = 0.0;
+    double sideways = 0.0;
+};
+
+ForceError force_error(const Settings& settings, double friction, int ticks) {
+    Press whole("implicit", {{"tolerance", "1e-4"}});
+    Press regional("regional", settings);
+    whole.friction = regional.friction = friction;
+    ForceError error;
+    double most = 0.0;
+    for (int tick = 0; tick < ticks; ++tick) {
+        whole.step();
+        regional.step();
+        most = std::max(most, whole.force().norm());
+        error.last = std::abs(regional.force().z() - whole.force().z());
+        error.worst = std::max(error.worst, error.last);
+        error.sideways = std::max(error.sideways, std::abs(regional.force().x() - whole.force().x()));
+    }
+    EXPECT_GT(most, 0.05) << "it presses";
+    error.worst /= most;
+    error.last /= most;
+    error.sideways /= most;
+    return error;
+}
+
+TEST(Regional, TheForceAtTheToolIsThatOfTheWholeTissueWithinOnePercent) {
+    const ForceError error = force_error(with("0.005"), 0.0, 350);
+    EXPECT_LT(error.worst, 0.01);
+    EXPECT_LT(error.last, 0.005);
+    EXPECT_GT(error.worst, 1e-5) << "it does not step the whole";
+}
+
+TEST(Regional, FrictionIsThatOfTheWholeTissue) {
+    const ForceError error = force_error(with("0.005"), 0.3, 300);
+    EXPECT_LT(error.worst, 0.01);
+    EXPECT_LT(error.sideways, 0.01);
+}
+
+TEST(Regional, ATighterBoundIsKeptAndALooserOneSavesWork) {
+    const double loose = force_error(with("0.05"), 0.0, 150).worst;
+    const double tight = force_error(with("0.0025"), 0.0, 150).worst;
+    EXPECT_LT(loose, 0.05);
+    EXPECT_LT(tight, 0.0025);
+    EXPECT_LT(tight, 0.5 * loose);
+}
+
+TEST(Regional, AtMostASixteenthOfWhatIsFarMovesInATick) {
+    Press p("regional", with("0.05"));
+    for (int tick = 0; tick < 50; ++tick) p.step();
+    std::size_t most = 0;
+    std::size_t far = 0;
+    std::vector<int> last(static_cast<std::size_t>(p.s.topology.vertex_count), 0);
+    for (int tick = 0; tick < 100; ++tick) {
+        const Matrix3X before = p.s.frame.position;
+        p.step();
+        std::size_t moved = 0;
+        far = 0;
+        for (Index v = 0; v < p.s.topology.vertex_count; ++v) {
+            if (disc().frame.position.col(v).norm() < 0.02 || p.s.materials.pinned[static_cast<std::size_t>(v)] != 0) {
+                continue;
+            }
+            ++far;
+            if (p.s.frame.position.col(v) == before.col(v)) continue;
+            ++moved;
+            last[static_cast<std::size_t>(v)] = tick;
+        }
+        most = std::max(most, moved);
+    }
+    EXPECT_LE(most, static_cast<std::size_t>(disc().topology.vertex_count) / 16);
+    EXPECT_GT(far, static_cast<std::size_t>(disc().topology.vertex_count) / 2);
+    int oldest = 100;
+    for (Index v = 0; v < p.s.topology.vertex_count; ++v) {
+        if (disc().frame.position.col(v).norm() < 0.02 || p.s.materials.pinned[static_cast<std::size_t>(v)] != 0)
+            continue;
+        oldest = std::min(oldest, last[static_cast<std::size_t>(v)]);
+    }
+    EXPECT_GT(oldest, 50) << "all of it is followed";
+}
+
+TEST(Regional, ALoadFarFromTheRimSinksAsTheMembranesEquationSays) {
+    // z(r) = F ln(R / r) / (2 pi sigma), sigma = sqrt(3) p k (METHODS §14, I25).
+    test::TissueSample s = disc();
+    s.materials.drag.assign(s.materials.drag.size(), 60.0 * mass);
+    const auto stepper = make_stepper("regional", with("0.005"));
+    stepper->prepare(s.topology, s.materials);
+    Effect effect = test::empty_effect(s.topology);
+    const double load = 1e-3;
+    effect.held_force(2, 0) = -load;
+    std::vector<Wrench> reaction(1);
+    for (int tick = 0; tick < 1500; ++tick) {
+        ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+    }
+    const double tension = std::sqrt(3.0) * 0.2 * 100.0;
+    int checked = 0;
+    for (Index v = 0; v < s.topology.vertex_count; ++v) {
+        const double r = disc().frame.position.col(v).norm();
+        if (r < 4.0 * edge || r > 0.7 * radius) continue;
+        const double exact = load * std::log(radius / r) / (2.0 * std::numbers::pi * tension);
+        EXPECT_NEAR(-s.frame.position(2, v), exact, 0.03 * exact) << r;
+        ++checked;
+    }
+    EXPECT_GT(checked, 1000);
+}
+
+TEST(Regional, RestLastsAndComesBack) {
+    Press p("regional", with("0.005"));
+    Frame still = p.s.frame;
+    std::vector<Wrench> reaction(1);
+    for (int tick = 0; tick < 1000; ++tick) {
+        ASSERT_TRUE(p.stepper->advance(p.effect, dt, still, still, reaction).ok());
+    }
+    EXPECT_LT((still.position - disc().frame.position).cwiseAbs().maxCoeff(), 1e-12);
+    p.s.frame = still;
+    for (int tick = 0; tick < 400; ++tick) p.step();
+    EXPECT_GT((p.s.frame.position - disc().frame.position).cwiseAbs().maxCoeff(), 0.0019);
+    p.effect.clear();
+    for (int tick = 0; tick < 2500; ++tick) {
+        ASSERT_TRUE(p.stepper->advance(p.effect, dt, p.s.frame, p.s.frame, reaction).ok());
+    }
+    // What the tool has left behind dies out, fine wrinkles among it.
+    EXPECT_LT((p.s.frame.position - disc().frame.position).cwiseAbs().maxCoeff(), 2e-6);
+}
+
+TEST(Regional, MomentumIsWhatContactsGiveWhereNothingHolds) {
+    test::TissueSample s = disc();
+    s.materials.pinned.assign(s.materials.pinned.size(), 0);
+    s.materials.drag.assign(s.materials.drag.size(), 0.0);
+    for (Spring& spring : s.materials.springs) spring.preload = 0.0;  // a rim that nothing holds would be drawn in
+    const auto stepper = make_stepper("regional", with("0.02"));
+    stepper->prepare(s.topology, s.materials);
+    Effect effect = test::empty_effect(s.topology);
+    std::vector<Wrench> reaction(1);
+    Vector3 given = Vector3::Zero();
+    // What is far shows its velocity as the slices come by, so that the sum over a frame is complete when nothing swings
+    // any more: the steps themselves take every swing.
+    for (int tick = 0; tick < 3000; ++tick) {
+        effect.clear();
+        if (tick < 100) effect.held_force.col(0) = Vector3(0.002, 0.001, 0.0);
+        given += dt * effect.held_force.rowwise().sum();
+        ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+    }
+    Vector3 momentum = Vector3::Zero();
+    for (Index v = 0; v < s.topology.vertex_count; ++v) momentum += mass * s.frame.velocity.col(v);
+    EXPECT_LT((momentum - given).norm(), 1e-6 * given.norm()) << momentum.transpose();
+}
+
+TEST(Regional, TheSameEffectsEndOnTheSameBits) {
+    Press one("regional", with("0.005"));
+    Press two("regional", with("0.005"));
+    for (int tick = 0; tick < 60; ++tick) {
+        one.step();
+        two.step();
+        ASSERT_EQ(one.s.frame.hash(), two.s.frame.hash()) << tick;
+    }
+}
+
+TEST(Regional, AsksForNoMemoryAfterWarmUp) {
+    if (allocation_count() < 0) GTEST_SKIP() << "a sanitizer has replaced the allocator: nothing is counted";
+    Press p("regional", with("0.005"));
+    for (int tick = 0; tick < 20; ++tick) p.step();
+    std::int64_t in_ticks = 0;
+    for (int tick = 20; tick < 300; ++tick) {
+        const std::int64_t before = allocation_count();
+        p.step();
+        in_ticks += allocation_count() - before;
+    }
+    EXPECT_EQ(in_ticks, 0);
+}
+
+TEST(Regional, AFrameOfOthersIsTakenAsItIs) {
+    Press p("regional", with("0.005"));
+    for (int tick = 0; tick < 100; ++tick) p.step();
+    p.s.frame = disc().frame;
+    p.s.frame.velocity(0, 0) = 0.1;
+    p.effect.clear();
+    std::vector<Wrench> reaction(1);
+    ASSERT_TRUE(p.stepper->advance(p.effect, dt, p.s.frame, p.s.frame, reaction).ok());
+    EXPECT_LT((p.s.frame.position - disc().frame.position).cwiseAbs().maxCoeff(), 1.1e-4);
+    EXPECT_GT(p.s.frame.position(0, 0), 0.0);
+}
+
+}  // namespace
+}  // namespace trocar
