@@ -74,6 +74,7 @@ double dissipated_power(const Materials& materials, const Matrix3X& position, co
 MassSpring::MassSpring(const Topology& topology, const Materials& materials)
     : tissue_(topology, materials), contacts_(topology.vertex_count, tissue_.state().size()) {
     position_before_.reserve(tissue_.state().size());
+    tissue_.spring_arrays().stencil = spring_stencil(tissue_.spring_arrays());
 }
 
 Outcome MassSpring::advance(const Effect& effect, double dt, Frame& frame, std::vector<Wrench>& reaction) {

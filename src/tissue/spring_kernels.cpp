@@ -13,6 +13,7 @@
 
 #include "geometry/simd_targets.hpp"
 #include "tissue/four_points-inl.hpp"
+#include "tissue/spring_stencil-inl.hpp"
 
 #ifndef TROCAR_SPRING_BLOCK
 #define TROCAR_SPRING_BLOCK
@@ -107,13 +108,21 @@ HWY_INLINE void find_forces(SpringArrays& springs, std::size_t first, std::size_
 double largest_stretch(const SpringArrays& springs, const TissueState& state) {
     const Four d;
     auto most = hn::Zero(d);
+    auto least = hn::Zero(d);  // square of a stretch that is surely below the largest so far
+    // Far above what the roundings of both ways to a stretch can differ by.
+    const auto shrunk = hn::Set(d, 1.0 - 1e-12);
     std::size_t s = 0;
     for (; s + 4 <= springs.size(); s += 4) {
         Vector x, y, z;
         transpose(difference(springs, s, state.position), difference(springs, s + 1, state.position),
                   difference(springs, s + 2, state.position), difference(springs, s + 3, state.position), x, y, z);
-        const auto length = hn::Sqrt(hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z)));
-        most = hn::Max(most, hn::Mul(length, hn::LoadU(d, &springs.inverse_rest[s])));
+        const auto square = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
+        const auto inverse_rest = hn::LoadU(d, &springs.inverse_rest[s]);
+        // The root is drawn where it can matter only.
+        if (hn::AllTrue(d, hn::Lt(hn::Mul(hn::Mul(square, inverse_rest), inverse_rest), least))) continue;
+        most = hn::Max(most, hn::Mul(hn::Sqrt(square), inverse_rest));
+        const auto largest = hn::MaxOfLanes(d, most);
+        least = hn::Mul(hn::Mul(largest, largest), shrunk);
     }
     double result = hn::GetLane(hn::MaxOfLanes(d, most));
     for (; s < springs.size(); ++s) result = std::max(result, stretch_of(springs, s, state));
@@ -255,6 +264,9 @@ void give_back(const Matrix4X& from, Index local, Range range, Matrix3X& to) {
 
 /// A vertex moves as soon as the springs have passed it: what the one reads the other finds in the cache.
 SubStepCheck sub_step(double h, SpringArrays& springs, TissueState& state) {
+#if HWY_MAX_BYTES >= 32
+    if (!springs.stencil.empty()) return StencilStep(h, springs.stencil, state).run();
+#endif
     Mover mover(h, springs, state);
     std::size_t moved = 0;
     for (std::size_t s = 0; s < springs.size(); s += spring_block) {

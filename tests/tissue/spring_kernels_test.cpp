@@ -87,6 +87,91 @@ TEST(SpringKernels, EveryVersionStepsByTheSameForcesAsTheObviousForm) {
     }
 }
 
+/// A sheet of rows with springs along, across and aslant, longer than the stencil's window, the last group of vertices
+/// not full. Some springs are missing, some vertices are held, one spring has no length.
+struct Rows {
+    SpringArrays springs;
+    TissueState state;
+
+    Rows(Index rows, Index width) {
+        std::mt19937 random(11);
+        std::uniform_real_distribution<double> unit(-1.0, 1.0);
+        const Index vertices = rows * width - 3;
+        std::vector<Spring> all;
+        for (Index v = 0; v < vertices; ++v) {
+            for (const Index offset : {1, width, width + 1}) {
+                const bool leaves_row = offset != width && v % width == width - 1;
+                if (leaves_row || v + offset >= vertices || random() % 50 == 0) continue;
+                all.push_back({.i = v,
+                               .j = v + offset,
+                               .rest = 1.0 + 0.1 * unit(random),
+                               .k = 100.0 + unit(random),
+                               .preload = unit(random),
+                               .damping = 0.1 + 0.05 * unit(random)});
+            }
+            state.vertex.push_back(v);
+            state.inverse_mass.push_back(v % 41 == 0 ? 0.0 : 2.0 + unit(random));
+            state.drag.push_back(1.0 + unit(random));
+        }
+        std::vector<Index> place(static_cast<std::size_t>(vertices));
+        std::iota(place.begin(), place.end(), 0);
+        springs = spring_arrays(all, place, static_cast<std::size_t>(vertices));
+        for (Matrix4X* array : {&state.position, &state.velocity, &state.constant}) array->setZero(4, vertices);
+        for (Index v = 0; v < vertices; ++v) {
+            const Vector3 place_of(v % width, v / width, 0.0);
+            state.position.col(v).head<3>() = place_of + 0.2 * Vector3(unit(random), unit(random), unit(random));
+            state.velocity.col(v).head<3>() = Vector3(unit(random), unit(random), unit(random));
+            state.constant.col(v).head<3>() = Vector3(unit(random), unit(random), unit(random));
+        }
+        state.position.col(springs.j[70]) = state.position.col(springs.i[70]);
+    }
+};
+
+TEST(SpringKernels, GoingByOffsetsChangesNoBitInAnyVersion) {
+    for (const Index rows : {3, 160}) {
+        const Rows sheet(rows, 61);
+        TissueState plain = sheet.state;
+        SpringArrays springs = sheet.springs;
+        std::vector<SubStepCheck> checks;
+        constexpr int steps = 3;
+        constexpr double h = 1e-2;
+        for (int step = 0; step < steps; ++step) {
+            checks.push_back(spring_kernels().back().sub_step(h, springs, plain));
+        }
+        springs.stencil = spring_stencil(springs);
+        ASSERT_EQ(springs.stencil.offsets, (std::vector<std::size_t>{1, 61, 62}));
+        for (const SpringKernels& kernels : spring_kernels()) {
+            SCOPED_TRACE(kernels.target);
+            TissueState state = sheet.state;
+            for (int step = 0; step < steps; ++step) {
+                const SubStepCheck check = kernels.sub_step(h, springs, state);
+                EXPECT_EQ(check.furthest, checks[static_cast<std::size_t>(step)].furthest);
+                EXPECT_TRUE(check.finite);
+            }
+            EXPECT_EQ(state.position, plain.position);
+            EXPECT_EQ(state.velocity, plain.velocity);
+            state.velocity(2, 100) = std::numeric_limits<double>::infinity();
+            EXPECT_FALSE(kernels.sub_step(h, springs, state).finite);
+        }
+    }
+}
+
+TEST(SpringKernels, SpringsThatDoNotRepeatHaveNoStencil) {
+    EXPECT_TRUE(spring_stencil(Tangle().springs).empty()) << "offsets of the springs of a vertex do not ascend";
+    // Few springs of each offset, far apart: most of what vectors would compute is for nothing.
+    std::vector<Spring> sparse;
+    for (Index v = 0; v + 20 < 400; v += 8) sparse.push_back({.i = v, .j = v + 1 + v / 8 % 20, .rest = 1.0, .k = 1.0});
+    std::vector<Index> place(400);
+    std::iota(place.begin(), place.end(), 0);
+    EXPECT_TRUE(spring_stencil(spring_arrays(sparse, place, 400)).empty());
+    // The same springs of a vertex in another order are another sum.
+    std::vector<Spring> turned;
+    for (Index v = 0; v + 2 < 400; ++v) {
+        for (const Index offset : {2, 1}) turned.push_back({.i = v, .j = v + offset, .rest = 1.0, .k = 1.0});
+    }
+    EXPECT_TRUE(spring_stencil(spring_arrays(turned, place, 400)).empty());
+}
+
 TEST(SpringKernels, EveryVersionFindsTheLargestStretchWhereverItIs) {
     const Tangle tangle;
     for (const SpringKernels& kernels : spring_kernels()) {
