@@ -18,6 +18,11 @@ inline bool leaves_limit(const TickContact& contact, double force) {
     return contact.force >= 0.0 ? force < contact.limit : force > -contact.limit;
 }
 
+/// N, of a contact that is on, from its rate after a step of h (s): backward Euler, k (d - h r) - mu r.
+inline double force_of(const TickContact& contact, double h, double rate) {
+    return contact.stiffness * (contact.depth - h * rate) - contact.damping * rate + contact.held;
+}
+
 /// Backward Euler of all contacts over a step of h (s): a contact that is on gives k (d - h r) - mu r, with r (m/s) the
 /// rate after the step, and none but a bilateral or adhesive one pulls. `solved()` solves for the flags `on` and
 /// `capped` as they are and tells whether it could; `rate_of(contact)` is then its rate (m/s). False where a guess
@@ -34,7 +39,7 @@ bool find_active(std::span<TickContact> contacts, double h, const Solved& solved
         for (TickContact& contact : contacts) {
             const double rate = rate_of(contact);
             const double depth = contact.depth - h * rate;
-            const double force = contact.stiffness * depth - contact.damping * rate + contact.held;
+            const double force = force_of(contact, h, rate);
             if (contact.capped && !leaves_limit(contact, force)) continue;
             if (contact.capped || reaches_limit(contact, force)) {
                 if (change < rounds_at_once || settled) {

@@ -57,14 +57,13 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
         show_velocities();
         return finite;
     };
-    const auto rate_of = [&](const TickContact& contact) { return TickContacts::rate(contact, state); };
     constexpr int most_rounds = 20;
     constexpr double settled = 1e-6;  // of the largest force
     for (int round = 0; round < most_rounds; ++round) {
         if (known || all.empty()) {
             solved();
         } else {
-            find_active(all, h, solved, rate_of);
+            find_pressing(h, all, solved);
         }
         double largest = 0.0;
         for (const TickContact& contact : all) largest = std::max(largest, std::abs(contact.force));
@@ -82,6 +81,58 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     show_velocities();
     if (contacts.any_rubs()) stretch_slips(h, contacts);
     for (const Index local : contacts.touched()) state.velocity.col(local).head<3>() = start_[at(contacts.spot(local))];
+}
+
+/// Many contacts that share few vertices may go round in circles. Then those that go deepest press first, few at a
+/// time; and if that does not settle either, those that would pull leave, one round after the other, and none joins.
+template <typename Solved>
+void RegionSystem::find_pressing(double h, std::span<TickContact> contacts, const Solved& solved) {
+    const TissueState& state = tissue_->state();
+    const auto rate_of = [&state](const TickContact& contact) { return TickContacts::rate(contact, state); };
+    if (find_active(contacts, h, solved, rate_of)) return;
+    const auto is_free = [](const TickContact& contact) { return !contact.bilateral && !contact.adhesive; };
+    const auto pulls = [&](const TickContact& contact) {
+        return contact.on && is_free(contact) && force_of(contact, h, rate_of(contact)) < 0.0;
+    };
+    constexpr std::size_t at_once = 4;
+    for (TickContact& contact : contacts) {
+        contact.capped = false;
+        if (is_free(contact)) contact.on = false;
+    }
+    for (std::size_t joined = 0; joined < contacts.size(); joined += at_once) {
+        solved();
+        for (TickContact& contact : contacts) {
+            if (pulls(contact)) contact.on = false;
+        }
+        bool deepens = false;
+        for (std::size_t n = 0; n < at_once; ++n) {
+            TickContact* deepest = nullptr;
+            double depth = 0.0;
+            for (TickContact& contact : contacts) {
+                const double after = contact.depth - h * rate_of(contact);
+                if (contact.on || !is_free(contact) || after <= depth) continue;
+                deepest = &contact;
+                depth = after;
+            }
+            if (deepest == nullptr) break;
+            deepest->on = true;
+            deepens = true;
+        }
+        if (!deepens) break;
+    }
+    if (find_active(contacts, h, solved, rate_of)) return;
+    for (bool settled = false; !settled;) {
+        solved();
+        settled = true;
+        for (TickContact& contact : contacts) {
+            if (contact.capped) continue;
+            contact.force = contact.on ? contact.within_limit(force_of(contact, h, rate_of(contact))) : 0.0;
+            if (!pulls(contact)) continue;
+            contact.on = false;
+            contact.force = 0.0;
+            settled = false;
+        }
+    }
 }
 
 /// A contact holds what it touches along the surface by a spring with a critical damper.

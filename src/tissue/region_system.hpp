@@ -70,6 +70,8 @@ private:
     void gather_up(Matrix4X& vector) const;
     void multiply(const TickContacts& contacts);
     double precondition();
+    template <typename Solved>
+    void find_pressing(double h, std::span<TickContact> contacts, const Solved& solved);
     bool find_change(double tolerance, int iterations, const TickContacts& contacts);
     void close_momentum();
     void stick(double h, std::size_t c, TickContacts& contacts);
