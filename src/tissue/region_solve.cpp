@@ -119,24 +119,92 @@ void RegionSystem::take_rows(double h, bool known, TickContacts& contacts) {
             const double weight = contact.weight[i];
             right_side_.col(number_[0][at(local)]).head<3>() += h * weight * push;
             Matrix3& block = near_block_[at(contacts.spot(local))];
-            block += weight * weight * (row.press - row.rub) * contact.normal * contact.normal.transpose();
+            // What presses on one vertex is in its block; what spans several is put right after the blocks.
+            const double press = contact.count == 1 ? row.press : 0.0;
+            block += weight * weight * (press - row.rub) * contact.normal * contact.normal.transpose();
             block.diagonal().array() += weight * weight * row.rub;
         }
     }
     for (const Index local : contacts.touched()) {
         invert(at(number_[0][at(local)]), near_block_[at(contacts.spot(local))]);
     }
+    couple(contacts);
+}
+
+/// For the preconditioner: (B + Jᵀ D J)⁻¹ with the blocks B and the contacts J that press on several vertices, by
+/// Woodbury's formula.
+void RegionSystem::couple(const TickContacts& contacts) {
+    coupled_.clear();
+    for (std::size_t c = 0; c < rows_.size(); ++c) {
+        if (contacts.all()[c].count > 1 && rows_[c].press > 0.0) coupled_.push_back(c);
+    }
+    if (coupled_.size() > at(static_cast<Index>(coupling_.rows()))) coupled_.clear();
+    const auto count = number(coupled_.size());
+    for (Eigen::Index a = 0; a < count; ++a) {
+        const TickContact& one = contacts.all()[coupled_[static_cast<std::size_t>(a)]];
+        for (Eigen::Index b = 0; b <= a; ++b) {
+            const TickContact& other = contacts.all()[coupled_[static_cast<std::size_t>(b)]];
+            double sum = a == b ? 1.0 / rows_[coupled_[static_cast<std::size_t>(a)]].press : 0.0;
+            for (std::size_t i = 0; i < at(one.count); ++i) {
+                for (std::size_t j = 0; j < at(other.count); ++j) {
+                    if (one.vertex[i] != other.vertex[j]) continue;
+                    const Eigen::Map<const Eigen::Matrix<double, 4, 3>> inverse(inverse_.data() +
+                                                                                12 * at(number_[0][at(one.vertex[i])]));
+                    sum += one.weight[i] * other.weight[j] * one.normal.dot((inverse * other.normal).head<3>());
+                }
+            }
+            coupling_(a, b) = sum;
+        }
+    }
+    Eigen::Ref<Eigen::MatrixXd> matrix = coupling_.topLeftCorner(count, count);
+    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(matrix);
+    if (factor.info() != Eigen::Success) coupled_.clear();
+}
+
+/// The residual preconditioned. Gives their product.
+double RegionSystem::precondition(const TickContacts& contacts) {
+    for (std::size_t n = 0; n < awake_; ++n) {
+        const Eigen::Map<const Eigen::Matrix<double, 4, 3>> inverse(inverse_.data() + 12 * n);
+        preconditioned_.col(number(n)).noalias() = inverse * residual_.col(number(n)).head<3>();
+    }
+    const auto count = number(coupled_.size());
+    if (count > 0) {
+        auto push = coupled_push_.head(count);
+        for (Eigen::Index a = 0; a < count; ++a) {
+            const TickContact& contact = contacts.all()[coupled_[static_cast<std::size_t>(a)]];
+            double rate = 0.0;
+            each_end(contact, [&](Eigen::Index n, double weight) {
+                rate += weight * preconditioned_.col(n).head<3>().dot(contact.normal);
+            });
+            push[a] = rate;
+        }
+        const auto factor = coupling_.topLeftCorner(count, count).triangularView<Eigen::Lower>();
+        factor.solveInPlace(push);
+        factor.transpose().solveInPlace(push);
+        for (Eigen::Index a = 0; a < count; ++a) {
+            const TickContact& contact = contacts.all()[coupled_[static_cast<std::size_t>(a)]];
+            each_end(contact, [&](Eigen::Index n, double weight) {
+                const Eigen::Map<const Eigen::Matrix<double, 4, 3>> inverse(inverse_.data() + 12 * n);
+                preconditioned_.col(n).noalias() -= push[a] * weight * (inverse * contact.normal);
+            });
+        }
+    }
+    double sum = 0.0;
+    for (std::size_t n = 0; n < awake_; ++n) {
+        sum += preconditioned_.col(number(n)).head<3>().dot(residual_.col(number(n)).head<3>());
+    }
+    return sum;
 }
 
 /// Preconditioned conjugate gradients from the change as it is. False where the numbers are not finite.
 bool RegionSystem::find_change(double tolerance, int iterations, const TickContacts& contacts) {
     const auto count = number(awake_);
     residual_.leftCols(count) = right_side_.leftCols(count);
-    const double small = tolerance * tolerance * std::max(precondition(), reference_);
+    const double small = tolerance * tolerance * std::max(precondition(contacts), reference_);
     direction_.leftCols(count) = change_.leftCols(count);
     multiply(contacts);
     residual_.leftCols(count) -= image_.leftCols(count);
-    double rho = precondition();
+    double rho = precondition(contacts);
     direction_.leftCols(count) = preconditioned_.leftCols(count);
     for (int iteration = 0; iteration < iterations && rho > small; ++iteration) {
         multiply(contacts);
@@ -146,7 +214,7 @@ bool RegionSystem::find_change(double tolerance, int iterations, const TickConta
         const double by = rho / curvature;
         change_.leftCols(count) += by * direction_.leftCols(count);
         residual_.leftCols(count) -= by * image_.leftCols(count);
-        const double next = precondition();
+        const double next = precondition(contacts);
         direction_.leftCols(count) = preconditioned_.leftCols(count) + (next / rho) * direction_.leftCols(count);
         rho = next;
     }

@@ -116,6 +116,10 @@ RegionSystem::RegionSystem(MovingTissue& tissue, RegionTissue& region)
     piece_inertia_.assign(at(region.pieces()), 0.0);
     constexpr std::size_t usual_contacts = 512;
     rows_.reserve(usual_contacts);
+    coupled_.reserve(usual_contacts);
+    constexpr Eigen::Index most_coupled = 256;
+    coupling_.setZero(most_coupled, most_coupled);
+    coupled_push_.setZero(most_coupled);
     start_.reserve(region.levels().front().size());
     near_block_.reserve(region.levels().front().size());
 }
@@ -345,17 +349,6 @@ void RegionSystem::multiply(const TickContacts& contacts) {
         const Vector3 push = (row.press - row.rub) * along * contact.normal + row.rub * rate;
         each_end(contact, [&](Eigen::Index n, double weight) { image_.col(n).head<3>() += weight * push; });
     }
-}
-
-double RegionSystem::precondition() {
-    double sum = 0.0;
-    for (std::size_t n = 0; n < awake_; ++n) {
-        const Eigen::Map<const Eigen::Matrix<double, 4, 3>> inverse(inverse_.data() + 12 * n);
-        const auto column = number(n);
-        preconditioned_.col(column).noalias() = inverse * residual_.col(column).head<3>();
-        sum += preconditioned_.col(column).head<3>().dot(residual_.col(column).head<3>());
-    }
-    return sum;
 }
 
 }  // namespace trocar

@@ -2,6 +2,7 @@
 // what presses adds its damper and its spring to the matrix, so that hundreds of contacts cost a few products with it.
 #pragma once
 
+#include <Eigen/Dense>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -69,7 +70,8 @@ private:
     void spread_down(Matrix4X& vector) const;
     void gather_up(Matrix4X& vector) const;
     void multiply(const TickContacts& contacts);
-    double precondition();
+    double precondition(const TickContacts& contacts);
+    void couple(const TickContacts& contacts);
     bool find_change(double tolerance, int iterations, const TickContacts& contacts);
     void close_momentum();
     void stick(double h, std::size_t c, TickContacts& contacts);
@@ -99,9 +101,12 @@ private:
     std::vector<double> inverse_;  ///< 12 a node
     Matrix4X right_side_, whole_right_side_, change_, residual_, preconditioned_, direction_, image_;
     std::vector<Row> rows_;
-    std::vector<Vector3> start_;       ///< m/s, as the step begins, of touched vertices
-    std::vector<Matrix3> near_block_;  ///< likewise, with what contacts add
-    Matrix3X left_;                    ///< N s, per free piece
+    std::vector<Vector3> start_;        ///< m/s, as the step begins, of touched vertices
+    std::vector<Matrix3> near_block_;   ///< likewise, with what contacts add
+    std::vector<std::size_t> coupled_;  ///< contacts that press on several vertices
+    Eigen::MatrixXd coupling_;          ///< of these, its factor
+    Eigen::VectorXd coupled_push_;
+    Matrix3X left_;  ///< N s, per free piece
     std::vector<double> piece_inertia_;
     double reference_ = 0.0;   ///< of what the contacts of the last step gave, as residuals are measured
     double listed_for_ = 0.0;  ///< s

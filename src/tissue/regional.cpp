@@ -24,7 +24,7 @@ struct RegionalSettings {
     std::size_t slices = 16;
     std::size_t visits = 4000;
     std::size_t whole = 2000;
-    double tolerance = 1e-3;
+    double tolerance = 1e-4;
     int iterations = 200;
 };
 
@@ -391,7 +391,7 @@ StepperEntry regional_stepper() {
                      "tissue of up to so many moving vertices is stepped as a whole, by `implicit`"),
         {.name = "tolerance",
          .unit = "1",
-         .default_value = "1e-3",
+         .default_value = "1e-4",
          .minimum = 1e-14,
          .maximum = 0.1,
          .meaning = "residual of a step's linear system over its right side, or over what contacts gave"},
