@@ -43,7 +43,7 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
         contact.rubbed.setZero();
     }
     for (std::size_t c = 0; c < all.size(); ++c) {
-        if (all[c].rubs && (known ? all[c].force > 0.0 : all[c].on)) stick(h, c, contacts);
+        if (all[c].rubs && (known ? all[c].force > 0.0 : all[c].on)) hold_along(h, c, 1.0, contacts);
     }
     const auto show_velocities = [&] {
         for (const Index local : contacts.touched()) {
@@ -59,7 +59,7 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     };
     const auto rate_of = [&](const TickContact& contact) { return TickContacts::rate(contact, state); };
     constexpr int most_rounds = 20;
-    constexpr double settled = 1e-6;  // of the largest force
+    constexpr double settled = 1e-4;  // of the largest force
     for (int round = 0; round < most_rounds; ++round) {
         if (known || all.empty()) {
             solved();
@@ -84,15 +84,17 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     for (const Index local : contacts.touched()) state.velocity.col(local).head<3>() = start_[at(contacts.spot(local))];
 }
 
-/// A contact holds what it touches along the surface by a spring with a critical damper.
-void RegionSystem::stick(double h, std::size_t c, TickContacts& contacts) {
+/// A contact holds what it touches along the surface by a spring with a critical damper; `part` of both where it
+/// slides, the one that pulls as much as friction allows.
+void RegionSystem::hold_along(double h, std::size_t c, double part, TickContacts& contacts) {
     const TickContact& contact = contacts.all()[c];
     const LinearContact& source = contacts.given(contact);
     Row& row = rows_[c];
     const double damping = 2.0 * std::sqrt(source.tangent_k / contact.mobility);
-    row.slope = damping + h * source.tangent_k;
+    row.slope = part * (damping + h * source.tangent_k);
     row.rub = h * row.slope;
-    row.stretched = source.tangent_k * along_surface(contacts.slip(source.slip_key), contact);
+    row.part = part;
+    row.stretched = part * source.tangent_k * along_surface(contacts.slip(source.slip_key), contact);
 }
 
 /// What the contacts as they are on, at their limit and sticking put into the matrix and the right side.
@@ -113,7 +115,7 @@ void RegionSystem::take_rows(double h, bool known, TickContacts& contacts) {
         double given = contact.capped || known ? contact.force : 0.0;
         if (presses) given = contact.stiffness * contact.depth + contact.held - damping * rate;
         Vector3 push = given * contact.normal;
-        push += row.rub > 0.0 ? Vector3(-row.stretched - row.slope * along_surface(speed, contact)) : contact.rubbed;
+        if (row.part > 0.0) push -= row.stretched + row.slope * along_surface(speed, contact);
         for (std::size_t i = 0; i < at(contact.count); ++i) {
             const Index local = contact.vertex[i];
             const double weight = contact.weight[i];
@@ -240,7 +242,8 @@ void RegionSystem::close_momentum() {
         [&](Eigen::Index n, Index piece) { change_.col(n).head<3>() += left_.col(piece) / piece_inertia_[at(piece)]; });
 }
 
-/// Which contacts stick and which slide with the normal forces as they are. Gives the largest change of a force, N.
+/// How much of its spring each contact that slides is left with, from the velocities that the last parts have led to.
+/// Gives the largest change of a force, N.
 double RegionSystem::rub(double h, TickContacts& contacts) {
     contacts.gather_grip();
     const std::span<TickContact> all = contacts.all();
@@ -250,27 +253,25 @@ double RegionSystem::rub(double h, TickContacts& contacts) {
         TickContact& contact = all[c];
         if (!contact.rubs) continue;
         Row& row = rows_[c];
-        Vector3 rubbed = Vector3::Zero();
-        const bool stuck = row.rub > 0.0;
-        if (contacts.grips(c)) {
-            const double most = contacts.grip(contacts.given(contact).slip_key).most;
-            const Vector3 speed = along_surface(
-                speed_of(contact, [&](Index local) { return state.velocity.col(local).head<3>(); }), contact);
-            stick(h, c, contacts);
-            rubbed = -row.stretched - row.slope * speed;
-            const double wanted = rubbed.norm();
-            const bool turns = !stuck && rubbed.dot(contact.rubbed) < 0.0;
-            if (wanted > most && !turns) {
-                rubbed *= most / wanted;
-                row.rub = 0.0;
-            } else if (wanted > most) {
-                rubbed *= most / wanted;
-            }
-        } else {
-            row.rub = 0.0;
+        const bool grips = contacts.grips(c);
+        if (!grips && row.part == 0.0) continue;
+        const double most = grips ? contacts.grip(contacts.given(contact).slip_key).most : 0.0;
+        if (row.part == 0.0) {
+            // Did not press before: holds from now on.
+            hold_along(h, c, 1.0, contacts);
+            change = std::max(change, most);
+            continue;
         }
-        change = std::max(change, (rubbed - contact.rubbed).norm());
-        contact.rubbed = rubbed;
+        const Vector3 speed =
+            along_surface(speed_of(contact, [&](Index local) { return state.velocity.col(local).head<3>(); }), contact);
+        const double before = row.part;
+        contact.rubbed = -row.stretched - row.slope * speed;
+        const double wanted = contact.rubbed.norm() / before;  // by the whole spring
+        const double part = !grips ? 0.0 : wanted > most ? most / wanted : 1.0;
+        hold_along(h, c, part, contacts);
+        if (part == 0.0) contact.rubbed.setZero();
+        change = std::max(change, std::abs(part - before) * wanted);
+        if (contact.rubbed.norm() > most) contact.rubbed *= most / contact.rubbed.norm();
     }
     return change;
 }
@@ -284,9 +285,8 @@ void RegionSystem::stretch_slips(double h, TickContacts& contacts) {
         TickContact& contact = contacts.all()[c];
         if (!contact.rubs || !contacts.grips(c)) continue;
         const LinearContact& source = contacts.given(contact);
-        constexpr double rounding = 1e-9;
+        constexpr double rounding = 1e-3;
         const double most = contacts.grip(source.slip_key).most;
-        if (contact.rubbed.norm() > most) contact.rubbed *= most / contact.rubbed.norm();
         if (contact.rubbed.norm() >= most * (1.0 - rounding)) {
             contacts.slide(c);
             continue;

@@ -59,9 +59,10 @@ private:
     };
     /// How a contact acts in the matrix.
     struct Row {
-        double press = 0.0;                   ///< kg, along its normal
-        double rub = 0.0;                     ///< kg, along the surface while it sticks
-        double slope = 0.0;                   ///< N s/m, of what sticks
+        double press = 0.0;  ///< kg, along its normal
+        double rub = 0.0;    ///< kg, along the surface while it sticks
+        double part = 0.0;   ///< of its tangential spring that acts: 1 sticks, less slides, 0 presses nowhere
+        double slope = 0.0;  ///< N s/m, of what sticks
         Vector3 stretched = Vector3::Zero();  ///< N, of its tangential spring as the step begins
     };
     void list(double h);
@@ -74,7 +75,7 @@ private:
     void couple(const TickContacts& contacts);
     bool find_change(double tolerance, int iterations, const TickContacts& contacts);
     void close_momentum();
-    void stick(double h, std::size_t c, TickContacts& contacts);
+    void hold_along(double h, std::size_t c, double part, TickContacts& contacts);
     void take_rows(double h, bool known, TickContacts& contacts);
     double rub(double h, TickContacts& contacts);
     void stretch_slips(double h, TickContacts& contacts);
