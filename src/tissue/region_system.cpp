@@ -146,7 +146,7 @@ void RegionSystem::list(double h) {
     inertia_.clear();
     for (std::size_t level = 0; level < levels.size(); ++level) {
         for (const Index node : levels[level].awake_nodes) {
-            constexpr double rounding = 1e-9;
+            constexpr double rounding = 1e-12;
             // A node that nothing moves with any more has no say.
             if (level > 0 && levels[level].mass[at(node)] <= rounding * levels[level].whole_mass[at(node)]) continue;
             number_of(level, node);
@@ -170,7 +170,7 @@ void RegionSystem::list(double h) {
             for (std::size_t p = 0; p < 3; ++p) {
                 const Index parent = here.parent[at(nodes_[n].node)][p];
                 if (here.share[at(nodes_[n].node)][p] == 0.0 || levels[level + 1].fixed[at(parent)] != 0) continue;
-                number_of(level + 1, parent);
+                if (levels[level + 1].awake[at(parent)] == 0) number_of(level + 1, parent);
             }
         }
     }
@@ -181,7 +181,8 @@ void RegionSystem::list(double h) {
             Ghost ghost{.number = n, .parent = {still, still, still}};
             for (std::size_t p = 0; p < 3; ++p) {
                 const Index parent = levels[level].parent[at(nodes_[n].node)][p];
-                if (levels[level + 1].fixed[at(parent)] != 0) continue;
+                // One that is awake and has no number has no say, nor has what this ghost pulls it by.
+                if (levels[level + 1].fixed[at(parent)] != 0 || number_[level + 1][at(parent)] < 0) continue;
                 ghost.share[p] = levels[level].share[at(nodes_[n].node)][p];
                 if (ghost.share[p] != 0.0) ghost.parent[p] = at(number_[level + 1][at(parent)]);
             }
