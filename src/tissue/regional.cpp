@@ -24,8 +24,8 @@ struct RegionalSettings {
     std::size_t slices = 16;
     std::size_t visits = 4000;
     std::size_t whole = 2000;
-    double tolerance = 1e-4;
-    int iterations = 200;
+    double tolerance = 1e-6;
+    int iterations = 1000;
 };
 
 class RegionalStepper final : public Stepper {
@@ -391,14 +391,14 @@ StepperEntry regional_stepper() {
                      "tissue of up to so many moving vertices is stepped as a whole, by `implicit`"),
         {.name = "tolerance",
          .unit = "1",
-         .default_value = "1e-4",
+         .default_value = "1e-6",
          .minimum = 1e-14,
          .maximum = 0.1,
          .meaning = "residual of a step's linear system over its right side, or over what contacts gave"},
         {.name = "iterations",
          .type = Parameter::Type::integer,
          .unit = "1",
-         .default_value = "200",
+         .default_value = "1000",
          .minimum = 1,
          .maximum = 100000,
          .meaning = "most iterations of conjugate gradients for one system"}};
