@@ -44,7 +44,6 @@ public:
 
     /// Springs of vertices that are awake.
     [[nodiscard]] std::span<const std::uint32_t> springs() const { return springs_; }
-    [[nodiscard]] std::size_t awake() const { return awake_; }
 
 private:
     struct Node {

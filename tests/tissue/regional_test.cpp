@@ -240,6 +240,21 @@ TEST(Regional, TheSameEffectsEndOnTheSameBits) {
     }
 }
 
+TEST(Regional, PreparedAnewItStartsAnew) {
+    Press once("regional", with("0.005"));
+    Press twice("regional", with("0.005"));
+    EXPECT_TRUE(twice.stepper->loads().empty()) << "before the first tick";
+    for (int tick = 0; tick < 40; ++tick) twice.step();
+    twice.stepper->prepare(twice.s.topology, twice.s.materials);
+    twice.s.frame = disc().frame;
+    twice.tick = 0;
+    for (int tick = 0; tick < 40; ++tick) {
+        once.step();
+        twice.step();
+        ASSERT_EQ(once.s.frame.hash(), twice.s.frame.hash()) << tick;
+    }
+}
+
 TEST(Regional, AsksForNoMemoryAfterWarmUp) {
     if (allocation_count() < 0) GTEST_SKIP() << "a sanitizer has replaced the allocator: nothing is counted";
     Press p("regional", with("0.005"));
