@@ -250,7 +250,7 @@ void RegionTissue::find_parents(RegionLevel& fine, const RegionLevel& coarse, co
         candidates.resize(fixed ? 1 : std::min(candidates.size(), most_candidates));
         share_out(coarse, fine.rest[at(node)], candidates, fine.parent[at(node)], fine.share[at(node)]);
         // Shares that are nothing but rounding would tie a node to ones it has no part in.
-        constexpr double least = 1e-6;
+        constexpr double least = 1e-4;
         double sum = 0.0;
         for (double& share : fine.share[at(node)]) sum += share = share < least ? 0.0 : share;
         for (double& share : fine.share[at(node)]) share /= sum;

@@ -82,7 +82,6 @@ public:
 
     [[nodiscard]] std::vector<RegionLevel>& levels() { return levels_; }
     [[nodiscard]] const std::vector<RegionLevel>& levels() const { return levels_; }
-    [[nodiscard]] Matrix4X& anchor() { return anchor_; }
     [[nodiscard]] Index pieces() const { return pieces_; }
     /// Nodes have woken or fallen asleep since the last call.
     bool take_changed();

@@ -43,7 +43,7 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
         contact.rubbed.setZero();
     }
     for (std::size_t c = 0; c < all.size(); ++c) {
-        if (all[c].rubs && (known ? all[c].force > 0.0 : all[c].on)) stick(h, c, contacts);
+        if (all[c].rubs && (known ? all[c].force > 0.0 : all[c].on)) hold_along(h, c, 1.0, contacts);
     }
     const auto show_velocities = [&] {
         for (const Index local : contacts.touched()) {
@@ -58,7 +58,7 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
         return finite;
     };
     constexpr int most_rounds = 20;
-    constexpr double settled = 1e-6;  // of the largest force
+    constexpr double settled = 1e-4;  // of the largest force
     for (int round = 0; round < most_rounds; ++round) {
         if (known || all.empty()) {
             solved();
@@ -135,15 +135,17 @@ void RegionSystem::find_pressing(double h, std::span<TickContact> contacts, cons
     }
 }
 
-/// A contact holds what it touches along the surface by a spring with a critical damper.
-void RegionSystem::stick(double h, std::size_t c, TickContacts& contacts) {
+/// A contact holds what it touches along the surface by a spring with a critical damper; `part` of both where it
+/// slides, the one that pulls as much as friction allows.
+void RegionSystem::hold_along(double h, std::size_t c, double part, TickContacts& contacts) {
     const TickContact& contact = contacts.all()[c];
     const LinearContact& source = contacts.given(contact);
     Row& row = rows_[c];
     const double damping = 2.0 * std::sqrt(source.tangent_k / contact.mobility);
-    row.slope = damping + h * source.tangent_k;
+    row.slope = part * (damping + h * source.tangent_k);
     row.rub = h * row.slope;
-    row.stretched = source.tangent_k * along_surface(contacts.slip(source.slip_key), contact);
+    row.part = part;
+    row.stretched = part * source.tangent_k * along_surface(contacts.slip(source.slip_key), contact);
 }
 
 /// What the contacts as they are on, at their limit and sticking put into the matrix and the right side.
@@ -164,30 +166,98 @@ void RegionSystem::take_rows(double h, bool known, TickContacts& contacts) {
         double given = contact.capped || known ? contact.force : 0.0;
         if (presses) given = contact.stiffness * contact.depth + contact.held - damping * rate;
         Vector3 push = given * contact.normal;
-        push += row.rub > 0.0 ? Vector3(-row.stretched - row.slope * along_surface(speed, contact)) : contact.rubbed;
+        if (row.part > 0.0) push -= row.stretched + row.slope * along_surface(speed, contact);
         for (std::size_t i = 0; i < at(contact.count); ++i) {
             const Index local = contact.vertex[i];
             const double weight = contact.weight[i];
             right_side_.col(number_[0][at(local)]).head<3>() += h * weight * push;
             Matrix3& block = near_block_[at(contacts.spot(local))];
-            block += weight * weight * (row.press - row.rub) * contact.normal * contact.normal.transpose();
+            // What presses on one vertex is in its block; what spans several is put right after the blocks.
+            const double press = contact.count == 1 ? row.press : 0.0;
+            block += weight * weight * (press - row.rub) * contact.normal * contact.normal.transpose();
             block.diagonal().array() += weight * weight * row.rub;
         }
     }
     for (const Index local : contacts.touched()) {
         invert(at(number_[0][at(local)]), near_block_[at(contacts.spot(local))]);
     }
+    couple(contacts);
+}
+
+/// For the preconditioner: (B + Jᵀ D J)⁻¹ with the blocks B and the contacts J that press on several vertices, by
+/// Woodbury's formula.
+void RegionSystem::couple(const TickContacts& contacts) {
+    coupled_.clear();
+    for (std::size_t c = 0; c < rows_.size(); ++c) {
+        if (contacts.all()[c].count > 1 && rows_[c].press > 0.0) coupled_.push_back(c);
+    }
+    if (coupled_.size() > at(static_cast<Index>(coupling_.rows()))) coupled_.clear();
+    const auto count = number(coupled_.size());
+    for (Eigen::Index a = 0; a < count; ++a) {
+        const TickContact& one = contacts.all()[coupled_[static_cast<std::size_t>(a)]];
+        for (Eigen::Index b = 0; b <= a; ++b) {
+            const TickContact& other = contacts.all()[coupled_[static_cast<std::size_t>(b)]];
+            double sum = a == b ? 1.0 / rows_[coupled_[static_cast<std::size_t>(a)]].press : 0.0;
+            for (std::size_t i = 0; i < at(one.count); ++i) {
+                for (std::size_t j = 0; j < at(other.count); ++j) {
+                    if (one.vertex[i] != other.vertex[j]) continue;
+                    const Eigen::Map<const Eigen::Matrix<double, 4, 3>> inverse(inverse_.data() +
+                                                                                12 * at(number_[0][at(one.vertex[i])]));
+                    sum += one.weight[i] * other.weight[j] * one.normal.dot((inverse * other.normal).head<3>());
+                }
+            }
+            coupling_(a, b) = sum;
+        }
+    }
+    Eigen::Ref<Eigen::MatrixXd> matrix = coupling_.topLeftCorner(count, count);
+    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(matrix);
+    if (factor.info() != Eigen::Success) coupled_.clear();
+}
+
+/// The residual preconditioned. Gives their product.
+double RegionSystem::precondition(const TickContacts& contacts) {
+    for (std::size_t n = 0; n < awake_; ++n) {
+        const Eigen::Map<const Eigen::Matrix<double, 4, 3>> inverse(inverse_.data() + 12 * n);
+        preconditioned_.col(number(n)).noalias() = inverse * residual_.col(number(n)).head<3>();
+    }
+    const auto count = number(coupled_.size());
+    if (count > 0) {
+        auto push = coupled_push_.head(count);
+        for (Eigen::Index a = 0; a < count; ++a) {
+            const TickContact& contact = contacts.all()[coupled_[static_cast<std::size_t>(a)]];
+            double rate = 0.0;
+            each_end(contact, [&](Eigen::Index n, double weight) {
+                rate += weight * preconditioned_.col(n).head<3>().dot(contact.normal);
+            });
+            push[a] = rate;
+        }
+        const auto factor = coupling_.topLeftCorner(count, count).triangularView<Eigen::Lower>();
+        factor.solveInPlace(push);
+        factor.transpose().solveInPlace(push);
+        for (Eigen::Index a = 0; a < count; ++a) {
+            const TickContact& contact = contacts.all()[coupled_[static_cast<std::size_t>(a)]];
+            each_end(contact, [&](Eigen::Index n, double weight) {
+                const Eigen::Map<const Eigen::Matrix<double, 4, 3>> inverse(inverse_.data() + 12 * n);
+                preconditioned_.col(n).noalias() -= push[a] * weight * (inverse * contact.normal);
+            });
+        }
+    }
+    double sum = 0.0;
+    for (std::size_t n = 0; n < awake_; ++n) {
+        sum += preconditioned_.col(number(n)).head<3>().dot(residual_.col(number(n)).head<3>());
+    }
+    return sum;
 }
 
 /// Preconditioned conjugate gradients from the change as it is. False where the numbers are not finite.
 bool RegionSystem::find_change(double tolerance, int iterations, const TickContacts& contacts) {
     const auto count = number(awake_);
     residual_.leftCols(count) = right_side_.leftCols(count);
-    const double small = tolerance * tolerance * std::max(precondition(), reference_);
+    const double small = tolerance * tolerance * std::max(precondition(contacts), reference_);
     direction_.leftCols(count) = change_.leftCols(count);
     multiply(contacts);
     residual_.leftCols(count) -= image_.leftCols(count);
-    double rho = precondition();
+    double rho = precondition(contacts);
     direction_.leftCols(count) = preconditioned_.leftCols(count);
     for (int iteration = 0; iteration < iterations && rho > small; ++iteration) {
         multiply(contacts);
@@ -197,7 +267,7 @@ bool RegionSystem::find_change(double tolerance, int iterations, const TickConta
         const double by = rho / curvature;
         change_.leftCols(count) += by * direction_.leftCols(count);
         residual_.leftCols(count) -= by * image_.leftCols(count);
-        const double next = precondition();
+        const double next = precondition(contacts);
         direction_.leftCols(count) = preconditioned_.leftCols(count) + (next / rho) * direction_.leftCols(count);
         rho = next;
     }
@@ -223,7 +293,8 @@ void RegionSystem::close_momentum() {
         [&](Eigen::Index n, Index piece) { change_.col(n).head<3>() += left_.col(piece) / piece_inertia_[at(piece)]; });
 }
 
-/// Which contacts stick and which slide with the normal forces as they are. Gives the largest change of a force, N.
+/// How much of its spring each contact that slides is left with, from the velocities that the last parts have led to.
+/// Gives the largest change of a force, N.
 double RegionSystem::rub(double h, TickContacts& contacts) {
     contacts.gather_grip();
     const std::span<TickContact> all = contacts.all();
@@ -233,27 +304,25 @@ double RegionSystem::rub(double h, TickContacts& contacts) {
         TickContact& contact = all[c];
         if (!contact.rubs) continue;
         Row& row = rows_[c];
-        Vector3 rubbed = Vector3::Zero();
-        const bool stuck = row.rub > 0.0;
-        if (contacts.grips(c)) {
-            const double most = contacts.grip(contacts.given(contact).slip_key).most;
-            const Vector3 speed = along_surface(
-                speed_of(contact, [&](Index local) { return state.velocity.col(local).head<3>(); }), contact);
-            stick(h, c, contacts);
-            rubbed = -row.stretched - row.slope * speed;
-            const double wanted = rubbed.norm();
-            const bool turns = !stuck && rubbed.dot(contact.rubbed) < 0.0;
-            if (wanted > most && !turns) {
-                rubbed *= most / wanted;
-                row.rub = 0.0;
-            } else if (wanted > most) {
-                rubbed *= most / wanted;
-            }
-        } else {
-            row.rub = 0.0;
+        const bool grips = contacts.grips(c);
+        if (!grips && row.part == 0.0) continue;
+        const double most = grips ? contacts.grip(contacts.given(contact).slip_key).most : 0.0;
+        if (row.part == 0.0) {
+            // Did not press before: holds from now on.
+            hold_along(h, c, 1.0, contacts);
+            change = std::max(change, most);
+            continue;
         }
-        change = std::max(change, (rubbed - contact.rubbed).norm());
-        contact.rubbed = rubbed;
+        const Vector3 speed =
+            along_surface(speed_of(contact, [&](Index local) { return state.velocity.col(local).head<3>(); }), contact);
+        const double before = row.part;
+        contact.rubbed = -row.stretched - row.slope * speed;
+        const double wanted = contact.rubbed.norm() / before;  // by the whole spring
+        const double part = !grips ? 0.0 : wanted > most ? most / wanted : 1.0;
+        hold_along(h, c, part, contacts);
+        if (part == 0.0) contact.rubbed.setZero();
+        change = std::max(change, std::abs(part - before) * wanted);
+        if (contact.rubbed.norm() > most) contact.rubbed *= most / contact.rubbed.norm();
     }
     return change;
 }
@@ -267,9 +336,8 @@ void RegionSystem::stretch_slips(double h, TickContacts& contacts) {
         TickContact& contact = contacts.all()[c];
         if (!contact.rubs || !contacts.grips(c)) continue;
         const LinearContact& source = contacts.given(contact);
-        constexpr double rounding = 1e-9;
+        constexpr double rounding = 1e-3;
         const double most = contacts.grip(source.slip_key).most;
-        if (contact.rubbed.norm() > most) contact.rubbed *= most / contact.rubbed.norm();
         if (contact.rubbed.norm() >= most * (1.0 - rounding)) {
             contacts.slide(c);
             continue;

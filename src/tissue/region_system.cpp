@@ -116,6 +116,10 @@ RegionSystem::RegionSystem(MovingTissue& tissue, RegionTissue& region)
     piece_inertia_.assign(at(region.pieces()), 0.0);
     constexpr std::size_t usual_contacts = 512;
     rows_.reserve(usual_contacts);
+    coupled_.reserve(usual_contacts);
+    constexpr Eigen::Index most_coupled = 256;
+    coupling_.setZero(most_coupled, most_coupled);
+    coupled_push_.setZero(most_coupled);
     start_.reserve(region.levels().front().size());
     near_block_.reserve(region.levels().front().size());
 }
@@ -142,7 +146,7 @@ void RegionSystem::list(double h) {
     inertia_.clear();
     for (std::size_t level = 0; level < levels.size(); ++level) {
         for (const Index node : levels[level].awake_nodes) {
-            constexpr double rounding = 1e-9;
+            constexpr double rounding = 1e-12;
             // A node that nothing moves with any more has no say.
             if (level > 0 && levels[level].mass[at(node)] <= rounding * levels[level].whole_mass[at(node)]) continue;
             number_of(level, node);
@@ -166,7 +170,7 @@ void RegionSystem::list(double h) {
             for (std::size_t p = 0; p < 3; ++p) {
                 const Index parent = here.parent[at(nodes_[n].node)][p];
                 if (here.share[at(nodes_[n].node)][p] == 0.0 || levels[level + 1].fixed[at(parent)] != 0) continue;
-                number_of(level + 1, parent);
+                if (levels[level + 1].awake[at(parent)] == 0) number_of(level + 1, parent);
             }
         }
     }
@@ -177,7 +181,8 @@ void RegionSystem::list(double h) {
             Ghost ghost{.number = n, .parent = {still, still, still}};
             for (std::size_t p = 0; p < 3; ++p) {
                 const Index parent = levels[level].parent[at(nodes_[n].node)][p];
-                if (levels[level + 1].fixed[at(parent)] != 0) continue;
+                // One that is awake and has no number has no say, nor has what this ghost pulls it by.
+                if (levels[level + 1].fixed[at(parent)] != 0 || number_[level + 1][at(parent)] < 0) continue;
                 ghost.share[p] = levels[level].share[at(nodes_[n].node)][p];
                 if (ghost.share[p] != 0.0) ghost.parent[p] = at(number_[level + 1][at(parent)]);
             }
@@ -345,17 +350,6 @@ void RegionSystem::multiply(const TickContacts& contacts) {
         const Vector3 push = (row.press - row.rub) * along * contact.normal + row.rub * rate;
         each_end(contact, [&](Eigen::Index n, double weight) { image_.col(n).head<3>() += weight * push; });
     }
-}
-
-double RegionSystem::precondition() {
-    double sum = 0.0;
-    for (std::size_t n = 0; n < awake_; ++n) {
-        const Eigen::Map<const Eigen::Matrix<double, 4, 3>> inverse(inverse_.data() + 12 * n);
-        const auto column = number(n);
-        preconditioned_.col(column).noalias() = inverse * residual_.col(column).head<3>();
-        sum += preconditioned_.col(column).head<3>().dot(residual_.col(column).head<3>());
-    }
-    return sum;
 }
 
 }  // namespace trocar

@@ -2,6 +2,7 @@
 // what presses adds its damper and its spring to the matrix, so that hundreds of contacts cost a few products with it.
 #pragma once
 
+#include <Eigen/Dense>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -43,7 +44,6 @@ public:
 
     /// Springs of vertices that are awake.
     [[nodiscard]] std::span<const std::uint32_t> springs() const { return springs_; }
-    [[nodiscard]] std::size_t awake() const { return awake_; }
 
 private:
     struct Node {
@@ -58,9 +58,10 @@ private:
     };
     /// How a contact acts in the matrix.
     struct Row {
-        double press = 0.0;                   ///< kg, along its normal
-        double rub = 0.0;                     ///< kg, along the surface while it sticks
-        double slope = 0.0;                   ///< N s/m, of what sticks
+        double press = 0.0;  ///< kg, along its normal
+        double rub = 0.0;    ///< kg, along the surface while it sticks
+        double part = 0.0;   ///< of its tangential spring that acts: 1 sticks, less slides, 0 presses nowhere
+        double slope = 0.0;  ///< N s/m, of what sticks
         Vector3 stretched = Vector3::Zero();  ///< N, of its tangential spring as the step begins
     };
     void list(double h);
@@ -69,12 +70,13 @@ private:
     void spread_down(Matrix4X& vector) const;
     void gather_up(Matrix4X& vector) const;
     void multiply(const TickContacts& contacts);
-    double precondition();
+    double precondition(const TickContacts& contacts);
+    void couple(const TickContacts& contacts);
     template <typename Solved>
     void find_pressing(double h, std::span<TickContact> contacts, const Solved& solved);
     bool find_change(double tolerance, int iterations, const TickContacts& contacts);
     void close_momentum();
-    void stick(double h, std::size_t c, TickContacts& contacts);
+    void hold_along(double h, std::size_t c, double part, TickContacts& contacts);
     void take_rows(double h, bool known, TickContacts& contacts);
     double rub(double h, TickContacts& contacts);
     void stretch_slips(double h, TickContacts& contacts);
@@ -101,9 +103,12 @@ private:
     std::vector<double> inverse_;  ///< 12 a node
     Matrix4X right_side_, whole_right_side_, change_, residual_, preconditioned_, direction_, image_;
     std::vector<Row> rows_;
-    std::vector<Vector3> start_;       ///< m/s, as the step begins, of touched vertices
-    std::vector<Matrix3> near_block_;  ///< likewise, with what contacts add
-    Matrix3X left_;                    ///< N s, per free piece
+    std::vector<Vector3> start_;        ///< m/s, as the step begins, of touched vertices
+    std::vector<Matrix3> near_block_;   ///< likewise, with what contacts add
+    std::vector<std::size_t> coupled_;  ///< contacts that press on several vertices
+    Eigen::MatrixXd coupling_;          ///< of these, its factor
+    Eigen::VectorXd coupled_push_;
+    Matrix3X left_;  ///< N s, per free piece
     std::vector<double> piece_inertia_;
     double reference_ = 0.0;   ///< of what the contacts of the last step gave, as residuals are measured
     double listed_for_ = 0.0;  ///< s

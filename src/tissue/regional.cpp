@@ -24,8 +24,8 @@ struct RegionalSettings {
     std::size_t slices = 16;
     std::size_t visits = 4000;
     std::size_t whole = 2000;
-    double tolerance = 1e-3;
-    int iterations = 200;
+    double tolerance = 1e-6;
+    int iterations = 1000;
 };
 
 class RegionalStepper final : public Stepper {
@@ -47,7 +47,14 @@ public:
             whole_->prepare(topology, materials);
             return;
         }
-        vertex_count_ = at(topology.vertex_count);
+        contacts_.emplace(topology.vertex_count, tissue_->state().size());
+        searches_.clear();
+        is_known_ = false;
+        is_filled_ = true;
+        tick_ = 0;
+        shown_ = visited_ = 0;
+        far_stretch_ = last_far_stretch_ = max_strain_ = 0.0;
+        limited_edges_ = 0;
     }
 
     [[nodiscard]] StepEstimate estimate(const Topology& /*topology*/, const Materials& materials,
@@ -115,12 +122,12 @@ private:
         std::vector<std::int64_t> walk;    ///< tick of the last walk that met it
     };
 
+    /// In the first tick: the levels lie where the first frame has the tissue.
     void build(const Frame& from) {
         tissue_->take_over(nothing_, from);
         constexpr std::size_t fewest = 1200;
         region_.emplace(*tissue_, from.position, fewest);
         system_.emplace(*tissue_, *region_);
-        contacts_.emplace(static_cast<Index>(vertex_count_), tissue_->state().size());
         for (const RegionLevel& level : region_->levels()) {
             Search& search = searches_.emplace_back();
             search.queue.reserve(level.size());
@@ -338,7 +345,6 @@ private:
     RegionalSettings settings_;
     int rings_;
     std::unique_ptr<Stepper> whole_;  ///< where a region would not pay
-    std::size_t vertex_count_ = 0;
     Effect nothing_;
     std::optional<MovingTissue> tissue_;
     std::optional<RegionTissue> region_;
@@ -391,14 +397,14 @@ StepperEntry regional_stepper() {
                      "tissue of up to so many moving vertices is stepped as a whole, by `implicit`"),
         {.name = "tolerance",
          .unit = "1",
-         .default_value = "1e-3",
+         .default_value = "1e-6",
          .minimum = 1e-14,
          .maximum = 0.1,
          .meaning = "residual of a step's linear system over its right side, or over what contacts gave"},
         {.name = "iterations",
          .type = Parameter::Type::integer,
          .unit = "1",
-         .default_value = "200",
+         .default_value = "1000",
          .minimum = 1,
          .maximum = 100000,
          .meaning = "most iterations of conjugate gradients for one system"}};
