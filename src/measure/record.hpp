@@ -17,7 +17,7 @@ namespace trocar {
 struct RunSpec {
     std::string study;
     std::string mode;        ///< "replay" | "closed_loop" | "triangle_pair" | "work_precision" | "ablation" | "paced" |
-                             ///< "hard_case" | "certificate"
+                             ///< "cost_by_size" | "hard_case" | "certificate"
     std::string scene;       ///< scene name
     std::string scene_file;  ///< relative to the study file
     std::string scene_hash;  ///< 16 hex digits

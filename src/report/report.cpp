@@ -22,6 +22,7 @@ Report compose(const std::vector<Record>& records) {
     if (!has_verdict) add_certificate(draft);
     if (!has_verdict) add_ablation(draft);
     if (!has_verdict) add_work_precision(draft);
+    add_cost_by_size(draft);
     add_between_ticks(draft);
     add_lost_by_the_detector(draft);
     add_verdict_by_class(draft);

@@ -108,6 +108,10 @@ void add_certificate(Draft& draft);
 /// The loop released by the clock: part of the haptic table.
 void add_paced(Draft& draft);
 
+// size_section.cpp
+/// What a tick costs against the number of tissue triangles, stages apart: one chart per family of scenes and methods.
+void add_cost_by_size(Draft& draft);
+
 // knob_section.cpp
 void add_work_precision(Draft& draft);
 /// Empty without such a part.

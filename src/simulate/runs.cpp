@@ -227,6 +227,7 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
         return record;
     }
     if (spec.mode == "paced") return run_paced_loop(scene, spec, limits);
+    if (spec.mode == "cost_by_size") return run_timed_loop(scene, spec, limits);
     if (spec.mode == "certificate") return run_certificate(scene, spec, limits);
     if (spec.mode == "work_precision" || spec.mode == "ablation") {
         Record record = spec.response.empty() ? run_replay(scene, spec, limits) : run_closed_loop(scene, spec, limits);
@@ -236,9 +237,11 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
     if (spec.mode == "replay") return run_replay(scene, spec, limits);
     if (spec.mode == "closed_loop" || spec.mode == "hard_case") return run_closed_loop(scene, spec, limits);
     if (spec.mode == "triangle_pair") return run_triangle_pair(scene, spec, limits);
-    throw InputError("run", "/mode",
-                     "replay, closed_loop, triangle_pair, work_precision, ablation, paced, certificate or hard_case",
-                     fmt::format("'{}'", spec.mode));
+    throw InputError(
+        "run", "/mode",
+        "replay, closed_loop, triangle_pair, work_precision, ablation, paced, cost_by_size, certificate or "
+        "hard_case",
+        fmt::format("'{}'", spec.mode));
 }
 
 Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
@@ -347,6 +350,33 @@ Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& 
     record.summary.merge(summarize(record.rows));
     record.summary.merge(paced_figures("paced", times, period_ns));
     record.summary.merge(paced_figures("empty", empty, period_ns));
+    return record;
+}
+
+Record run_timed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
+    const std::int64_t ticks = ticks_of(scene, spec);
+    Record record = start_record(spec, ticks);
+    Index triangles = 0;
+    for (const BodyRange& body : scene.topology.bodies) {
+        if (body.kind == BodyKind::tissue) triangles += body.triangles.count;
+    }
+    record.environment["run.tissue_triangles"] = fmt::format("{}", triangles);
+    const StepCheck step = check_step(scene, spec.stepper);
+    record.summary["substeps"] = std::max(1, step.tissue.substeps);
+    note_unstable_step(scene, spec, limits, record);
+    if (!record.outcome.ok()) return record;
+    SimulationSettings settings = settings_of(spec);
+    settings.watched = false;  // its time is nobody's stage
+    Simulation simulation(scene, detector_of(spec), response_of(spec), registry().source(spec.contacts), settings);
+    for (std::int64_t tick = 0; tick < ticks && simulation.outcome().ok() && go_on(limits, tick); ++tick) {
+        record.rows.push_back(simulation.step());
+    }
+    record.outcome = simulation.outcome();
+    if (!record.outcome.ok() && !record.rows.empty()) {
+        record.outcome.message = fmt::format("tick {}: {}", record.rows.back().tick, record.outcome.message);
+    }
+    record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
+    record.summary.merge(summarize(record.rows));
     return record;
 }
 

@@ -24,11 +24,11 @@ struct RunLimits {
     bool watched = true;
 };
 
-/// Runs spec.mode ("replay", "closed_loop", "triangle_pair", "paced", "certificate"; "hard_case": the closed loop;
-/// "work_precision" and "ablation": the closed loop, or the replay where no response is named) with spec.overrides
-/// applied to the scene for spec.ticks ticks (0: the scene's own number). Throws InputError for an unknown or absent
-/// method and an unknown mode; everything else a method does wrong is the record's outcome, with the rows so far. The
-/// record holds environment() and the facts about this run, e.g. "frames".
+/// Runs spec.mode ("replay", "closed_loop", "triangle_pair", "paced", "cost_by_size", "certificate"; "hard_case": the
+/// closed loop; "work_precision" and "ablation": the closed loop, or the replay where no response is named) with
+/// spec.overrides applied to the scene for spec.ticks ticks (0: the scene's own number). Throws InputError for an
+/// unknown or absent method and an unknown mode; everything else a method does wrong is the record's outcome, with the
+/// rows so far. The record holds environment() and the facts about this run, e.g. "frames".
 Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
 
 /// Detector on the frames of the scene's stream (frame_source.hpp): pair errors, contact errors and stage times.
@@ -41,6 +41,10 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
 /// The closed loop, released by the clock once per tick of the scene and not judged: judging would take the time that
 /// is measured. An empty loop of the same length goes before. Rows hold the stages.
 Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
+
+/// The closed loop tick after tick as fast as it goes, timed and not judged. The record tells the tissue's triangles
+/// ("run.tissue_triangles") and the sub-steps that the stepper takes. Rows hold the stages.
+Record run_timed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
 
 /// The thesis' own table: the response's time per triangle pair and per iteration on the scene's stream, "without" the
 /// triangle test (the intersections given) and "with" it inside the span (the pairs given), on the very same pairs. An

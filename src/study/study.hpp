@@ -113,6 +113,7 @@ struct LoopPart {
     std::vector<std::string> scenes;
     std::vector<StudyMethod> detectors;
     std::vector<StudyMethod> responses;
+    std::vector<std::string> steppers = {};  ///< as RunSpec::stepper; empty: the default one alone
     std::int64_t ticks = 0;
     std::int64_t repetitions = 1;  ///< processes of their own
     std::int64_t truth_stride = 1;
@@ -147,6 +148,10 @@ struct Study {
     std::optional<AblationPart> ablation;
     /// Every detector with every response in the closed loop, released by the clock (simulate/paced.hpp).
     std::optional<LoopPart> paced;
+    /// Every detector with every response and stepper on scenes that grow, timed and not judged: what a tick costs
+    /// against the number of tissue triangles, stages apart. Scenes of one family have names that differ behind the
+    /// last underscore only.
+    std::optional<LoopPart> cost_by_size;
     std::optional<HardCasesPart> hard_cases;
     /// Determinism (simulate/certificate.hpp): every detector on the frames of every scene, every response in the
     /// closed loop of the first detector. At least two processes: one knows nothing of a fresh one.

@@ -178,7 +178,8 @@ Study read_study(const std::filesystem::path& file) {
     const JsonNode root(document, file_name);
     expect_object(root,
                   {"format", "name", "seed", "repetitions", "time_limit_s", "device", "reference", "ours", "replay",
-                   "closed_loop", "triangle_pair", "work_precision", "ablation", "paced", "hard_cases", "certificate"},
+                   "closed_loop", "triangle_pair", "work_precision", "ablation", "paced", "cost_by_size", "hard_cases",
+                   "certificate"},
                   {"format", "name"});
     root.at("format").expect_word(study_format);
 
@@ -254,13 +255,25 @@ Study read_study(const std::filesystem::path& file) {
         read_counts(node, repetitions, part);
         study.paced = std::move(part);
     }
+    if (root.has("cost_by_size")) {
+        const JsonNode node = root.at("cost_by_size");
+        expect_object(node, {"scenes", "detectors", "responses", "steppers", "ticks", "repetitions"},
+                      {"scenes", "detectors", "responses"});
+        LoopPart part;
+        part.scenes = read_scenes(node.at("scenes"), file);
+        part.detectors = read_methods(node.at("detectors"), true, part.scenes);
+        part.responses = read_methods(node.at("responses"), false, part.scenes);
+        if (node.has("steppers")) part.steppers = read_steppers(node.at("steppers"));
+        read_counts(node, repetitions, part);
+        study.cost_by_size = std::move(part);
+    }
     if (root.has("hard_cases")) study.hard_cases = read_hard_cases_part(root.at("hard_cases"), file);
     if (root.has("certificate")) study.certificate = read_certificate(root.at("certificate"), file);
     if (!study.replay && !study.closed_loop && !study.triangle_pair && !study.work_precision && !study.ablation &&
-        !study.paced && !study.hard_cases && !study.certificate) {
+        !study.paced && !study.cost_by_size && !study.hard_cases && !study.certificate) {
         root.fail(
-            "at least one of the keys replay, closed_loop, triangle_pair, work_precision, ablation, paced, hard_cases, "
-            "certificate",
+            "at least one of the keys replay, closed_loop, triangle_pair, work_precision, ablation, paced, "
+            "cost_by_size, hard_cases, certificate",
             "none of them");
     }
     if (root.has("ours")) {

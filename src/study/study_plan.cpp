@@ -90,6 +90,25 @@ bool is_among(const std::vector<std::string>& chosen, const std::string& one) {
 
 bool runs_on(const StudyMethod& method, const std::string& scene) { return is_among(method.scenes, scene); }
 
+void add_costs(const Study& study, std::int64_t repetition, std::vector<PlannedRun>& runs) {
+    if (!study.cost_by_size || repetition >= study.cost_by_size->repetitions) return;
+    const LoopPart& part = *study.cost_by_size;
+    const std::vector<std::string> steppers = part.steppers.empty() ? std::vector<std::string>{""} : part.steppers;
+    for (const std::string& scene : part.scenes) {
+        for (const StudyMethod& detector : part.detectors) {
+            for (const StudyMethod& response : part.responses) {
+                if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
+                for (const std::string& stepper : steppers) {
+                    runs.push_back(planned(study, "cost_by_size", scene, part.ticks, 0, repetition, detector, response,
+                                           own_source(response)));
+                    runs.back().spec.stepper = stepper;
+                    runs.back().facts["run.stepper"] = stepper.empty() ? registry().default_stepper().name : stepper;
+                }
+            }
+        }
+    }
+}
+
 void add_sweeps(const Study& study, std::int64_t repetition, std::vector<PlannedRun>& runs) {
     if (!study.work_precision || repetition >= study.work_precision->repetitions) return;
     const WorkPrecisionPart& part = *study.work_precision;
@@ -306,6 +325,7 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
     add_ablation(study, repetition, runs);
     add_hard_cases(study, repetition, runs);
     add_certificates(study, repetition, runs);
+    add_costs(study, repetition, runs);
     if (study.paced && repetition < study.paced->repetitions) {
         for (const std::string& scene : study.paced->scenes) {
             for (const StudyMethod& detector : study.paced->detectors) {
@@ -354,6 +374,7 @@ std::vector<PlannedRun> make_plan(const Study& study) {
     if (study.certificate) repetitions = std::max(repetitions, study.certificate->repetitions);
     if (study.work_precision) repetitions = std::max(repetitions, study.work_precision->repetitions);
     if (study.ablation) repetitions = std::max(repetitions, study.ablation->repetitions);
+    if (study.cost_by_size) repetitions = std::max(repetitions, study.cost_by_size->repetitions);
     if (study.paced) repetitions = std::max(repetitions, study.paced->repetitions);
     if (study.replay) repetitions = std::max(repetitions, study.replay->repetitions);
     if (study.closed_loop) repetitions = std::max(repetitions, study.closed_loop->repetitions);

@@ -10,7 +10,7 @@ std::string study_schema() {
   "type": "object",
   "additionalProperties": false,
   "required": ["format", "name"],
-  "anyOf": [{"required": ["replay"]}, {"required": ["closed_loop"]}, {"required": ["triangle_pair"]}, {"required": ["work_precision"]}, {"required": ["ablation"]}, {"required": ["paced"]}, {"required": ["hard_cases"]}, {"required": ["certificate"]}],
+  "anyOf": [{"required": ["replay"]}, {"required": ["closed_loop"]}, {"required": ["triangle_pair"]}, {"required": ["work_precision"]}, {"required": ["ablation"]}, {"required": ["paced"]}, {"required": ["cost_by_size"]}, {"required": ["hard_cases"]}, {"required": ["certificate"]}],
   "properties": {
     "format": {"const": "trocar-study-1"},
     "name": {"type": "string", "pattern": "^[A-Za-z0-9_-]+$", "description": "Names the folder of the report"},
@@ -95,6 +95,14 @@ std::string study_schema() {
       "properties": {
         "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
         "responses": {"$ref": "#/$defs/methods"},
+        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"}}},
+    "cost_by_size": {
+      "description": "What a tick costs against the number of tissue triangles, stages apart: the closed loop on scenes that grow, back to back and not judged. Scenes whose names differ behind the last underscore only are one family and one curve. Records of these runs hold no single ticks",
+      "type": "object", "additionalProperties": false, "required": ["scenes", "detectors", "responses"],
+      "properties": {
+        "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
+        "responses": {"$ref": "#/$defs/methods"},
+        "steppers": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["semi_implicit"], "items": {"type": "string", "description": "NAME[:key=value,...] as in trocar list"}},
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"}}},
     "hard_cases": {
       "description": "The hard-case matrix: every detector on every case of meshes and family of triangle pairs, every response (on the contacts of the first detector) on every case that is a scene. Records of these runs hold no single ticks",

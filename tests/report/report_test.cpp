@@ -915,6 +915,45 @@ TEST(Report, PacedLoopStandsBesideTheEmptyOne) {
         << markdown;
 }
 
+/// A run whose detection takes this long in every tick.
+Record sized(const std::string& scene, int triangles, std::int64_t detect_us, const std::string& stepper) {
+    Record record = synthetic({.mode = "cost_by_size", .scene = scene, .ticks = 30, .first_tick_us = detect_us});
+    record.spec.stepper = stepper == "semi_implicit" ? "" : stepper;
+    record.environment["run.stepper"] = stepper;
+    record.environment["run.tissue_triangles"] = std::to_string(triangles);
+    record.summary["substeps"] = 7;
+    return record;
+}
+
+TEST(Report, CostBySizeIsOneChartPerFamilyAndStepperWithSizesAscending) {
+    Record failed = sized("organ_9k", 9000, 1, "implicit");
+    failed.outcome = {OutcomeKind::unstable, "tick 3: too stiff"};
+    const Report report =
+        make_report({sized("sheet_20k", 20000, 300, "implicit"), sized("sheet_2k", 2000, 40, "implicit"),
+                     sized("sheet_2k", 2000, 60, "semi_implicit"), failed});
+    const std::string& markdown = report.files.at("report.md");
+    EXPECT_NE(markdown.find("## Cost by size"), std::string::npos);
+    const std::size_t small = markdown.find("| sheet_2k | `mine + push` | `implicit` | 2000 | 7 | 20 | 40.0 |");
+    const std::size_t large = markdown.find("| sheet_20k | `mine + push` | `implicit` | 20000 | 7 | 20 | 300 |");
+    ASSERT_NE(small, std::string::npos) << markdown;
+    ASSERT_NE(large, std::string::npos) << markdown;
+    EXPECT_LT(small, large);
+    EXPECT_NE(markdown.find("| organ_9k | `mine + push` | `implicit` | 9000 | 7 | unstable (tick 3: too stiff) |"),
+              std::string::npos);
+    // Families in alphabetical order; the organ has failed and no point.
+    EXPECT_FALSE(report.files.contains("charts/cost_by_size_1.svg"));
+    const std::string& chart = report.files.at("charts/cost_by_size_2.svg");
+    EXPECT_NE(chart.find("sheet_20k, 20000 triangles, detect: 300 µs"), std::string::npos);
+    EXPECT_NE(chart.find("sheet_2k, 2000 triangles, whole tick: 40.0 µs"), std::string::npos);
+    EXPECT_NE(chart.find("tissue triangles, sheet, implicit"), std::string::npos);
+    EXPECT_NE(chart.find("one thread"), std::string::npos);
+    EXPECT_TRUE(report.files.contains("charts/cost_by_size_3.svg"));
+}
+
+TEST(Report, CostBySizeIsAbsentWithoutSuchRuns) {
+    EXPECT_EQ(make_report({synthetic({})}).files.at("report.md").find("Cost by size"), std::string::npos);
+}
+
 TEST(Report, ForceErrorsAgainstBothReferencesStandOnPageOne) {
     std::vector<Record> records = three_contestants();
     EXPECT_NE(make_report(records).files.at("report.md").find("| no reference |"), std::string::npos);

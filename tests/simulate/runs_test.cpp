@@ -279,6 +279,30 @@ TEST(ClosedLoop, ProgressCanEndARunEarly) {
     EXPECT_EQ(observed, 10);
 }
 
+TEST(TimedLoop, TellsTheTissuesSizeAndTheStepsTakenAndEndsWhereTheJudgedLoopEnds) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    Index flat = 0;  // triangles of the sheet, which alone lies in one plane
+    for (Index t = 0; t < scene.topology.triangle_count(); ++t) {
+        bool in_plane = true;
+        for (const Index v : scene.topology.triangles.col(t)) in_plane &= scene.first.position(2, v) == 0.0;
+        flat += in_plane ? 1 : 0;
+    }
+    RunSpec spec = spec_of("closed_loop", "ohc", "hold");
+    spec.ticks = 40;
+    const Record judged = make_run(scene, spec);
+    spec.mode = "cost_by_size";
+    const Record timed = make_run(scene, spec);
+    ASSERT_TRUE(timed.outcome.ok()) << timed.outcome.message;
+    EXPECT_EQ(timed.environment.at("run.tissue_triangles"), fmt::format("{}", flat));
+    EXPECT_EQ(timed.summary.at("substeps"), scene.materials.substeps);
+    EXPECT_EQ(timed.rows.size(), 40U);
+    EXPECT_EQ(timed.summary.at("timed_ticks"), 30.0) << "the first ten are dropped";
+    EXPECT_GT(timed.summary.at("advance_median_ns"), 0.0);
+    EXPECT_EQ(timed.state_hash, judged.state_hash);
+    spec.stepper = "implicit";
+    EXPECT_EQ(make_run(scene, spec).summary.at("substeps"), 1.0) << "one step a tick, whatever the scene names";
+}
+
 TEST(TrianglePairs, WithTheTestTakesLongerOnTheSamePairs) {
     const Scene scene = test::scene_from_text(test::poke_text());
     RunSpec spec = spec_of("triangle_pair", "", "thesis");  // whose triangle test is what takes the time

@@ -58,6 +58,23 @@ TEST_F(StudyFile, IsReadAsWritten) {
     EXPECT_EQ(study.triangle_pair->response.text, "thesis");
 }
 
+TEST_F(StudyFile, CostBySizeTimesEveryStepperOnEverySceneAndJudgesNone) {
+    const Study study = read(R"({"format":"trocar-study-1","name":"s","cost_by_size":{"scenes":["a.json","b.json"],
+        "detectors":["ohc"],"responses":["penalty"],"steppers":["semi_implicit","implicit"],"ticks":20}})");
+    std::set<std::string> runs;
+    for (const PlannedRun& run : make_plan(study)) {
+        const RunSpec& spec = run.spec;
+        EXPECT_EQ(spec.truth_stride, 0);
+        EXPECT_EQ(spec.ticks, 20);
+        runs.insert(spec.mode + "|" + spec.scene + "|" + spec.detector + "|" + spec.response + "|" +
+                    run.facts.at("run.stepper"));
+    }
+    const std::set<std::string> expected{
+        "cost_by_size|a|ohc|penalty|semi_implicit", "cost_by_size|a|ohc|penalty|implicit",
+        "cost_by_size|b|ohc|penalty|semi_implicit", "cost_by_size|b|ohc|penalty|implicit"};
+    EXPECT_EQ(runs, expected);
+}
+
 constexpr const char* knobs = R"({"format":"trocar-study-1","name":"s",
  "work_precision":{"ticks":1000,"sweeps":[
    {"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty","thesis"],"knob":"dt","values":[0.0005,0.002]},

@@ -1,0 +1,158 @@
+// What a tick costs against the size of the tissue: time per stage over the number of triangles, for each family of
+// scenes and each combination of methods.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "report/chart.hpp"
+#include "report/sections.hpp"
+
+namespace trocar {
+namespace {
+
+/// One family of scenes with one combination of methods.
+struct Family {
+    std::string scenes;
+    std::string methods;
+    std::string stepper;
+    bool operator<(const Family& other) const {
+        return std::tie(scenes, methods, stepper) < std::tie(other.scenes, other.methods, other.stepper);
+    }
+};
+
+/// All processes of one scene.
+struct Size {
+    double triangles = not_known;
+    std::string scene = {};
+    std::vector<const Record*> runs = {};
+    [[nodiscard]] const Record* failed() const {
+        for (const Record* run : runs) {
+            if (!run->outcome.ok()) return run;
+        }
+        return nullptr;
+    }
+    [[nodiscard]] Estimate time(const std::string& key) const {
+        std::vector<double> values;
+        values.reserve(runs.size());
+        for (const Record* run : runs) values.push_back(summary_of(*run, key));
+        return across_processes(values);
+    }
+};
+
+double triangles_of(const Record& record) {
+    const auto found = record.environment.find("run.tissue_triangles");
+    return found == record.environment.end() ? not_known : std::stod(found->second);
+}
+
+/// Name of the default one included, which a specification leaves out.
+std::string stepper_of(const Record& record) {
+    const auto found = record.environment.find("run.stepper");
+    return found == record.environment.end() ? record.spec.stepper : found->second;
+}
+
+/// Sizes ascending.
+std::map<Family, std::vector<Size>> families_of(const Draft& draft) {
+    std::map<Family, std::map<std::string, Size>> found;
+    for (const Record& record : draft.records) {
+        const RunSpec& spec = record.spec;
+        if (spec.mode != "cost_by_size" || record.outcome.kind == OutcomeKind::absent ||
+            record.outcome.kind == OutcomeKind::unsupported) {
+            continue;
+        }
+        Size& size = found[{spec.scene.substr(0, spec.scene.rfind('_')), spec.detector + " + " + spec.response,
+                            stepper_of(record)}][spec.scene];
+        size.scene = spec.scene;
+        size.triangles = std::fmax(size.triangles, triangles_of(record));
+        size.runs.push_back(&record);
+    }
+    std::map<Family, std::vector<Size>> families;
+    for (const auto& [family, sizes] : found) {
+        for (const auto& entry : sizes) families[family].push_back(entry.second);
+        std::sort(families[family].begin(), families[family].end(),
+                  [](const Size& a, const Size& b) { return a.triangles < b.triangles; });
+    }
+    return families;
+}
+
+std::string median_key(const std::string& stage) { return stage + "_median_ns"; }
+
+std::string drawing_of(const Family& family, const std::vector<Size>& sizes) {
+    ScatterChart chart;
+    chart.x_title = fmt::format("tissue triangles, {}, {}", family.scenes, family.stepper);
+    chart.y_title = "median time per tick (µs), one thread";
+    std::vector<std::string> stages{"total"};
+    stages.insert(stages.end(), stage_names.begin(), stage_names.end());
+    for (const std::string& stage : stages) {
+        const int style = static_cast<int>(chart.series.size());
+        ChartSeries series{.name = stage == "total" ? "whole tick" : stage,
+                           .style = {.colour = style, .shape = style, .hollow = stage != "total"},
+                           .points = {},
+                           .connected = true};
+        for (const Size& size : sizes) {
+            const double time = size.time(median_key(stage)).value * us;
+            if (size.failed() != nullptr || std::isnan(time) || std::isnan(size.triangles)) continue;
+            series.points.push_back({.x = size.triangles,
+                                     .y = time,
+                                     .name = fmt::format("{}, {} triangles, {}: {} µs", size.scene,
+                                                         count_text(size.triangles), series.name, format_number(time)),
+                                     .label = {}});
+        }
+        if (!series.points.empty()) chart.series.push_back(std::move(series));
+    }
+    return chart.series.empty() ? std::string() : draw(chart);
+}
+
+Table table_of(const std::map<Family, std::vector<Size>>& families) {
+    Table table;
+    table.caption = "Median time per tick and stage against size, one thread";
+    table.columns = {{"scene", false},           {"detector + response", false}, {"stepper", false},
+                     {"tissue triangles", true}, {"sub-steps per tick", true},   {"n per process (ticks)", true},
+                     {"whole tick (µs)", true}};
+    for (const char* stage : stage_names) table.columns.push_back({std::string(stage) + " (µs)", true});
+    table.note =
+        "Ticks back to back, not judged; the first ones are dropped. A sub-step of an explicit stepper must be shorter "
+        "the shorter the edges are: its tick grows faster than its mesh.";
+    for (const auto& [family, sizes] : families) {
+        for (const Size& size : sizes) {
+            std::vector<std::string> cells{size.scene, code(family.methods), code(family.stepper),
+                                           count_text(size.triangles),
+                                           count_text(summary_of(*size.runs.front(), "substeps"))};
+            if (const Record* failed = size.failed()) {
+                cells.push_back(outcome_text(failed->outcome));
+                cells.resize(table.columns.size());
+                table.rows.push_back({.cells = std::move(cells), .style = TableRow::Style::failed});
+                continue;
+            }
+            cells.push_back(count_text(size.time("timed_ticks").value));
+            cells.push_back(estimate_text(size.time(median_key("total")), us));
+            for (const char* stage : stage_names) cells.push_back(scaled(size.time(median_key(stage)).value, us));
+            table.rows.push_back({.cells = std::move(cells)});
+        }
+    }
+    return table;
+}
+
+}  // namespace
+
+void add_cost_by_size(Draft& draft) {
+    const std::map<Family, std::vector<Size>> families = families_of(draft);
+    if (families.empty()) return;
+    draft.heading(2, "Cost by size");
+    draft.paragraph(
+        "What a tick costs against the number of tissue triangles, stages apart, both axes logarithmic. One thread. "
+        "Scenes of a family have the same content on finer and finer meshes.");
+    int number = 0;
+    for (const auto& [family, sizes] : families) {
+        draft.figure(
+            fmt::format("cost_by_size_{}", ++number), drawing_of(family, sizes),
+            fmt::format("Median time per stage against the number of tissue triangles: {} with {}, stepper {}; "
+                        "one thread.",
+                        family.scenes, code(family.methods), code(family.stepper)));
+    }
+    draft.add(table_of(families));
+}
+
+}  // namespace trocar
