@@ -50,7 +50,8 @@ void add_times(std::vector<SummaryFigure>& list) {
 void add_pairs(std::vector<SummaryFigure>& list) {
     const std::vector<SummaryFigure> more{
         {"substeps", "1", Better::neither,
-         "Steps that the stepper takes of the tissue in every tick; of hands where there is no tissue", "scene and stepper"},
+         "Steps that the stepper takes of the tissue in every tick; of hands where there is no tissue",
+         "scene and stepper"},
         {"allocations_median", "1", Better::lower, "Median number of heap allocations inside the stages of a tick",
          counters},
         {"allocations_max", "1", Better::lower, "Most heap allocations inside the stages of a tick", counters},
