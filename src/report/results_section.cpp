@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "measure/metrics.hpp"
-#include "method/registry.hpp"
 
 namespace trocar {
 namespace {
@@ -55,12 +54,6 @@ void add_rebuild(Draft& draft) {
         "`results.csv`: one row per run. `report.tex`: the tables for LaTeX. `charts/`: the drawings.");
 }
 
-/// Named also where it is the default one; empty where nothing was stepped.
-std::string stepper_of(const RunSpec& spec) {
-    if (spec.mode == "replay" || spec.response.empty()) return spec.stepper;
-    return spec.stepper.empty() ? registry().default_stepper().name : spec.stepper;
-}
-
 std::string results_csv(const Draft& draft) {
     std::string csv =
         "study,mode,scene,class,detector,response,contacts,stepper,setting,repetition,seed,ticks,outcome,message,"
@@ -72,7 +65,7 @@ std::string results_csv(const Draft& draft) {
         const Record& record = *run.record;
         const RunSpec& spec = record.spec;
         for (const std::string& text : {spec.study, spec.mode, spec.scene, spec.pair_class, spec.detector,
-                                        spec.response, spec.contacts, stepper_of(spec), spec.setting}) {
+                                        spec.response, spec.contacts, spec.stepper, spec.setting}) {
             csv += csv_field(text) + ",";
         }
         csv +=
