@@ -86,7 +86,7 @@ int detection(const Options& options) {
 
 struct FarFieldOptions {
     std::filesystem::path output = "build/reports/far_field";
-    std::vector<std::int64_t> triangles{20000, 200000};
+    std::vector<std::int64_t> triangles{20000};
     std::string stepper = "regional";
     std::string whole = "implicit";
     std::int64_t ticks = 2500;
