@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -99,11 +100,12 @@ int far_field(const FarFieldOptions& options) {
         fmt::print(stderr, "trocar_bench: {} triangles, {} ticks\n", triangles, options.ticks);
         runs.push_back(run_far_field(triangles, options.stepper, options.whole, options.ticks));
     }
+    const std::map<std::string, std::string> files = far_field_report(runs, trocar::environment());
     for (const std::filesystem::path& folder :
          options.publish ? std::vector{options.output, std::filesystem::path("reports/far_field")}
                          : std::vector{options.output}) {
         std::filesystem::create_directories(folder / "charts");
-        for (const auto& [name, content] : far_field_report(runs, trocar::environment())) {
+        for (const auto& [name, content] : files) {
             trocar::write_whole(folder / name, content);
         }
         fmt::print("Report: {}\n", (folder / "report.html").string());

@@ -138,21 +138,13 @@ private:
         for (std::size_t c = 0; c < contacts().all().size(); ++c) {
             const TickContact& contact = contacts().all()[c];
             if (!contact.rubs) continue;
-            const LinearContact& source = contacts().given(contact);
             if (!contacts().grips(c)) continue;
-            constexpr double rounding = 1e-9;
-            if (contact.rubbed.norm() >= contacts().grip(source.slip_key).most * (1.0 - rounding)) {
-                contacts().slide(c);
-                continue;
-            }
             Vector3 way = -h * contact.surface;
             for (int i = 0; i < contact.count; ++i) {
                 const std::size_t place = static_cast<std::size_t>(i);
                 way += h * contact.weight[place] * state.velocity.col(contact.vertex[place]).head<3>();
             }
-            auto slip = contacts().slip(source.slip_key);
-            const Vector3 stretched = slip + way;
-            slip = stretched - stretched.dot(contact.normal) * contact.normal;
+            contacts().stretch(c, way);
         }
     }
 

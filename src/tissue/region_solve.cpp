@@ -335,15 +335,9 @@ void RegionSystem::stretch_slips(double h, TickContacts& contacts) {
     for (std::size_t c = 0; c < contacts.all().size(); ++c) {
         TickContact& contact = contacts.all()[c];
         if (!contact.rubs || !contacts.grips(c)) continue;
-        const LinearContact& source = contacts.given(contact);
-        constexpr double rounding = 1e-3;
-        const double most = contacts.grip(source.slip_key).most;
-        if (contact.rubbed.norm() >= most * (1.0 - rounding)) {
-            contacts.slide(c);
-            continue;
-        }
-        const Vector3 way = h * speed_of(contact, [&](Index local) { return state.velocity.col(local).head<3>(); });
-        contacts.slip(source.slip_key) = along_surface(contacts.slip(source.slip_key) + way, contact);
+        const double most = contacts.grip(contacts.given(contact).slip_key).most;
+        if (contact.rubbed.norm() > most) contact.rubbed *= most / contact.rubbed.norm();
+        contacts.stretch(c, h * speed_of(contact, [&](Index local) { return state.velocity.col(local).head<3>(); }));
     }
 }
 

@@ -381,12 +381,18 @@ double ConjugateGradients::multiply(const SpringArrays& springs, const SpringSys
     return curvature;
 }
 
-int ConjugateGradients::solve(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& right_side,
-                              double tolerance, int iterations, Matrix4X& solution) {
+/// Gives the product of the right side and what it is preconditioned.
+double ConjugateGradients::start_from_nothing(const SpringSystem& system, const Matrix4X& right_side,
+                                              Matrix4X& solution) {
     // Cleared, not scaled by zero: numbers that were not finite would stay.
     for (Matrix4X* vector : {&solution, &vectors_.direction, &vectors_.image}) vector->setZero();
     vectors_.residual = right_side;
-    const double rho = kernels_->advance(system, 0.0, solution, vectors_);
+    return kernels_->advance(system, 0.0, solution, vectors_);
+}
+
+int ConjugateGradients::solve(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& right_side,
+                              double tolerance, int iterations, Matrix4X& solution) {
+    const double rho = start_from_nothing(system, right_side, solution);
     return iterate(springs, system, rho, tolerance * tolerance * rho, iterations, solution);
 }
 
@@ -403,11 +409,7 @@ int ConjugateGradients::improve(const SpringArrays& springs, const SpringSystem&
     size_ = std::max(own, size);
     multiply(springs, system);
     double rho = kernels_->advance(system, 1.0, solution, vectors_);
-    if (!(rho < own)) {
-        for (Matrix4X* vector : {&solution, &vectors_.direction, &vectors_.image}) vector->setZero();
-        vectors_.residual = right_side;
-        rho = kernels_->advance(system, 0.0, solution, vectors_);
-    }
+    if (!(rho < own)) rho = start_from_nothing(system, right_side, solution);
     return iterate(springs, system, rho, tolerance * tolerance * size_, iterations, solution);
 }
 

@@ -77,6 +77,7 @@ public:
     [[nodiscard]] double size() const { return size_; }
 
 private:
+    double start_from_nothing(const SpringSystem& system, const Matrix4X& right_side, Matrix4X& solution);
     double multiply(const SpringArrays& springs, const SpringSystem& system);
     int iterate(const SpringArrays& springs, const SpringSystem& system, double rho, double small, int iterations,
                 Matrix4X& solution);

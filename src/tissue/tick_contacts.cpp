@@ -300,6 +300,18 @@ void TickContacts::rub(std::size_t number, double h, const Vector3& speed) {
     }
 }
 
+void TickContacts::stretch(std::size_t number, const Vector3& way) {
+    const TickContact& contact = contacts_[number];
+    const Index key = effect_->contacts[contact.source].slip_key;
+    constexpr double rounding = 1e-9;
+    if (contact.rubbed.norm() >= grip_[at(key)].most * (1.0 - rounding)) {
+        slide(number);
+        return;
+    }
+    const Vector3 stretched = slip_.col(key) + way;
+    slip_.col(key) = stretched - stretched.dot(contact.normal) * contact.normal;
+}
+
 void TickContacts::slide(std::size_t number) {
     const TickContact& contact = contacts_[number];
     const LinearContact& source = effect_->contacts[contact.source];

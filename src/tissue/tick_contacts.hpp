@@ -89,6 +89,9 @@ public:
     /// it: a tangential spring with a critical damper, implicit, that slides at friction × normal force. Sets `rubbed`
     /// and the stretch of the spring; who calls pushes.
     void rub(std::size_t number, double h, const Vector3& speed);
+    /// After a step whose friction `rubbed` was found otherwise: the spring of a contact that grips slides where it is
+    /// at the most that friction allows; else it is longer by `way` (m), that of P against the other side.
+    void stretch(std::size_t number, const Vector3& way);
     /// The spring of a contact that slides with the friction `rubbed` is as long as that asks.
     void slide(std::size_t number);
 
