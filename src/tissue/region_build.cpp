@@ -303,7 +303,8 @@ void RegionTissue::project(const RegionLevel& fine, RegionLevel& coarse) const {
         }
         for (std::size_t a = 0; a < ends_count; ++a) {
             for (std::size_t b = a + 1; b < ends_count; ++b) {
-                const auto [low, high] = std::minmax(ends[a].first, ends[b].first);
+                const Index low = std::min(ends[a].first, ends[b].first);
+                const Index high = std::max(ends[a].first, ends[b].first);
                 auto& row = rows[at(low)];
                 auto known =
                     std::find_if(row.begin(), row.end(), [&](const auto& entry) { return entry.first == high; });

@@ -17,10 +17,9 @@
 HWY_BEFORE_NAMESPACE();
 namespace trocar::HWY_NAMESPACE {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
 void multiply_edges(std::span<const RegionEdge> edges, const double* direction, double* image) {
 #if HWY_MAX_BYTES >= 32
+    namespace hn = hwy::HWY_NAMESPACE;
     const hn::FixedTag<double, 4> d;
     const hn::FixedTag<float, 4> f;
     for (const RegionEdge& edge : edges) {
