@@ -100,7 +100,7 @@ Counted count_response(const std::string& method) {
     const auto response = make_response(spec.name, spec.parameters);
     const SourceEntry& entry = registry().source(registry().response(spec.name).sources.front());
     const auto source = make_source(entry.name);
-    const auto detector = make_detector("brute_force");
+    const auto detector = make_detector("ohc");
     Reach reach(scene, default_reach_margin);
     std::vector<Range> led;
     std::vector<Range> tissue;

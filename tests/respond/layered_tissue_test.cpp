@@ -173,6 +173,8 @@ TEST(StackedTissue, GapIsClearOfEachOtherAfterEveryTickOfAStabOrADragAndTakesIts
                     EXPECT_LE(course.worst, clear) << name;
                     EXPECT_GT(course.work, 1e-3) << name << ": both must have been pressed";
                     EXPECT_LE(course.created, 0.01 * course.work) << name;
+                    // A gap once shown is a gap; the others are asked when it is closed.
+                    if (course.worst > clear || course.created > 0.01 * course.work) return;
                 }
             }
         }
