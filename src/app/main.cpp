@@ -18,7 +18,7 @@ using namespace trocar::app;
 
 constexpr const char* exit_status_text =
     "Exit status: 0 the work was done (failed runs are rows); 1 a comparison failed; 2 bad input; 3 the one method "
-    "asked for by name failed; 130 interrupted.";
+    "asked for by name failed, or trocar itself; 130 interrupted.";
 
 struct CommandLine {
     CLI::App app{
@@ -213,7 +213,7 @@ int run_command(int argc, char** argv) {
     line.on(sub, schema_options, schema);
 
     if (const std::string fault = line.command_fault(argc, argv); !fault.empty()) {
-        std::fprintf(stderr, "trocar: command line: %s (see trocar --help)\n", fault.c_str());
+        std::fprintf(stderr, "trocar: command line: %s (see trocar --help)\n", trocar::printable_line(fault).c_str());
         return bad_input;
     }
     try {
@@ -221,7 +221,8 @@ int run_command(int argc, char** argv) {
     } catch (const CLI::Success& success) {
         return line.app.exit(success);
     } catch (const CLI::ParseError& error) {
-        std::fprintf(stderr, "trocar: command line: %s (see trocar --help)\n", error.what());
+        std::fprintf(stderr, "trocar: command line: %s (see trocar --help)\n",
+                     trocar::printable_line(error.what()).c_str());
         return bad_input;
     }
     if (!line.data.empty()) {
@@ -248,8 +249,12 @@ int main(int argc, char** argv) {
     } catch (const std::system_error& error) {
         std::fprintf(stderr, "trocar: standard output or a file: expected to be writable, got %s\n", error.what());
         return bad_input;
+    } catch (const std::bad_alloc&) {
+        std::fprintf(stderr, "trocar: expected input that fits into memory, got more\n");
+        return bad_input;
     } catch (const std::exception& error) {
-        std::fprintf(stderr, "trocar: internal error: %s\n", error.what());
-        return 70;
+        std::fprintf(stderr, "trocar: internal error: %s (please report the command, its files and trocar --version)\n",
+                     trocar::printable_line(error.what()).c_str());
+        return method_failed;
     }
 }

@@ -8,13 +8,19 @@
 
 namespace trocar {
 
-/// One line: "file: where: expected X, got Y". `where` is a line number, a byte offset or a JSON pointer; may be empty.
+/// What a terminal may be shown of text that came from a file: one line of valid UTF-8. Control characters and bytes
+/// that are no UTF-8 become \xNN; beyond `longest` bytes the middle is left out, since the place stands first and what
+/// was found last.
+std::string printable_line(std::string_view text, std::size_t longest = 400);
+
+/// One printable line: "file: where: expected X, got Y". `where` is a line number, a byte offset or a JSON pointer; may
+/// be empty.
 class InputError : public std::runtime_error {
 public:
     InputError(std::string_view file, std::string_view where, std::string_view expected, std::string_view found)
-        : std::runtime_error(compose(file, where, expected, found)) {}
+        : std::runtime_error(printable_line(compose(file, where, expected, found))) {}
     /// For messages that do not fit "expected X, got Y".
-    explicit InputError(const std::string& message) : std::runtime_error(message) {}
+    explicit InputError(const std::string& message) : std::runtime_error(printable_line(message)) {}
 
 private:
     static std::string compose(std::string_view file, std::string_view where, std::string_view expected,

@@ -13,32 +13,12 @@
 
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_text.hpp"
+#include "geometry/whole_file.hpp"
 
 namespace trocar {
 namespace {
 
 using mesh_text::Source;
-
-std::string read_bytes(const std::filesystem::path& file) {
-    const std::string name = file.string();
-    std::error_code error;
-    const std::filesystem::file_status status = std::filesystem::status(file, error);
-    if (!std::filesystem::exists(status)) throw InputError(name, "", "a mesh file", "no such file");
-    if (std::filesystem::is_directory(status)) throw InputError(name, "", "a mesh file", "a folder");
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream) throw InputError(name, "", "a readable file", "no permission to read it");
-    std::string bytes;
-    const std::uintmax_t size = std::filesystem::file_size(file, error);
-    if (!error) bytes.reserve(static_cast<std::size_t>(size));
-    std::array<char, 1 << 16> block{};
-    while (stream.read(block.data(), block.size()) || stream.gcount() > 0) {
-        bytes.append(block.data(), static_cast<std::size_t>(stream.gcount()));
-    }
-    if (stream.bad()) {
-        throw InputError(name, fmt::format("byte {}", bytes.size()), "a readable file", "a read error");
-    }
-    return bytes;
-}
 
 using Reader = Mesh (*)(const Source&);
 
@@ -71,7 +51,7 @@ Reader reader_for_content(std::string_view text) {
 }  // namespace
 
 Mesh read_mesh(const std::filesystem::path& file) {
-    const std::string bytes = read_bytes(file);
+    const std::string bytes = read_whole(file, "a mesh file");
     Source source{.name = file.string(), .text = bytes};
     if (source.text.starts_with("\x1f\x8b")) {
         mesh_text::fail_byte(source, 0, "an uncompressed mesh", "gzip-compressed data (unpack it with gunzip first)");

@@ -74,6 +74,11 @@ public:
             builder_.read_unit(rest_);
             rest_ = {};  // the name may hold any words
             for (word = token(); !equal_without_case(word, "endsolid"); word = token()) {
+                if (equal_without_case(word, "end")) {  // some programs write it in two words
+                    word = token();
+                    if (!equal_without_case(word, "solid")) fail("'end solid'", word);
+                    break;
+                }
                 if (!equal_without_case(word, "facet")) fail("'facet' or 'endsolid'", word);
                 read_facet();
             }

@@ -4,11 +4,11 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <string>
 #include <string_view>
 
 #include "geometry/input_error.hpp"
+#include "geometry/whole_file.hpp"
 
 namespace trocar {
 namespace {
@@ -74,13 +74,7 @@ PairLine parse_line(const std::string& file, std::size_t number, const std::vect
 
 std::vector<PairLine> read_pair_file(const std::filesystem::path& path) {
     const std::string file = path.string();
-    std::ifstream stream(path);
-    if (!stream || std::filesystem::is_directory(path)) {
-        throw InputError(file, "", "a readable text file",
-                         std::filesystem::is_directory(path) ? "a folder"
-                         : std::filesystem::exists(path)     ? "no permission to read it"
-                                                             : "no such file");
-    }
+    std::ifstream stream = open_input(path, "a text file of pairs");
     std::vector<PairLine> lines;
     std::string text;
     for (std::size_t number = 1; std::getline(stream, text); ++number) {

@@ -9,12 +9,35 @@
 
 namespace trocar {
 
-std::string read_whole(const std::filesystem::path& file, const std::string& expected) {
+std::ifstream open_input(const std::filesystem::path& file, const std::string& expected) {
     std::error_code error;
-    if (!std::filesystem::exists(file, error)) throw InputError(file.string(), "", expected, "no such file");
-    if (std::filesystem::is_directory(file, error)) throw InputError(file.string(), "", expected, "a folder");
+    const auto refuse = [&](const char* found) { throw InputError(file.string(), "", expected, found); };
+    switch (std::filesystem::status(file, error).type()) {
+        case std::filesystem::file_type::regular:
+            break;
+        case std::filesystem::file_type::directory:
+            refuse("a folder");
+            break;
+        case std::filesystem::file_type::fifo:
+            refuse("a pipe");
+            break;
+        case std::filesystem::file_type::socket:
+            refuse("a socket");
+            break;
+        case std::filesystem::file_type::block:
+        case std::filesystem::file_type::character:
+            refuse("a device");
+            break;
+        default:
+            refuse("no such file");
+    }
     std::ifstream stream(file, std::ios::binary);
-    if (!stream) throw InputError(file.string(), "", expected, "no permission to read it");
+    if (!stream) refuse("no permission to read it");
+    return stream;
+}
+
+std::string read_whole(const std::filesystem::path& file, const std::string& expected) {
+    std::ifstream stream = open_input(file, expected);
     std::ostringstream text;
     // An empty file has nothing to insert, which is no fault of the stream's.
     if (stream.peek() != std::ifstream::traits_type::eof()) text << stream.rdbuf();

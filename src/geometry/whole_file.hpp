@@ -1,11 +1,15 @@
-// Files that are read and written as a whole. What is wrong with a file is told in the same words everywhere, and
-// nobody ever sees half of one.
+// The door to files: what is wrong with one is told in the same words everywhere, and nobody ever sees half of one.
 #pragma once
 
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 namespace trocar {
+
+/// Opens a file that somebody named as input. Throws InputError "expected `expected`, got no such file | a folder | a
+/// pipe | a device | a socket | no permission to read it": only a regular file is sure to end.
+std::ifstream open_input(const std::filesystem::path& file, const std::string& expected);
 
 /// The bytes of a file. Throws InputError "expected `expected`, got no such file | a folder | …".
 std::string read_whole(const std::filesystem::path& file, const std::string& expected);

@@ -4,19 +4,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "geometry/input_error.hpp"
+#include "geometry/whole_file.hpp"
+#include "scene/json_node.hpp"
 
 namespace trocar {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 constexpr const char* format_name = "trocar-reference-1";
 
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+OrderedJson number(double value) { return std::isfinite(value) ? OrderedJson(value) : OrderedJson(nullptr); }
 
 /// Stored numbers carry what the reference knows and no more digits.
 double rounded(double value, double grain) { return std::round(value / grain) * grain; }
@@ -60,9 +61,11 @@ std::vector<std::pair<const char*, double ReferenceSolution::*>> numbers() {
             {"position_interval", &ReferenceSolution::position_interval}};
 }
 
-Json pair_json(const std::array<double, 2>& pair) { return Json::array({number(pair[0]), number(pair[1])}); }
+OrderedJson pair_json(const std::array<double, 2>& pair) {
+    return OrderedJson::array({number(pair[0]), number(pair[1])});
+}
 
-Json refinement_json(const Refinement& refinement) {
+OrderedJson refinement_json(const Refinement& refinement) {
     return {{"force", pair_json(refinement.force)},
             {"impulse", pair_json(refinement.impulse)},
             {"position", pair_json(refinement.position)},
@@ -70,11 +73,11 @@ Json refinement_json(const Refinement& refinement) {
 }
 
 std::string solution_text(const ReferenceSolution& solution) {
-    Json head{{"available", solution.available}, {"reason", solution.reason}};
+    OrderedJson head{{"available", solution.available}, {"reason", solution.reason}};
     for (const auto& [key, member] : numbers()) head[key] = number(solution.*member);
     head["strain_range"] = pair_json(solution.strain_range);
     head["clears_within_strain_limit"] =
-        solution.clears_within_strain_limit ? Json(*solution.clears_within_strain_limit) : Json(nullptr);
+        solution.clears_within_strain_limit ? OrderedJson(*solution.clears_within_strain_limit) : OrderedJson(nullptr);
     head["by_time_step"] = refinement_json(solution.by_time_step);
     head["by_stiffness"] = refinement_json(solution.by_stiffness);
     head["points"] = solution.points;
@@ -91,17 +94,17 @@ std::string solution_text(const ReferenceSolution& solution) {
 /// Reads members of one JSON object with complaints that name file and pointer.
 class Reader {
 public:
-    Reader(const Json& object, std::string file, std::string pointer)
+    Reader(const OrderedJson& object, std::string file, std::string pointer)
         : object_(object), file_(std::move(file)), pointer_(std::move(pointer)) {
         if (!object.is_object()) throw InputError(file_, pointer_, "an object", object.type_name());
     }
-    [[nodiscard]] const Json& at(const char* key) const {
+    [[nodiscard]] const OrderedJson& at(const char* key) const {
         const auto found = object_.find(key);
         if (found == object_.end()) fail(key, "this key", "nothing");
         return *found;
     }
     [[nodiscard]] double number(const char* key) const {
-        const Json& value = at(key);
+        const OrderedJson& value = at(key);
         if (value.is_null()) return ReferenceSolution::unset;
         if (!value.is_number()) fail(key, "a number or null", value.type_name());
         return value.get<double>();
@@ -119,7 +122,7 @@ public:
     }
     /// Two numbers or nulls.
     void read_pair(const char* key, std::array<double, 2>& target) const {
-        const Json& list = at(key);
+        const OrderedJson& list = at(key);
         if (!list.is_array() || list.size() != 2) fail(key, "two numbers", list.dump());
         for (std::size_t i = 0; i < 2; ++i) {
             if (!list[i].is_null() && !list[i].is_number()) fail(key, "two numbers", list.dump());
@@ -135,7 +138,7 @@ public:
         read.force_floor = reader.number("force_floor");
         return read;
     }
-    [[nodiscard]] Matrix3X columns(const Json& list, const char* key) const {
+    [[nodiscard]] Matrix3X columns(const OrderedJson& list, const char* key) const {
         if (!list.is_array()) fail(key, "a list of points", list.type_name());
         Matrix3X result(3, static_cast<Eigen::Index>(list.size()));
         for (std::size_t c = 0; c < list.size(); ++c) {
@@ -152,12 +155,12 @@ public:
     }
 
 private:
-    const Json& object_;
+    const OrderedJson& object_;
     std::string file_;
     std::string pointer_;
 };
 
-ReferenceSolution solution_from(const Json& json, const std::string& file, const std::string& pointer) {
+ReferenceSolution solution_from(const OrderedJson& json, const std::string& file, const std::string& pointer) {
     const Reader reader(json, file, pointer);
     ReferenceSolution solution;
     solution.available = reader.flag("available");
@@ -167,13 +170,13 @@ ReferenceSolution solution_from(const Json& json, const std::string& file, const
     solution.clears_within_strain_limit = reader.flag_if_known("clears_within_strain_limit");
     solution.by_time_step = reader.refinement("by_time_step");
     solution.by_stiffness = reader.refinement("by_stiffness");
-    for (const Json& point : reader.at("points")) {
+    for (const OrderedJson& point : reader.at("points")) {
         if (!point.is_number_integer() || point.get<std::int64_t>() < 0)
             reader.fail("points", "numbers >= 0", "another");
         solution.points.push_back(point.get<Index>());
     }
     solution.force = reader.columns(reader.at("force"), "force");
-    for (const Json& list : reader.at("positions")) {
+    for (const OrderedJson& list : reader.at("positions")) {
         solution.positions.push_back(reader.columns(list, "positions"));
         if (solution.positions.back().cols() != static_cast<Eigen::Index>(solution.points.size())) {
             reader.fail("positions", "as many points as `points` has", fmt::format("{}", list.size()));
@@ -261,14 +264,7 @@ std::filesystem::path reference_file(const std::filesystem::path& scene_file, do
 }
 
 Reference read_reference(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream) throw InputError(file.string(), "", "a readable file", "none");
-    Json document;
-    try {
-        document = Json::parse(stream);
-    } catch (const Json::parse_error& error) {
-        throw InputError(file.string(), fmt::format("byte {}", error.byte), "JSON", "a syntax error");
-    }
+    const OrderedJson document = parse_ordered_json(read_whole(file, "a stored reference"), file.string());
     const Reader reader(document, file.string(), "");
     if (reader.text("format") != format_name) reader.fail("format", format_name, reader.text("format"));
     Reference reference;
@@ -285,9 +281,9 @@ Reference read_reference(const std::filesystem::path& file) {
 }
 
 std::string to_json(const Reference& reference) {
-    Json head{{"format", format_name}, {"scene", reference.scene}, {"scene_hash", reference.scene_hash}};
+    OrderedJson head{{"format", format_name}, {"scene", reference.scene}, {"scene_hash", reference.scene_hash}};
     if (!std::isnan(reference.turned_k)) head["turned_k"] = reference.turned_k;
-    head["origin"] = Json::object();
+    head["origin"] = OrderedJson::object();
     for (const auto& [key, value] : reference.origin) head["origin"][key] = value;
     std::string text = head.dump();
     text.pop_back();

@@ -74,10 +74,7 @@ Report make_report(const std::vector<Record>& records) {
 }
 
 std::vector<Record> read_records(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream || !std::filesystem::is_regular_file(file)) {
-        throw InputError(file.string(), "", "the records of a study", "no such file");
-    }
+    std::ifstream stream = open_input(file, "the records of a study");
     std::vector<Record> records;
     std::string line;
     for (std::int64_t number = 1; std::getline(stream, line); ++number) {

@@ -83,7 +83,13 @@ template <typename AnyJson>
 AnyJson parse(std::string_view text, const std::string& file) {
     Whereabouts whereabouts;
     using Event = typename AnyJson::parse_event_t;
-    const typename AnyJson::parser_callback_t watch = [&](int /*depth*/, Event event, AnyJson& parsed) {
+    const typename AnyJson::parser_callback_t watch = [&](int depth, Event event, AnyJson& parsed) {
+        // What walks a document later calls itself for every level.
+        constexpr int deepest = 100;
+        if (depth > deepest) {
+            throw InputError(file, whereabouts.pointer(),
+                             fmt::format("at most {} levels of lists and objects", deepest), "more");
+        }
         if (event == Event::object_start || event == Event::array_start) whereabouts.opens();
         if (event == Event::object_end || event == Event::array_end) whereabouts.closes();
         if (event == Event::value) whereabouts.has_read();
@@ -144,7 +150,10 @@ std::optional<JsonNode> JsonNode::find(const std::string& key) const {
 
 std::string JsonNode::text() const {
     if (!value_->is_string() || value_->get_ref<const std::string&>().empty()) fail("a text");
-    return value_->get<std::string>();
+    // Names stand in messages and tables, on terminals too.
+    const auto& text = value_->get_ref<const std::string&>();
+    if (printable_line(text, std::string::npos) != text) fail("a text of printable characters");
+    return text;
 }
 
 std::string JsonNode::word(const std::vector<std::string>& words) const {

@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <numeric>
 #include <set>
 #include <utility>
 
 #include "geometry/input_error.hpp"
+#include "geometry/whole_file.hpp"
 #include "scene/json_node.hpp"
 
 namespace trocar {
@@ -148,13 +150,7 @@ Header read_header(const JsonNode& node) {
 }  // namespace
 
 RecordingReader::RecordingReader(const std::filesystem::path& file) : file_(file.string()) {
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(file, error)) {
-        throw InputError(file_, "", "a recording file",
-                         std::filesystem::exists(file, error) ? "a folder" : "no such file");
-    }
-    stream_.open(file, std::ios::binary);
-    if (!stream_) throw InputError(file_, "", "a readable file", "no permission to read it");
+    stream_ = open_input(file, "a recording file");
     const auto size = static_cast<std::int64_t>(std::filesystem::file_size(file));
 
     std::array<char, 8> word{};
@@ -288,6 +284,9 @@ struct RecordingWriter::State {
 RecordingWriter::RecordingWriter(std::filesystem::path file, const Topology& topology, double dt)
     : state_(std::make_unique<State>()) {
     State& state = *state_;
+    if (!(dt > 0.0 && std::isfinite(dt))) {
+        throw InputError(file.string(), "dt", "a positive number of seconds", fmt::format("{}", dt));
+    }
     // The finished recording is renamed into place: a link is followed first, a device or pipe must not be replaced.
     if (std::filesystem::is_symlink(file)) file = std::filesystem::weakly_canonical(file);
     if (std::filesystem::exists(file) && !std::filesystem::is_regular_file(file)) {

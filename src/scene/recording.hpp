@@ -52,7 +52,7 @@ private:
 /// Writes beside and renames on finish(); an unfinished file leaves nothing behind.
 class RecordingWriter {
 public:
-    /// Throws InputError when the file cannot be written.
+    /// dt in s. Throws InputError when it is not above 0, or when the file cannot be written.
     RecordingWriter(std::filesystem::path file, const Topology& topology, double dt);
     ~RecordingWriter();
     RecordingWriter(const RecordingWriter&) = delete;

@@ -727,8 +727,12 @@ Scene read_scene(const std::filesystem::path& file, const std::optional<std::fil
 
 bool lacks_data(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data) {
     if (!std::filesystem::is_regular_file(file)) return false;
-    std::ifstream stream(file, std::ios::binary);
-    const Json document = Json::parse(stream, nullptr, false);  // faults are read_scene's to report
+    Json document;
+    try {
+        document = parse_json(read_whole(file, "a scene file"), file.string());
+    } catch (const InputError&) {
+        return false;  // read_scene's to report
+    }
     const Json::json_pointer bodies("/bodies");
     if (!document.is_object() || !document.contains(bodies) || !document[bodies].is_array()) return false;
     const Places places{.scene_folder = file.parent_path(), .data = data};

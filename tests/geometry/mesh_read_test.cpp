@@ -176,6 +176,10 @@ TEST_F(MeshRead, TextStlTakesSeveralSolidsAnyCaseAndAnyLayout) {
     EXPECT_EQ(mesh.vertices_stored, 6);
     EXPECT_EQ(corners(mesh), (Corners3{{0, 1, 2}, {0, 1, 2}}));
     EXPECT_EQ(read("b.stl", "solid nothing\nendsolid nothing\n").triangles.cols(), 0);
+    const Mesh two_words =
+        read("b.stl", "solid one\n" + text_facet + "end solid one\nsolid two\n" + text_facet + "END SOLID\n");
+    EXPECT_EQ(two_words.triangles.cols(), 2);
+    expect_refused("b.stl", "solid one\n" + text_facet + "end\n", "expected 'end solid', got end of file");
 }
 
 TEST_F(MeshRead, TextStlNamesTheLineOfBadInput) {

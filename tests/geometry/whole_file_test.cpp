@@ -2,6 +2,7 @@
 #include "geometry/whole_file.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <string>
 
@@ -42,6 +43,33 @@ TEST_F(WholeFile, AFolderOrNothingIsNoFile) {
               (folder_ / "inner").string() + ": expected a study file, got a folder");
     EXPECT_EQ(fault_of([this] { (void)read_whole(folder_ / "none", "a study file"); }),
               (folder_ / "none").string() + ": expected a study file, got no such file");
+}
+
+TEST_F(WholeFile, WhatMayNeverEndIsNotOpened) {
+    const std::filesystem::path pipe = folder_ / "pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    EXPECT_EQ(fault_of([&] { (void)open_input(pipe, "a mesh file"); }),
+              pipe.string() + ": expected a mesh file, got a pipe");
+    EXPECT_EQ(fault_of([&] { (void)open_input("/dev/zero", "a mesh file"); }),
+              "/dev/zero: expected a mesh file, got a device");
+}
+
+TEST(InputErrorText, IsOnePrintableLineOfAtMost400Bytes) {
+    const auto told = [](const std::string& found) { return std::string(InputError("f", "", "x", found).what()); };
+    EXPECT_EQ(told("\x1b[31m\a\r\nü"), "f: expected x, got \\x1b[31m\\x07\\x0d\\x0aü");
+    EXPECT_EQ(told("\x7f\xc2\x9b\xe2\x80\xae"), "f: expected x, got \\x7f\\xc2\\x9b\\xe2\\x80\\xae");
+    EXPECT_EQ(told("\xff\xc0\xaf\xed\xa0\x80"), "f: expected x, got \\xff\\xc0\\xaf\\xed\\xa0\\x80");
+    const std::string long_one = told(std::string(3000, 'a') + "ü" + std::string(3000, '\xbc') + "end");
+    EXPECT_LE(long_one.size(), 400U);
+    EXPECT_TRUE(long_one.starts_with("f: expected x, got aaa") && long_one.ends_with("\\xbcend")) << long_one;
+    // Wherever the middle begins and ends, no character is cut.
+    for (std::size_t n = 380; n < 420; ++n) {
+        std::string text(n % 2, 'a');
+        while (text.size() < n) text += "ü";
+        const std::string line = printable_line(text, 400);
+        EXPECT_EQ(printable_line(line, 4000), line) << n;
+        EXPECT_LE(line.size(), 400U);
+    }
 }
 
 TEST_F(WholeFile, WhatCannotBeWrittenLeavesNothingBehind) {
