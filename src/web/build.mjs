@@ -17,6 +17,7 @@ async function bundle(entry, output, contents) {
     format: "iife",
     target: "es2020",
     charset: "utf8",
+    loader: { ".css": "text" },
     legalComments: "none",
     define: { "process.env.NODE_ENV": '"production"' },
     banner: { js: `/* trocar; contains ${contents}; licences in src/web/licences */` },
@@ -32,3 +33,4 @@ for (const [name, file] of [
   copyFileSync(`node_modules/${name}/${file}`, `licences/${name}-${file.split("/").pop().replace(".txt", "")}`);
 }
 await bundle("charts_entry.js", "charts.js", echarts);
+await bundle("viewer.js", "viewer.js", `${three}, ${echarts}`);

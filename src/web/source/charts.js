@@ -1,18 +1,6 @@
-// The charts of trocar's pages: ECharts' core with its SVG renderer, and one function that draws a chart from a plain
-// description (README.md beside package.json). Used by the replay page and by report.html alike.
-import { BarChart, LineChart, ScatterChart } from "echarts/charts";
-import {
-  GridComponent,
-  LegendComponent,
-  MarkLineComponent,
-  TooltipComponent,
-} from "echarts/components";
+// The charts of trocar's pages: a chart drawn by ECharts from a plain description (README.md beside package.json). Used by
+// the replay page and by report.html alike; each entry says which parts of ECharts it needs.
 import * as echarts from "echarts/core";
-import { SVGRenderer } from "echarts/renderers";
-
-echarts.use([
-  BarChart, LineChart, ScatterChart, GridComponent, LegendComponent, MarkLineComponent, TooltipComponent, SVGRenderer,
-]);
 
 // Okabe and Ito's colours, told apart by colour-blind readers too; the pale yellow is left out on white.
 export const palette = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"];
@@ -28,7 +16,7 @@ export function number(value) {
 
 const withUnit = (axis) => (axis.unit ? `${axis.name} (${axis.unit})` : (axis.name ?? ""));
 
-function axisOption(axis, vertical) {
+function axisOption(axis, vertical, zero) {
   const named = axis.categories !== undefined;
   return {
     type: named ? "category" : axis.log ? "log" : "value",
@@ -39,7 +27,7 @@ function axisOption(axis, vertical) {
     data: axis.categories,
     min: axis.min,
     max: axis.max,
-    scale: !axis.zero,
+    scale: !zero,
     axisLabel: { color: "#555", hideOverlap: true, formatter: named ? undefined : number },
     axisLine: { show: true, onZero: false, lineStyle: { color: "#999" } },
     splitLine: { lineStyle: { color: "#eee" } },
@@ -103,8 +91,8 @@ export function chartOption(spec) {
       axisPointer: { type: "line", lineStyle: { color: "#bbb" } },
       formatter: (at) => (Array.isArray(at) ? axisText(spec, at) : pointText(spec, at)),
     },
-    xAxis: axisOption(spec.x, false),
-    yAxis: axisOption(spec.y, true),
+    xAxis: axisOption(spec.x, false, spec.x.zero),
+    yAxis: axisOption(spec.y, true, spec.y.zero || spec.series.some((one) => one.kind === "bar")),
     series,
   };
 }
