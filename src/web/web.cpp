@@ -16,11 +16,16 @@
     }
 
 TROCAR_EMBED(trocar_web_charts, "charts.js")
+TROCAR_EMBED(trocar_web_viewer, "viewer.js")
 
 namespace trocar::web {
 
 std::string_view charts_script() {
     return {trocar_web_charts_begin, static_cast<std::size_t>(trocar_web_charts_end - trocar_web_charts_begin)};
+}
+
+std::string_view viewer_script() {
+    return {trocar_web_viewer_begin, static_cast<std::size_t>(trocar_web_viewer_end - trocar_web_viewer_begin)};
 }
 
 }  // namespace trocar::web

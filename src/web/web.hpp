@@ -9,4 +9,7 @@ namespace trocar::web {
 /// charts.js: a classic script, UTF-8, without "</script"; sets window.trocarCharts.
 std::string_view charts_script();
 
+/// viewer.js: likewise; sets window.trocarViewer and shows the data that a page of src/view holds.
+std::string_view viewer_script();
+
 }  // namespace trocar::web

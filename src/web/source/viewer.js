@@ -128,7 +128,7 @@ class Page {
 
   charts() {
     const { view } = this;
-    const time = (tick) => (tick + 1) * view.dt;
+    const time = (tick) => tick * view.dt;
     const curve = (run, values, scale) => Array.from(values, (v, t) => [time(t), Number.isFinite(v) ? v * scale : null]);
     const x = { name: "time", unit: "s", min: 0, max: time(this.last) };
     const force = {
@@ -144,7 +144,12 @@ class Page {
       x, y: { name: "depth left", unit: "mm", zero: true }, tooltip: "axis", lines: [],
       series: view.runs.map((run, k) => ({ name: run.label, color: palette[k % palette.length], points: curve(run, run.deepest, 1e3) })),
     };
-    this.plots = [[this.forceBox, force], [this.depthBox, depth]].map(([box, spec]) => {
+    const told = ([box, spec]) => {
+      const any = spec.series.some((one) => one.points.some(([, y]) => y !== null));
+      if (!any) box.remove();
+      return any;
+    };
+    this.plots = [[this.forceBox, force], [this.depthBox, depth]].filter(told).map(([box, spec]) => {
       const chart = echarts.init(box, null, { renderer: "svg" });
       const option = chartOption(spec);
       if (option.series.length > 0) {
@@ -156,7 +161,7 @@ class Page {
       // A press anywhere in the plot goes to that tick, and drags on.
       const there = (event) => {
         const at = chart.convertFromPixel({ xAxisIndex: 0 }, event.offsetX);
-        this.go(Math.round(at / view.dt) - 1);
+        this.go(Math.round(at / view.dt));
       };
       const inside = (event) => chart.containPixel("grid", [event.offsetX, event.offsetY]);
       chart.getZr().on("mousedown", (event) => { if (inside(event)) { this.dragging = chart; there(event); } });
@@ -176,6 +181,7 @@ class Page {
         onclick: () => this.go(one.tick) }));
       this.surface.append(element("div", { class: "panel", "data-panel": k }, element("div", { class: "words" },
         element("h2", {}, element("span", { class: "swatch", style: `background:${palette[k % palette.length]}` }), run.label),
+        element("div", { class: "methods", text: run.methods }),
         element("dl", {}, element("dt", { text: "depth left" }), cell.depth, worst(run.worst.depth, 1e3, "mm"),
           element("dt", { text: "force" }), cell.force, worst(run.worst.force, 1, "N"),
           element("dt", { text: "contacts" }), cell.contacts, element("dd")),
@@ -233,7 +239,7 @@ class Page {
     this.tick = Math.min(this.last, Math.max(0, tick));
     this.slider.value = String(this.tick);
     const ticks = this.stage.show(this.shown, this.tick, this.look);
-    this.time.textContent = `tick ${this.tick} of ${view.ticks} · ${((this.tick + 1) * view.dt).toFixed(3)} s` +
+    this.time.textContent = `tick ${this.tick} of ${view.ticks} · ${(this.tick * view.dt).toFixed(3)} s` +
       (ticks.some((t) => t !== this.tick) ? ` · picture of ${[...new Set(ticks)].join(", ")}` : "");
     this.shown.forEach((k, i) => {
       const run = view.runs[k];
@@ -247,7 +253,7 @@ class Page {
         ? `${run.outcome}: ${run.message}` : `ends ${run.outcome} at tick ${Math.max(0, done - 1)}`;
     });
     for (const { chart, id } of this.plots) {
-      if (id) chart.setOption({ series: [{ markLine: { data: [{ xAxis: (this.tick + 1) * view.dt }] } }] });
+      if (id) chart.setOption({ series: [{ markLine: { data: [{ xAxis: this.tick * view.dt }] } }] });
     }
   }
 
