@@ -93,7 +93,7 @@ ViewPage view_of_scene(const CommonOptions& common, const ViewOptions& options) 
         specs.push_back(spec_of(scene, options, response));
         add_run(scene, specs.back(), nullptr, terminal_progress(specs.back().ticks), page);
     }
-    name_runs(specs, page);
+    finish_page(specs, page);
     return page;
 }
 

@@ -90,7 +90,7 @@ void add_references(const Scene& scene, ViewPage& page) {
             reference.force.push_back(valid ? law.force_at(time).norm() : std::nan(""));
         }
     };
-    add(found.reference.equal_k, "reference, same stiffness", true);
+    add(found.reference.equal_k, "reference, contact as stiff as the scene's", true);
     add(found.reference.hard, "reference, hard contact", false);
 }
 
@@ -104,6 +104,21 @@ std::string methods_of(const RunSpec& spec) {
     std::string text = fmt::format("{}, {} contacts", spec.detector, spec.contacts);
     if (!spec.stepper.empty()) text += ", " + spec.stepper;
     return text;
+}
+
+/// Labels tell the runs apart in as few words as do.
+void name_runs(const std::vector<RunSpec>& specs, ViewPage& page) {
+    const auto unique = [&page] {
+        std::set<std::string> labels;
+        for (const ViewedRun& run : page.runs) labels.insert(run.label);
+        return labels.size() == page.runs.size();
+    };
+    for (const auto& part : {&RunSpec::contacts, &RunSpec::detector, &RunSpec::stepper}) {
+        if (unique()) return;
+        for (std::size_t k = 0; k < specs.size(); ++k) {
+            if (!(specs[k].*part).empty()) page.runs[k].label += " · " + specs[k].*part;
+        }
+    }
 }
 
 }  // namespace
@@ -169,8 +184,6 @@ std::optional<std::filesystem::path> scene_file_of(const Record& record) {
 ViewPage page_of(const Scene& scene) {
     ViewPage page;
     page.scene = scene.name;
-    page.about = fmt::format("{} bodies, {} triangles, {} ticks of {:g} ms", scene.topology.body_count(),
-                             scene.topology.triangle_count(), scene.ticks, 1e3 * scene.dt);
     page.foot = made_by();
     page.dt = scene.dt;
     page.ticks = scene.ticks;
@@ -217,6 +230,12 @@ void add_run(const Scene& scene, const RunSpec& spec, const Record* record, cons
     page.runs.push_back(std::move(run));
 }
 
+void finish_page(const std::vector<RunSpec>& specs, ViewPage& page) {
+    page.about = fmt::format("{} bodies, {} triangles, {} ticks of {:g} ms", page.topology.body_count(),
+                             page.topology.triangle_count(), page.ticks, 1e3 * page.dt);
+    name_runs(specs, page);
+}
+
 ViewPage page_of_records(const Scene& scene, const std::vector<const Record*>& records, const ViewProgress& progress) {
     ViewPage page = page_of(scene);
     std::vector<RunSpec> specs;
@@ -230,7 +249,7 @@ ViewPage page_of_records(const Scene& scene, const std::vector<const Record*>& r
                             record->spec.scene_hash, hash);
         }
     }
-    name_runs(specs, page);
+    finish_page(specs, page);
     return page;
 }
 
@@ -255,20 +274,6 @@ ViewPage page_of_recording(const std::filesystem::path& file) {
     run.methods = "depth is that of the vertices";
     page.runs.push_back(std::move(run));
     return page;
-}
-
-void name_runs(const std::vector<RunSpec>& specs, ViewPage& page) {
-    const auto unique = [&page] {
-        std::set<std::string> labels;
-        for (const ViewedRun& run : page.runs) labels.insert(run.label);
-        return labels.size() == page.runs.size();
-    };
-    for (const auto& part : {&RunSpec::contacts, &RunSpec::detector, &RunSpec::stepper}) {
-        if (unique()) return;
-        for (std::size_t k = 0; k < specs.size(); ++k) {
-            if (!(specs[k].*part).empty()) page.runs[k].label += " · " + specs[k].*part;
-        }
-    }
 }
 
 }  // namespace trocar::app

@@ -49,7 +49,7 @@ ViewPage page_of_records(const Scene& scene, const std::vector<const Record*>& r
 /// A recording's frames, without forces. Throws InputError as play_recording.
 ViewPage page_of_recording(const std::filesystem::path& file);
 
-/// Labels tell the runs apart in as few words as do.
-void name_runs(const std::vector<RunSpec>& specs, ViewPage& page);
+/// Once all runs are there: the line under the title, and labels that tell the runs apart in as few words as do.
+void finish_page(const std::vector<RunSpec>& specs, ViewPage& page);
 
 }  // namespace trocar::app

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace trocar {
 
@@ -15,7 +16,33 @@ std::vector<Index> tissue_vertices(const Topology& topology) {
 }
 
 RunCapture::RunCapture(const Topology& topology, std::int64_t stride, bool judged)
-    : stride_(stride), judged_(judged), tissue_(tissue_vertices(topology)) {}
+    : stride_(stride), judged_(judged), tissue_(tissue_vertices(topology)) {
+    for (const BodyRange& body : topology.bodies) {
+        if (body.kind == BodyKind::tissue) continue;
+        for (Index vertex = body.vertices.first; vertex < body.vertices.end(); ++vertex) others_.push_back(vertex);
+    }
+}
+
+/// A tool's tip that goes through a coarse sheet takes no vertex of the sheet into itself: what it is beyond is painted
+/// where it is.
+void RunCapture::sink_into_tissue(const PlayedFrame& frame, std::vector<double>& depth) const {
+    if (tissue_.empty()) return;
+    for (const Index vertex : others_) {
+        const double sunk = frame.depth[static_cast<std::size_t>(vertex)];
+        if (!(sunk > 0.0)) continue;
+        const Vector3 place = frame.position.col(vertex);
+        std::size_t nearest = 0;
+        double least = std::numeric_limits<double>::infinity();
+        for (std::size_t k = 0; k < tissue_.size(); ++k) {
+            const double distance = (frame.position.col(tissue_[k]) - place).squaredNorm();
+            if (distance < least) {
+                least = distance;
+                nearest = k;
+            }
+        }
+        depth[nearest] = std::max(depth[nearest], sunk);
+    }
+}
 
 ViewedFrame RunCapture::kept(const PlayedFrame& frame) const {
     ViewedFrame view;
@@ -26,6 +53,7 @@ ViewedFrame RunCapture::kept(const PlayedFrame& frame) const {
         view.depth.push_back(std::isfinite(depth) ? depth : 0.0);
         view.strain.push_back(std::abs(frame.strain[static_cast<std::size_t>(vertex)]));
     }
+    sink_into_tissue(frame, view.depth);
     for (const PlayedContact& contact : frame.contacts) {
         if (!contact.point.allFinite()) continue;
         view.contacts.push_back(

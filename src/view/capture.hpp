@@ -19,8 +19,10 @@ struct ViewedContact {
 
 struct ViewedFrame {
     std::int64_t tick = -1;
-    Matrix3X position;           ///< 3×N, m, world
-    std::vector<double> depth;   ///< m, one per tissue vertex in ascending order, >= 0; 0 where truth leaves it open
+    Matrix3X position;  ///< 3×N, m, world
+    /// m, one per tissue vertex in ascending order, >= 0: how deep it is inside something, or the deepest vertex of
+    /// another body that is inside or beyond the tissue and nearest to it; 0 where truth leaves the side open.
+    std::vector<double> depth;
     std::vector<double> strain;  ///< 1, likewise, >= 0: by size
     std::vector<ViewedContact> contacts;
 };
@@ -61,10 +63,12 @@ public:
 
 private:
     [[nodiscard]] ViewedFrame kept(const PlayedFrame& frame) const;
+    void sink_into_tissue(const PlayedFrame& frame, std::vector<double>& depth) const;
 
     std::int64_t stride_;
     bool judged_;
     std::vector<Index> tissue_;  ///< vertex numbers
+    std::vector<Index> others_;  ///< vertex numbers of what is no tissue
     ViewedRun run_;
     ViewedFrame deepest_;
     ViewedFrame strongest_;

@@ -9,7 +9,7 @@
 namespace trocar {
 namespace {
 
-constexpr double most = 65535.0;
+constexpr double most = Quantiser::largest;
 
 std::uint16_t zigzag(std::uint16_t difference) {
     const auto sign = static_cast<std::uint16_t>((difference & 0x8000U) != 0 ? 0xffffU : 0U);

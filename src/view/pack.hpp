@@ -1,4 +1,4 @@
-// How a page holds frames: coordinates as 16-bit numbers within a box, told as differences, deflated and put into
+// How a page holds frames: coordinates as whole numbers within a box, told as differences, deflated and put into
 // base64, so that a scene's replay fits into one file. src/web/source/data.js undoes it.
 #pragma once
 
@@ -13,9 +13,12 @@
 
 namespace trocar {
 
-/// Coordinates as numbers 0 … 65535 within a box. What lies outside is put on its border.
+/// Coordinates as whole numbers within a box. What lies outside is put on its border.
 class Quantiser {
 public:
+    /// 14 bits: of a scene of 0.1 m half a step is 3 µm, a tenth of a pixel where the whole scene fills a screen, and
+    /// two bits more would make a page a third larger.
+    static constexpr std::uint16_t largest = 16383;
     /// Corners of the box, m; a side without length gets one that is not 0.
     Quantiser(const Vector3& low, const Vector3& high);
     [[nodiscard]] std::uint16_t number(double coordinate, int axis) const;  ///< coordinate: m, finite

@@ -1,13 +1,14 @@
 // The 3D part: every shown run has bodies, contacts and arrows of its own; one camera looks at all of them, side by side
 // on one canvas.
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, Color, ConeGeometry, CylinderGeometry, DirectionalLight, DoubleSide,
+  AmbientLight, BufferAttribute, BufferGeometry, CanvasTexture, Color, ConeGeometry, CylinderGeometry, DirectionalLight, DoubleSide,
   DynamicDrawUsage, Group, InstancedMesh, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial,
   MeshLambertMaterial, PerspectiveCamera, Points, PointsMaterial, Quaternion, Scene, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { table } from "./colours.js";
 
+const fromFront = new Vector3(0.55, -1.0, 0.62).normalize();
 const up = new Vector3(0, 1, 0);
 
 // Arrows of one colour: a shaft and a head each, drawn in two calls however many there are.
@@ -29,14 +30,14 @@ class Arrows {
       this.group.add(mesh);
     }
   }
-  // `list`: [origin, vector] in metres as drawn.
-  set(list) {
+  // `list`: [origin, vector] in metres as drawn; `zoom` 1 where all of the scene is seen, less when nearer.
+  set(list, zoom) {
     if (list.length > this.capacity) this.grow(2 * list.length);
     const [matrix, turn, direction] = [new Matrix4(), new Quaternion(), new Vector3()];
     list.forEach(([origin, vector], k) => {
       const length = vector.length();
       turn.setFromUnitVectors(up, direction.copy(vector).divideScalar(length || 1));
-      const radius = this.width * this.size;
+      const radius = this.width * this.size * zoom;
       const head = Math.min(9 * radius, 0.45 * length);
       matrix.compose(origin, turn, new Vector3(radius, length - head, radius));
       this.shafts.setMatrixAt(k, matrix);
@@ -64,6 +65,17 @@ function edgesOf(triangles) {
     }
   }
   return edges;
+}
+
+// A round dot.
+function disc() {
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = 32;
+  const pen = canvas.getContext("2d");
+  pen.fillStyle = "#fff";
+  pen.arc(16, 16, 14, 0, 2 * Math.PI);
+  pen.fill();
+  return new CanvasTexture(canvas);
 }
 
 const toolColours = [0x8a97a6, 0x9a8f7a, 0x7a9a92];
@@ -125,7 +137,7 @@ class Picture {
     this.scene.add(this.wires);
     this.dotPlace = new BufferAttribute(new Float32Array(3), 3);
     this.dots = new Points(new BufferGeometry(), new PointsMaterial({
-      color: 0x0a7d3c, size: 5, sizeAttenuation: false, depthTest: false, transparent: true }));
+      color: 0x0a7d3c, size: 8, sizeAttenuation: false, depthTest: false, transparent: true, map: disc(), alphaTest: 0.4 }));
     this.dots.geometry.setAttribute("position", this.dotPlace);
     this.dots.frustumCulled = false;
     this.dots.renderOrder = 5;
@@ -135,19 +147,20 @@ class Picture {
   }
 
   // Shows the run as it is at a tick; `look` is what the reader chose.
-  show(tick, look) {
+  show(tick, look, zoom) {
     const { view, run } = this;
     const f = run.frameAt(tick);
+    this.frame = f;
     view.place(run.quantised[f], this.positions);
     this.place.needsUpdate = true;
     this.paint(f, look);
     for (const { mesh, tissue } of this.meshes) if (tissue) mesh.geometry.computeVertexNormals();
     for (const material of this.tools) {
-      material.opacity = look.solid ? 1 : 0.42;
+      material.opacity = look.solid ? 1 : 0.34;
       material.depthWrite = look.solid;
     }
     this.wires.visible = look.mesh;
-    this.forces(f, look);
+    this.forces(f, look, zoom);
     return run.frames[f];
   }
 
@@ -172,29 +185,34 @@ class Picture {
     colours.needsUpdate = true;
   }
 
-  forces(f, look) {
+  // Arrows keep their size on the screen, whatever the distance: their length tells by how much forces differ.
+  forces(f, look, zoom) {
     const { view, run } = this;
     const [from, to] = [run.starts[f], run.starts[f + 1]];
     const points = [];
     const arrows = [];
-    const total = new Vector3();
+    this.contactMiddle = to > from ? new Vector3() : null;
     for (let k = from; k < to; ++k) {
       const at = new Vector3(...[0, 1, 2].map((c) => view.low[c] + view.step[c] * run.points[3 * k + c]));
       points.push(at.x, at.y, at.z);
-      total.add(at);
+      this.contactMiddle.addScaledVector(at, 1 / (to - from));
       const force = new Vector3(...[0, 1, 2].map((c) => run.force_step * run.forces[3 * k + c]));
-      if (force.length() > 0.01 * look.contactForce) arrows.push([at, force.multiplyScalar(look.contactScale)]);
+      if (force.length() > 0.01 * look.contactForce) {
+        // Its head is at the contact: what presses from above would else be hidden beneath the tissue.
+        const drawn = force.multiplyScalar(zoom * look.contactScale);
+        arrows.push([at.clone().sub(drawn), drawn]);
+      }
     }
     this.dotPlace = new BufferAttribute(Float32Array.from(points.length ? points : [0, 0, 0]), 3);
     this.dots.geometry.setAttribute("position", this.dotPlace);
     this.dots.geometry.setDrawRange(0, points.length / 3);
     this.dots.visible = look.contacts;
-    this.contactArrows.set(look.forces ? arrows : []);
+    this.contactArrows.set(look.forces ? arrows : [], zoom);
     const tick = run.frames[f];
     const force = new Vector3(...run.force.slice(3 * tick, 3 * tick + 3));
     const strong = view.tool && force.length() > 0.01 * look.toolForce;
     const anchor = strong ? new Vector3().fromArray(this.positions, 3 * view.tool.vertex) : null;
-    this.toolArrow.set(look.forces && strong ? [[anchor, force.multiplyScalar(look.toolScale)]] : []);
+    this.toolArrow.set(look.forces && strong ? [[anchor, force.multiplyScalar(zoom * look.toolScale)]] : [], zoom);
   }
 }
 
@@ -216,10 +234,9 @@ export class Stage {
     this.camera = new PerspectiveCamera(32, 1, 0.01 * this.size, 40 * this.size);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, surface);
-    this.controls.addEventListener("change", () => this.draw());
     this.shown = [];
     this.home();
-    this.controls.saveState();
+    this.controls.addEventListener("change", () => this.turned());
   }
 
   // What the camera looks at: the tissue, or all bodies where there is none; told by where it is at rest.
@@ -243,15 +260,37 @@ export class Stage {
   }
 
   home() {
-    const direction = new Vector3(0.55, -1.0, 0.62).normalize();
-    this.camera.position.copy(this.middle).addScaledVector(direction, 1.75 * this.size);
-    this.controls.target.copy(this.middle);
+    this.look(this.middle, fromFront, 1.5);
+  }
+
+  // Nearer to the contacts of the shown runs; from where one looks now.
+  near(sizes = 0.45) {
+    const points = this.shown.map((k) => this.pictures[k].contactMiddle).filter((point) => point);
+    const middle = points.reduce((sum, point) => sum.add(point), new Vector3()).divideScalar(points.length || 1);
+    const direction = this.camera.position.clone().sub(this.controls.target).normalize();
+    this.look(points.length ? middle : this.middle, direction, sizes);
+  }
+
+  look(target, direction, sizes) {
+    this.camera.position.copy(target).addScaledVector(direction, sizes * this.size);
+    this.controls.target.copy(target);
     this.controls.update();
+    this.draw();
+  }
+
+  zoom() {
+    return this.camera.position.distanceTo(this.controls.target) / (1.5 * this.size);
+  }
+
+  turned() {
+    for (const k of this.shown) this.pictures[k].forces(this.pictures[k].frame, this.chosen, this.zoom());
+    this.draw();
   }
 
   show(shown, tick, look) {
     this.shown = shown;
-    const ticks = shown.map((k) => this.pictures[k].show(tick, look));
+    this.chosen = look;
+    const ticks = shown.map((k) => this.pictures[k].show(tick, look, this.zoom()));
     this.draw();
     return ticks;
   }

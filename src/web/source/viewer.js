@@ -44,9 +44,10 @@ class Page {
     new ResizeObserver(() => this.stage.draw()).observe(this.main);
     this.choose();
     this.go(this.tick);
+    this.stage.near(this.close ? 0.4 : 0.95);
   }
 
-  // #tick=120&field=strain&runs=0,1&part=10&picture=1 : a place that can be linked to, and what pictures are made from.
+  // #tick=120&field=strain&runs=0,1&part=10&near=1&picture=1: a place that can be linked to, and what pictures are made from.
   readAddress() {
     const asked = new URLSearchParams(location.hash.slice(1));
     if (asked.get("field") in fields) this.look.field = asked.get("field");
@@ -58,6 +59,7 @@ class Page {
     if (runs.length > 0) this.shown = runs.map(Number);
     if (["1", "10", "100"].includes(asked.get("part"))) this.look.part = Number(asked.get("part"));
     if (asked.get("solid") === "1") this.look.solid = true;
+    this.close = asked.get("near") === "1";
     document.body.classList.toggle("picture", asked.get("picture") === "1");
   }
 
@@ -84,13 +86,14 @@ class Page {
     const bar = element("div", { class: "bar" });
     const group = (label, ...inside) =>
       element("div", { class: "group", role: "group", "aria-label": label }, element("label", { text: label }), ...inside);
-    bar.append(group("tissue by", ...Object.entries(fields).map(([key, field]) =>
+    this.tissue = view.bodies.some((body) => body.kind === "tissue");
+    if (this.tissue) bar.append(group("tissue by", ...Object.entries(fields).map(([key, field]) =>
       element("button", { text: field.name, title: field.told, "data-field": key, onclick: () => this.colourBy(key) }))));
     this.part = element("select", { "aria-label": "scale", title: "where the colour scale ends", onchange: () => {
       this.look.part = Number(this.part.value);
       this.refresh();
     } }, ...[1, 10, 100].map((n) => element("option", { value: n, text: n === 1 ? "whole scale" : `first 1/${n}` })));
-    bar.append(this.part);
+    if (this.tissue) bar.append(this.part);
     bar.append(group("show", this.toggle("contacts", "contacts", "points of contact (c)"),
       this.toggle("forces", "forces", "on the tissue green, on the tool blue (f)"),
       this.toggle("mesh", "mesh", "edges of the tissue (m)"), this.toggle("solid", "solid tools", "else see-through (s)")));
@@ -100,12 +103,15 @@ class Page {
     }
     this.rampTop = element("span", { class: "value" });
     this.rampName = element("span", { class: "value" });
-    bar.append(element("div", { class: "legend" }, this.rampName,
-      element("div", { class: "ramp", style: `background:${gradient}` }), this.rampTop));
+    bar.append(group("camera", element("button", { text: "near", id: "near", title: "to the contacts (n)", onclick: () => this.stage.near() }),
+      element("button", { text: "back", title: "all of it (r)", onclick: () => this.stage.home() })));
+    this.legend = element("div", { class: "legend" }, this.rampName,
+      element("div", { class: "ramp", style: `background:${gradient}` }), this.rampTop);
+    if (!this.tissue) this.legend.style.display = "none";
     this.canvas = element("canvas", { class: "stage", "aria-label": "3D view; drag to turn, wheel to come nearer" });
     this.surface = element("div", { class: "surface", tabindex: "-1" });
     this.scalebar = element("div", { class: "scalebar" });
-    this.main = element("main", {}, this.canvas, this.surface, this.scalebar);
+    this.main = element("main", {}, this.canvas, this.surface, this.legend, this.scalebar);
     this.play = element("button", { text: "Play", title: "space", id: "play", onclick: () => this.setPlaying(!this.playing) });
     this.slider = element("input", { type: "range", id: "tick", min: 0, max: this.last, step: 1, value: 0, "aria-label": "tick",
       oninput: () => this.go(Number(this.slider.value)) });
@@ -122,7 +128,7 @@ class Page {
       element("footer", {},
         element("span", { text: view.foot }),
         element("span", {}, ...["space", "play", "← →", "one tick", "⇧ ← →", "ten", "w", "worst tick", "d t p", "colour",
-          "c f m s", "show", "r", "camera back"].flatMap((text, k) =>
+          "c f m s", "show", "n r", "camera near, back"].flatMap((text, k) =>
           [element(k % 2 === 0 ? "kbd" : "span", { text }), k % 2 === 0 ? " " : "   "]))));
   }
 
@@ -135,7 +141,7 @@ class Page {
       x, y: { name: "force on the tool", unit: "N", zero: true }, tooltip: "axis", lines: [],
       series: [
         ...view.references.filter((one) => one.force).map((one) => ({
-          name: one.name, dashed: !one.solid, color: one.solid ? "#444" : "#999", width: 2.4, z: 1,
+          name: one.name, dashed: !one.solid, color: one.solid ? "#a3a9b2" : "#111", width: one.solid ? 3 : 1.3, z: one.solid ? 1 : 4,
           points: curve(null, one.force, 1) })),
         ...view.runs.map((run, k) => ({ name: run.label, color: palette[k % palette.length], points: curve(run, run.magnitude, 1) })),
       ],
@@ -282,7 +288,7 @@ class Page {
       const letters = {
         d: () => this.colourBy("depth"), t: () => this.colourBy("strain"), p: () => this.colourBy("displacement"),
         c: () => this.flip("contacts"), f: () => this.flip("forces"), m: () => this.flip("mesh"), s: () => this.flip("solid"),
-        r: () => this.stage.home(), w: () => this.go(this.worstTick()), " ": () => this.setPlaying(!this.playing),
+        r: () => this.stage.home(), n: () => this.stage.near(), w: () => this.go(this.worstTick()), " ": () => this.setPlaying(!this.playing),
         Home: () => this.go(0), End: () => this.go(this.last),
       };
       if (key in moves) this.go(this.tick + moves[key] * (event.shiftKey ? 10 : 1));
