@@ -8,14 +8,15 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
+#include "app/view_pages.hpp"
 #include "app/view_runs.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
 #include "method/device.hpp"
 #include "method/registry.hpp"
 #include "report/report.hpp"
+#include "report/view_links.hpp"
 #include "view/page.hpp"
-#include "web/web.hpp"
 
 namespace trocar::app {
 namespace {
@@ -122,7 +123,8 @@ ViewPage view_of_records(const CommonOptions& common, const ViewOptions& options
     }
     const std::vector<const Record*> chosen = chosen_records(records, name, options.responses);
     const std::optional<std::filesystem::path> file =
-        is_file ? std::filesystem::path(options.scene) : scene_file_of(*chosen.front());
+        is_file ? std::filesystem::path(options.scene)
+                : scene_file_of(*chosen.front(), study_folder_of(*chosen.front()));
     if (!file) {
         throw InputError(
             "command line", "--scene",
@@ -132,11 +134,32 @@ ViewPage view_of_records(const CommonOptions& common, const ViewOptions& options
     return page_of_records(read_scene(*file, common.data), chosen, terminal_progress(chosen.front()->spec.ticks));
 }
 
+/// A page for every scene of one report, in its folder.
+int write_pages(const CommonOptions& common, const ViewOptions& options) {
+    const std::filesystem::path& folder = options.inputs.front();
+    if (options.inputs.size() != 1 || !std::filesystem::is_directory(folder)) {
+        throw InputError("command line", "--pages", "the folder of one report", folder.string());
+    }
+    if (options.output || !options.scene.empty() || !options.responses.empty()) {
+        throw InputError("command line", "--pages", "no --output, --scene or --response beside it", "one of them");
+    }
+    const std::vector<Record> records = read_records(folder / "records.jsonl");
+    const std::size_t pages = write_view_pages(folder, records, study_folder_of(records.front()), common.data);
+    if (common.json) {
+        fmt::print("{}\n", Json{{"folder", (folder / view_folder).string()}, {"pages", pages}}.dump());
+    } else {
+        fmt::print("{} pages in {}; trocar report {} links them\n", pages, (folder / view_folder).string(),
+                   folder.string());
+    }
+    return done;
+}
+
 std::filesystem::path default_output(const ViewPage& page) { return page.scene + ".html"; }
 
 }  // namespace
 
 int view(const CommonOptions& common, const ViewOptions& options) {
+    if (options.pages) return write_pages(common, options);
     const std::filesystem::path& first = options.inputs.front();
     const bool records = records_file(first).has_value();
     const bool recording = !records && is_recording(first);

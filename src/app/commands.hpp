@@ -81,7 +81,8 @@ struct ViewOptions {
     std::string contacts;  ///< contact source; empty: each response's own
     std::string stepper;   ///< NAME[:key=value…]; empty: the default one
     std::optional<std::int64_t> ticks;
-    std::string scene;  ///< of a report: name, or file
+    std::string scene;   ///< of a report: name, or file
+    bool pages = false;  ///< a page for every scene of a report, in its folder
     std::optional<std::filesystem::path> output;
 };
 int view(const CommonOptions& common, const ViewOptions& options);

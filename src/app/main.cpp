@@ -104,6 +104,8 @@ int run_command(int argc, char** argv) {
         ->take_all()
         ->allow_extra_args(false);
     sub->add_option("--scene", view_options.scene, "Of a report: the scene's name, or its file");
+    sub->add_flag("--pages", view_options.pages,
+                  "Of a report: a page for every scene in its folder view/, sharing one script");
     sub->add_option("--detector", view_options.detector, "NAME[:key=value,...], of a scene")->capture_default_str();
     sub->add_option("--contacts", view_options.contacts, "Contact source, of a scene (default: each response's own)");
     sub->add_option("--stepper", view_options.stepper, "NAME[:key=value,...], of a scene (default: semi_implicit)");

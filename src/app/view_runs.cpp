@@ -13,6 +13,7 @@
 #include "method/registry.hpp"
 #include "playback/playback.hpp"
 #include "reference/reference.hpp"
+#include "report/view_links.hpp"
 #include "scene/recording.hpp"
 
 namespace trocar::app {
@@ -90,8 +91,8 @@ void add_references(const Scene& scene, ViewPage& page) {
             reference.force.push_back(valid ? law.force_at(time).norm() : std::nan(""));
         }
     };
-    add(found.reference.equal_k, "reference, contact as stiff as the scene's", true);
-    add(found.reference.hard, "reference, hard contact", false);
+    add(found.reference.equal_k, "reference, equal stiffness", true);
+    add(found.reference.hard, "reference, hard", false);
 }
 
 std::string made_by() {
@@ -122,22 +123,6 @@ void name_runs(const std::vector<RunSpec>& specs, ViewPage& page) {
 }
 
 }  // namespace
-
-bool can_be_viewed(const Record& record) {
-    const std::set<std::string> modes{"closed_loop", "ablation", "hard_case"};
-    const RunSpec& spec = record.spec;
-    return modes.contains(spec.mode) && !spec.response.empty() && spec.overrides.empty() &&
-           std::filesystem::path(spec.scene_file).extension() == ".json" &&
-           record.outcome.kind != OutcomeKind::absent && record.outcome.kind != OutcomeKind::unsupported;
-}
-
-std::vector<std::string> viewed_scenes(const std::vector<Record>& records) {
-    std::set<std::string> scenes;
-    for (const Record& record : records) {
-        if (can_be_viewed(record)) scenes.insert(record.spec.scene);
-    }
-    return {scenes.begin(), scenes.end()};
-}
 
 std::vector<const Record*> chosen_records(const std::vector<Record>& records, const std::string& scene,
                                           const std::vector<std::string>& responses) {
@@ -172,13 +157,16 @@ std::vector<const Record*> chosen_records(const std::vector<Record>& records, co
     return chosen;
 }
 
-std::optional<std::filesystem::path> scene_file_of(const Record& record) {
-    const std::filesystem::path study = fact(record, "study.file");
-    for (const std::filesystem::path& file : {(study.parent_path() / record.spec.scene_file).lexically_normal(),
+std::optional<std::filesystem::path> scene_file_of(const Record& record, const std::filesystem::path& study_folder) {
+    for (const std::filesystem::path& file : {(study_folder / record.spec.scene_file).lexically_normal(),
                                               std::filesystem::path("scenes") / (record.spec.scene + ".json")}) {
         if (std::filesystem::is_regular_file(file)) return file;
     }
     return std::nullopt;
+}
+
+std::filesystem::path study_folder_of(const Record& record) {
+    return std::filesystem::path(fact(record, "study.file")).parent_path();
 }
 
 ViewPage page_of(const Scene& scene) {

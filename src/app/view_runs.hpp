@@ -20,20 +20,17 @@ inline constexpr std::int64_t viewed_stride = 8;
 /// Told before every tick, with the run's name and the number of ticks done.
 using ViewProgress = std::function<void(const std::string&, std::int64_t)>;
 
-/// Whether a record holds a run that can be shown: one scene as its file says, moved by a response.
-bool can_be_viewed(const Record& record);
-
-/// The scenes of such records, sorted.
-std::vector<std::string> viewed_scenes(const std::vector<Record>& records);
-
 /// The records that a page of the scene shows. Without `responses` two: ours (what the study names so, else the best of
 /// our own) and the best of the others, by the depth left at worst; controls never. Else the best record of each
 /// response named, a name or a name with all its parameters; throws InputError where there is none.
 std::vector<const Record*> chosen_records(const std::vector<Record>& records, const std::string& scene,
                                           const std::vector<std::string>& responses);
 
-/// The scene's file: as the study's own file leads to it, else scenes/NAME.json; nothing when neither is there.
-std::optional<std::filesystem::path> scene_file_of(const Record& record);
+/// The scene's file: as it is named from the study's folder, else scenes/NAME.json; nothing when neither is there.
+std::optional<std::filesystem::path> scene_file_of(const Record& record, const std::filesystem::path& study_folder);
+
+/// The folder of the study's file as the record knows it: relative to where the study was run, empty for one outside.
+std::filesystem::path study_folder_of(const Record& record);
 
 /// The page of a scene without runs: bodies, rest and the stored references.
 ViewPage page_of(const Scene& scene);

@@ -108,6 +108,7 @@ Json bodies_json(const Topology& topology) {
     for (const BodyRange& body : topology.bodies) {
         bodies.push_back({{"name", body.name},
                           {"kind", kinds.at(static_cast<std::size_t>(body.kind))},
+                          {"closed", body.closed},
                           {"vertices", {body.vertices.first, body.vertices.count}},
                           {"triangles", {body.triangles.first, body.triangles.count}}});
     }

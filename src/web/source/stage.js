@@ -111,7 +111,7 @@ class Picture {
       const material = new MeshLambertMaterial({
         color: tissue ? 0xffffff : toolColours[number % toolColours.length],
         vertexColors: tissue,
-        side: DoubleSide,
+        side: tissue || !body.closed ? DoubleSide : FrontSide,
         flatShading: !tissue,
         transparent: !tissue,
         polygonOffset: true,
@@ -137,7 +137,7 @@ class Picture {
     this.scene.add(this.wires);
     this.dotPlace = new BufferAttribute(new Float32Array(3), 3);
     this.dots = new Points(new BufferGeometry(), new PointsMaterial({
-      color: 0x0a7d3c, size: 8, sizeAttenuation: false, depthTest: false, transparent: true, map: disc(), alphaTest: 0.4 }));
+      color: 0x0a7d3c, size: 6, sizeAttenuation: false, depthTest: false, transparent: true, map: disc(), alphaTest: 0.4 }));
     this.dots.geometry.setAttribute("position", this.dotPlace);
     this.dots.frustumCulled = false;
     this.dots.renderOrder = 5;
@@ -304,6 +304,8 @@ export class Stage {
     }
     const part = width / this.shown.length;
     this.camera.aspect = part / height;
+    // Right of and below the words.
+    this.camera.setViewOffset(part, height, -0.1 * part, -0.07 * height, part, height);
     this.camera.updateProjectionMatrix();
     this.shown.forEach((k, i) => {
       this.renderer.setViewport(i * part, 0, part, height);
