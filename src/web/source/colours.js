@@ -8,7 +8,7 @@ function channels(hex) {
   return [(hex >> 16) & 255, (hex >> 8) & 255, hex & 255];
 }
 
-export function colour(value) {
+function colour(value) {
   const x = Math.min(1, Math.max(0, value));
   let k = 1;
   while (k < stops.length - 1 && stops[k][0] < x) ++k;
@@ -23,8 +23,6 @@ export const gradient = `linear-gradient(to right, ${stops
   .map(([at, hex]) => `#${hex.toString(16).padStart(6, "0")} ${100 * at}%`)
   .join(", ")})`;
 
-// 256 colours in linear light, as the renderer wants vertex colours.
-export const table = Float32Array.from({ length: 768 }, (_, i) => {
-  const c = colour(Math.floor(i / 3) / 255)[i % 3];
-  return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
-});
+// 256 colours, red green blue and alpha as bytes.
+export const table = Uint8Array.from({ length: 1024 }, (_, i) =>
+  i % 4 === 3 ? 255 : Math.round(255 * colour(Math.floor(i / 4) / 255)[i % 4]));

@@ -1,9 +1,10 @@
 // The 3D part: every shown run has bodies, contacts and arrows of its own; one camera looks at all of them, side by side
 // on one canvas.
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, CanvasTexture, Color, ConeGeometry, CylinderGeometry, DirectionalLight, DoubleSide,
-  DynamicDrawUsage, Group, InstancedMesh, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial,
-  MeshLambertMaterial, PerspectiveCamera, Points, PointsMaterial, Quaternion, Scene, Vector3, WebGLRenderer,
+  AmbientLight, BufferAttribute, BufferGeometry, CanvasTexture, Color, ConeGeometry, CylinderGeometry, DataTexture, DirectionalLight,
+  DoubleSide,
+  DynamicDrawUsage, FrontSide, Group, InstancedMesh, LinearFilter, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial,
+  MeshLambertMaterial, PerspectiveCamera, Points, PointsMaterial, Quaternion, Scene, SRGBColorSpace, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { table } from "./colours.js";
@@ -78,6 +79,15 @@ function disc() {
   return new CanvasTexture(canvas);
 }
 
+// The colour scale as a picture one pixel high.
+function scale() {
+  const texture = new DataTexture(table, 256, 1);
+  texture.colorSpace = SRGBColorSpace;
+  texture.minFilter = texture.magFilter = LinearFilter;
+  texture.needsUpdate = true;
+  return texture;
+}
+
 const toolColours = [0x8a97a6, 0x9a8f7a, 0x7a9a92];
 
 // What one run looks like.
@@ -97,7 +107,9 @@ class Picture {
     this.rest = new Float32Array(3 * view.vertices);
     view.place(view.rest, this.rest);
     this.place = new BufferAttribute(this.positions, 3).setUsage(DynamicDrawUsage);
-    this.colours = new BufferAttribute(new Float32Array(3 * view.vertices).fill(1), 3).setUsage(DynamicDrawUsage);
+    // Where on the colour scale a vertex is: the scale is looked up within triangles too, so that the way from pale to
+    // dark goes through its colours.
+    this.colours = new BufferAttribute(new Float32Array(2 * view.vertices).fill(0.5), 2).setUsage(DynamicDrawUsage);
     this.tools = [];
     this.meshes = [];
     this.wires = new Group();
@@ -107,10 +119,10 @@ class Picture {
       geometry.setAttribute("position", this.place);
       geometry.setIndex(new BufferAttribute(triangles, 1));
       const tissue = body.kind === "tissue";
-      if (tissue) geometry.setAttribute("color", this.colours);
+      if (tissue) geometry.setAttribute("uv", this.colours);
       const material = new MeshLambertMaterial({
         color: tissue ? 0xffffff : toolColours[number % toolColours.length],
-        vertexColors: tissue,
+        map: tissue ? scale() : null,
         side: tissue || !body.closed ? DoubleSide : FrontSide,
         flatShading: !tissue,
         transparent: !tissue,
@@ -178,8 +190,7 @@ class Picture {
         } else if (field) {
           value = (field.values[f * this.view.tissue_vertices + this.view.tissueNumber[v]] / 255) * field.max;
         }
-        const k = 3 * Math.min(255, Math.max(0, Math.round((255 * value) / look.top)));
-        colours.array.set(table.subarray(k, k + 3), 3 * v);
+        colours.array[2 * v] = (0.5 + 255 * Math.min(1, value / look.top)) / 256;
       }
     }
     colours.needsUpdate = true;
@@ -217,7 +228,8 @@ class Picture {
 }
 
 export class Stage {
-  constructor(canvas, surface, view) {
+  constructor(canvas, surface, view, words) {
+    this.words = words;
     this.view = view;
     this.canvas = canvas;
     this.renderer = new WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
@@ -305,7 +317,8 @@ export class Stage {
     const part = width / this.shown.length;
     this.camera.aspect = part / height;
     // Right of and below the words.
-    this.camera.setViewOffset(part, height, -0.1 * part, -0.07 * height, part, height);
+    const words = this.words ? 1 : 0;
+    this.camera.setViewOffset(part, height, -0.1 * words * part, -0.07 * words * height, part, height);
     this.camera.updateProjectionMatrix();
     this.shown.forEach((k, i) => {
       this.renderer.setViewport(i * part, 0, part, height);

@@ -34,11 +34,12 @@ class Page {
     this.playing = false;
     this.shown = view.runs.map((run, k) => k).slice(0, 3);
     const deep = Math.max(...view.runs.map((run) => run.depth.max)) > 0;
-    this.look = { field: deep ? "depth" : "displacement", contacts: true, forces: true, mesh: true, solid: false, part: 1 };
+    this.look = { field: deep ? "depth" : "displacement", contacts: true, forces: true, mesh: true, part: 1,
+      solid: !view.bodies.some((body) => body.kind === "tissue") };
     this.last = Math.max(1, view.ticks) - 1;
     this.readAddress();
     this.build();
-    this.stage = new Stage(this.canvas, this.surface, view);
+    this.stage = new Stage(this.canvas, this.surface, view, !document.body.classList.contains("picture"));
     this.charts();
     this.keys();
     new ResizeObserver(() => this.stage.draw()).observe(this.main);
@@ -95,7 +96,7 @@ class Page {
     } }, ...[1, 10, 100].map((n) => element("option", { value: n, text: n === 1 ? "whole scale" : `first 1/${n}` })));
     if (this.tissue) bar.append(this.part);
     bar.append(group("show", this.toggle("contacts", "contacts", "points of contact (c)"),
-      this.toggle("forces", "forces", "on the tissue green, on the tool blue (f)"),
+      this.toggle("forces", "forces", "of single contacts green, on the tool blue (f)"),
       this.toggle("mesh", "mesh", "edges of the tissue (m)"), this.toggle("solid", "solid tools", "else see-through (s)")));
     if (view.runs.length > 1) {
       bar.append(group("methods", ...view.runs.map((run, k) =>
@@ -184,6 +185,7 @@ class Page {
       const cell = { depth: element("dd"), force: element("dd"), contacts: element("dd"), failed: element("div", { class: "failed" }) };
       const worst = (one, scale, unit) => (one.tick < 0 ? element("dd") : element("button", {
         class: "worst", title: "go there", text: `worst ${number(one.value * scale)} ${unit} at tick ${one.tick}`,
+        onpointerdown: (event) => event.stopPropagation(), // a press here is no turn of the camera
         onclick: () => this.go(one.tick) }));
       this.surface.append(element("div", { class: "panel", "data-panel": k }, element("div", { class: "words" },
         element("h2", {}, element("span", { class: "swatch", style: `background:${palette[k % palette.length]}` }), run.label),
@@ -233,7 +235,7 @@ class Page {
     this.scalebar.replaceChildren();
     if (look.forces) {
       const told = [];
-      if (look.contactForce > 0) told.push(`longest green arrow ${number(look.contactForce)} N on the tissue`);
+      if (look.contactForce > 0) told.push(`longest green arrow ${number(look.contactForce)} N of one contact`);
       if (look.toolForce > 0 && view.tool) told.push(`longest blue arrow ${number(look.toolForce)} N on the tool`);
       this.scalebar.textContent = told.join(" · ");
     }
@@ -281,9 +283,14 @@ class Page {
   }
 
   keys() {
+    // Who uses the mouse wants the space bar to play, not to press the last button again.
+    document.addEventListener("click", (event) => {
+      if (event.detail > 0) event.target.closest("button")?.blur();
+    });
     const moves = { ArrowLeft: -1, ArrowRight: 1 };
     window.addEventListener("keydown", (event) => {
       if (event.ctrlKey || event.metaKey || event.altKey || event.target.tagName === "SELECT") return;
+      if (event.key === " " && event.target.tagName === "BUTTON") return; // the button's own
       const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
       const letters = {
         d: () => this.colourBy("depth"), t: () => this.colourBy("strain"), p: () => this.colourBy("displacement"),
@@ -304,6 +311,10 @@ window.trocarViewer = {
     const page = new Page(await readView(json));
     window.trocarViewer.page = page;
     document.documentElement.setAttribute("data-ready", "yes");
+    // scenes/make_pictures.sh takes it from here.
+    if (document.body.classList.contains("picture")) {
+      document.documentElement.setAttribute("data-picture", page.canvas.toDataURL("image/webp", 0.9));
+    }
     return page;
   },
 };
