@@ -150,8 +150,9 @@ std::vector<const Record*> chosen_records(const std::vector<Record>& records, co
         return named.empty() ? fact(one, "response.own") == "yes" : one.spec.response == named;
     };
     const Record* const own = best_of(there, ours);
-    const Record* const other =
-        best_of(there, [&ours](const Record& one) { return !ours(one) && fact(one, "response.control") != "yes"; });
+    const Record* const other = best_of(there, [&](const Record& one) {
+        return !(own != nullptr && one.spec.response == own->spec.response) && fact(one, "response.control") != "yes";
+    });
     if (own != nullptr) chosen.push_back(own);
     if (other != nullptr) chosen.push_back(other);
     return chosen;

@@ -127,11 +127,15 @@ std::vector<const ViewedFrame*> thinned(const ViewedRun& run, std::size_t thin) 
     return frames;
 }
 
-/// Without "</", which would end the element that holds it.
+/// Without "<", which could end the element that holds it or begin a comment.
 std::string for_script(const Json& json) {
-    std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
-    for (std::size_t at = text.find("</"); at != std::string::npos; at = text.find("</", at + 3)) {
-        text.replace(at, 2, "<\\/");
+    std::string text;
+    for (const char letter : json.dump(-1, ' ', false, Json::error_handler_t::replace)) {
+        if (letter == '<') {
+            text += "\\u003c";
+        } else {
+            text += letter;
+        }
     }
     return text;
 }
