@@ -2,15 +2,18 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
+#include "app/view_pages.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
 #include "measure/environment.hpp"
 #include "report/report.hpp"
+#include "report/view_links.hpp"
 #include "simulate/runs.hpp"
 #include "study/runner.hpp"
 #include "study/study.hpp"
@@ -128,10 +131,22 @@ int print_plan(const Study& study, const std::vector<PlannedRun>& plan, bool jso
     return done;
 }
 
-/// Copies a finished report (records, report, drawings) to reports/<study>, as a whole or not at all.
+/// Replay pages and their script, relative to the report's folder, sorted.
+std::vector<std::filesystem::path> pages_of(const std::filesystem::path& directory) {
+    std::vector<std::filesystem::path> pages;
+    if (!std::filesystem::is_directory(directory / view_folder)) return pages;
+    for (const auto& entry : std::filesystem::directory_iterator(directory / view_folder)) {
+        pages.push_back(std::filesystem::path(view_folder) / entry.path().filename());
+    }
+    std::sort(pages.begin(), pages.end());
+    return pages;
+}
+
+/// Copies a finished report (records, report, drawings, replays) to reports/<study>, as a whole or not at all.
 std::filesystem::path publish(const Study& study, const std::filesystem::path& directory, const Report& report) {
     std::vector<std::string> names{"records.jsonl"};
     for (const auto& [name, content] : report.files) names.push_back(name);
+    for (const std::filesystem::path& page : pages_of(directory)) names.push_back(page.generic_string());
     std::uintmax_t size = 0;
     for (const std::string& name : names) size += std::filesystem::file_size(directory / name);
     if (size > largest_published) {
@@ -143,8 +158,10 @@ std::filesystem::path publish(const Study& study, const std::filesystem::path& d
     std::filesystem::path beside = target;
     beside += ".part";
     std::filesystem::remove_all(beside);
-    std::filesystem::create_directories(beside / "charts");
-    for (const std::string& name : names) std::filesystem::copy_file(directory / name, beside / name);
+    for (const std::string& name : names) {
+        std::filesystem::create_directories((beside / name).parent_path());
+        std::filesystem::copy_file(directory / name, beside / name);
+    }
     std::filesystem::remove_all(target);
     std::filesystem::rename(beside, target);
     return target;
@@ -196,6 +213,8 @@ int study(const CommonOptions& common, const StudyOptions& options) {
         }
         return interrupted;
     }
+    write_view_pages(runner.directory, read_records(runner.directory / "records.jsonl"), study.file.parent_path(),
+                     common.data);
     const Report report = write_report(runner.directory);
     const std::filesystem::path published =
         options.publish ? publish(study, runner.directory, report) : std::filesystem::path();

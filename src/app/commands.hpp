@@ -74,6 +74,19 @@ struct RunOptions {
 };
 int run(const CommonOptions& common, const RunOptions& options);
 
+struct ViewOptions {
+    std::vector<std::filesystem::path> inputs;  ///< one scene, one recording, or report folders
+    std::vector<std::string> responses;         ///< empty: hold; of a report: ours and the best other
+    std::string detector = "ohc_clustered";
+    std::string contacts;  ///< contact source; empty: each response's own
+    std::string stepper;   ///< NAME[:key=value…]; empty: the default one
+    std::optional<std::int64_t> ticks;
+    std::string scene;   ///< of a report: name, or file
+    bool pages = false;  ///< a page for every scene of a report, in its folder
+    std::optional<std::filesystem::path> output;
+};
+int view(const CommonOptions& common, const ViewOptions& options);
+
 struct ExplainOptions {
     std::filesystem::path scene;
     std::int64_t tick = 0;

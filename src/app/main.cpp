@@ -89,6 +89,30 @@ int run_command(int argc, char** argv) {
         ->capture_default_str();
     line.on(sub, run_options, run);
 
+    ViewOptions view_options;
+    sub = line.add("view",
+                   "Write a page that replays a scene, a recording, or runs of a report: 3D beside curves, one file, "
+                   "offline",
+                   "trocar view scenes/i2t_poke.json --response hold --response thesis; trocar view reports/default "
+                   "--scene i2t_poke");
+    sub->add_option("inputs", view_options.inputs,
+                    "A scene file (JSON), a recording, or folders of reports (their records are run once more)")
+        ->required();
+    sub->add_option("--response", view_options.responses,
+                    "NAME[:key=value,...]; may be repeated: side by side (default: hold; of a report: ours and the "
+                    "best other)")
+        ->take_all()
+        ->allow_extra_args(false);
+    sub->add_option("--scene", view_options.scene, "Of a report: the scene's name, or its file");
+    sub->add_flag("--pages", view_options.pages,
+                  "Of a report: a page for every scene in its folder view/, sharing one script");
+    sub->add_option("--detector", view_options.detector, "NAME[:key=value,...], of a scene")->capture_default_str();
+    sub->add_option("--contacts", view_options.contacts, "Contact source, of a scene (default: each response's own)");
+    sub->add_option("--stepper", view_options.stepper, "NAME[:key=value,...], of a scene (default: semi_implicit)");
+    sub->add_option("--ticks", view_options.ticks, "Ticks to run instead of the scene's number");
+    sub->add_option("--output", view_options.output, "The page (default: SCENE.html in this folder)");
+    line.on(sub, view_options, view);
+
     StudyOptions study_options;
     sub = line.add("study", "Run a study (all its methods on all its scenes) and write its report",
                    "trocar study bench/studies/default.json");

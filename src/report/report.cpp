@@ -9,6 +9,7 @@
 #include "report/document.hpp"
 #include "report/sections.hpp"
 #include "report/verdict.hpp"
+#include "report/view_links.hpp"
 
 namespace trocar {
 namespace {
@@ -88,7 +89,9 @@ Report write_report(const std::filesystem::path& directory) {
     if (!std::filesystem::is_directory(directory)) {
         throw InputError(directory.string(), "", "a folder that holds records.jsonl", "no such folder");
     }
-    Report report = make_report(read_records(directory / "records.jsonl"));
+    const std::vector<Record> records = read_records(directory / "records.jsonl");
+    Report report = make_report(records);
+    add_view_links(records, directory, report.files);
     std::filesystem::create_directories(directory / "charts");
     for (const auto& entry : std::filesystem::directory_iterator(directory / "charts")) {
         if (entry.path().extension() == ".svg" &&

@@ -1,0 +1,77 @@
+#include "app/view_pages.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+
+#include "app/isolated_call.hpp"
+#include "app/view_runs.hpp"
+#include "geometry/input_error.hpp"
+#include "geometry/whole_file.hpp"
+#include "report/view_links.hpp"
+#include "view/page.hpp"
+#include "web/web.hpp"
+
+namespace trocar::app {
+namespace {
+
+constexpr const char* script = "viewer.js";
+constexpr std::size_t page_budget = 390'000;  ///< bytes of a page beside its script
+constexpr double time_limit_s = 600.0;        ///< a page runs its scene twice, judged at every tick
+
+std::string page_text(const std::filesystem::path& file, const std::vector<const Record*>& chosen,
+                      const std::optional<std::filesystem::path>& data) {
+    const ViewPage page = page_of_records(read_scene(file, data), chosen, {});
+    for (const ViewedRun& run : page.runs) {
+        if (!run.note.empty()) fmt::print(stderr, "trocar: {}: {}: {}\n", page.scene, run.label, run.note);
+    }
+    return view_html(page, script, page_budget);
+}
+
+}  // namespace
+
+std::size_t write_view_pages(const std::filesystem::path& directory, const std::vector<Record>& records,
+                             const std::filesystem::path& study_folder,
+                             const std::optional<std::filesystem::path>& data) {
+    const std::filesystem::path folder = directory / view_folder;
+    std::filesystem::remove_all(folder);
+    const std::vector<std::string> scenes = viewed_scenes(records);
+    const bool visible = isatty(STDERR_FILENO) == 1;
+    std::size_t written = 0;
+    for (const std::string& scene : scenes) {
+        if (visible) fmt::print(stderr, "\r\033[Kreplay of {}", scene);
+        const std::vector<const Record*> chosen = chosen_records(records, scene, {});
+        if (chosen.empty()) continue;
+        const std::optional<std::filesystem::path> file = scene_file_of(*chosen.front(), study_folder);
+        std::string why;
+        if (!file) {
+            why = fmt::format("{} is not there", chosen.front()->spec.scene_file);
+        } else {
+            const IsolatedResult result = call_isolated(
+                [&]() -> std::string {
+                    try {
+                        return page_text(*file, chosen, data);
+                    } catch (const InputError& error) {
+                        return std::string("\n") + error.what();  // no page begins with an empty line
+                    }
+                },
+                time_limit_s);
+            if (result.kind != IsolatedResult::Kind::complete) {
+                why = result.message;
+            } else if (result.bytes.starts_with('\n')) {
+                why = result.bytes.substr(1);
+            } else {
+                std::filesystem::create_directories(folder);
+                write_whole(folder / (scene + ".html"), result.bytes);
+                ++written;
+            }
+        }
+        if (!why.empty()) fmt::print(stderr, "{}trocar: no replay of {}: {}\n", visible ? "\r\033[K" : "", scene, why);
+    }
+    if (visible) fmt::print(stderr, "\r\033[K");
+    if (written > 0) write_whole(folder / script, std::string(web::viewer_script()));
+    return written;
+}
+
+}  // namespace trocar::app

@@ -1,0 +1,70 @@
+#include "report/view_links.hpp"
+
+#include <fmt/format.h>
+
+#include <set>
+
+#include "report/document.hpp"
+
+namespace trocar {
+namespace {
+
+std::string fact(const Record& record, const std::string& key) {
+    const auto found = record.environment.find(key);
+    return found == record.environment.end() ? std::string() : found->second;
+}
+
+/// Behind the first line that ends the title; a file without one stays as it is.
+void insert_under_title(const std::string& title_end, const std::string& line, std::string& content) {
+    const std::size_t title = content.find(title_end);
+    if (title == std::string::npos) return;
+    content.insert(title + title_end.size(), line);
+}
+
+}  // namespace
+
+bool can_be_viewed(const Record& record) {
+    static const std::set<std::string> modes{"closed_loop", "ablation", "hard_case"};
+    const RunSpec& spec = record.spec;
+    return modes.contains(spec.mode) && !spec.response.empty() && spec.overrides.empty() &&
+           std::filesystem::path(spec.scene_file).extension() == ".json" && fact(record, "detector.control") != "yes" &&
+           record.outcome.kind != OutcomeKind::absent && record.outcome.kind != OutcomeKind::unsupported;
+}
+
+std::vector<std::string> viewed_scenes(const std::vector<Record>& records) {
+    std::set<std::string> scenes;
+    for (const Record& record : records) {
+        if (can_be_viewed(record)) scenes.insert(record.spec.scene);
+    }
+    return {scenes.begin(), scenes.end()};
+}
+
+void add_view_links(const std::vector<Record>& records, const std::filesystem::path& directory,
+                    std::map<std::string, std::string>& files) {
+    const std::vector<std::string> scenes = viewed_scenes(records);
+    if (scenes.empty()) return;
+    std::string markdown;
+    std::string html;
+    for (const std::string& scene : scenes) {
+        const std::string page = fmt::format("{}/{}.html", view_folder, scene);
+        if (!std::filesystem::is_regular_file(directory / page)) continue;
+        const char* const between = markdown.empty() ? "" : " · ";
+        markdown += fmt::format("{}[{}]({})", between, scene, page);
+        html += fmt::format("{}<a href=\"{}\">{}</a>", between, escape_xml(page), escape_xml(scene));
+    }
+    constexpr const char* how = "trocar view DIR --pages";
+    if (markdown.empty()) {
+        markdown = fmt::format("none here; `{}` with this folder makes them", how);
+        html = fmt::format("none here; <code>{}</code> with this folder makes them", how);
+    }
+    if (const auto file = files.find("report.md"); file != files.end()) {
+        const std::size_t line = file->second.find('\n');
+        const std::string title = file->second.substr(0, line == std::string::npos ? 0 : line + 1);
+        if (!title.empty()) insert_under_title(title, fmt::format("\nReplays: {}\n", markdown), file->second);
+    }
+    if (const auto file = files.find("report.html"); file != files.end()) {
+        insert_under_title("</h1>\n", fmt::format("<p class=\"views\">Replays: {}</p>\n", html), file->second);
+    }
+}
+
+}  // namespace trocar

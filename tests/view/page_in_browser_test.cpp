@@ -1,0 +1,120 @@
+// Replay pages in Chromium, opened as files, used with mouse and keys by drive_page.py.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "support/program.hpp"
+#include "web/web.hpp"
+
+namespace trocar::test {
+namespace {
+
+bool has_browser() {
+    return std::system(
+               "command -v chromium >/dev/null && command -v chromedriver >/dev/null && "
+               "command -v python3 >/dev/null") == 0;
+}
+
+/// What drive_page.py tells of a page; null when it fails.
+nlohmann::json driven(const std::filesystem::path& page) {
+    const TemporaryFolder folder;
+    const std::string out = (folder.path() / "out").string();
+    const std::string command =
+        "python3 " + std::string(TROCAR_SOURCE_DIR) + "/tests/view/drive_page.py " + page.string() + " >" + out;
+    if (std::system(command.c_str()) != 0) return nullptr;
+    return nlohmann::json::parse(read_file(out), nullptr, false);
+}
+
+class PageInBrowser : public ::testing::Test {
+protected:
+    void SetUp() override {
+        if (!has_browser()) GTEST_SKIP() << "no chromium, chromedriver or python3";
+    }
+    [[nodiscard]] std::filesystem::path made(const std::string& arguments) const {
+        std::filesystem::path page = folder_.path() / "page.html";
+        const ProgramResult result = run_program("view " + arguments + " --output " + page.string());
+        EXPECT_EQ(result.status, 0) << result.err;
+        return page;
+    }
+    TemporaryFolder folder_;
+};
+
+/// Free of what a reader must never meet.
+void expect_quiet(const nlohmann::json& told, const std::filesystem::path& page) {
+    EXPECT_EQ(told["errors"], nlohmann::json::array()) << told["errors"];
+    for (const nlohmann::json& url : told["requests"]) {
+        EXPECT_EQ(url.get<std::string>().rfind("file://" + page.parent_path().string() + "/", 0), 0U) << url;
+    }
+}
+
+TEST_F(PageInBrowser, TwoMethodsFollowMouseAndKeys) {
+    const std::filesystem::path page =
+        made(std::string(TROCAR_SOURCE_DIR) + "/scenes/i2t_poke.json --response hold --response thesis --ticks 640");
+    const nlohmann::json told = driven(page);
+    ASSERT_TRUE(told.is_object());
+    ASSERT_EQ(told["ready"], true) << told;
+    expect_quiet(told, page);
+    EXPECT_EQ(told["requests"].size(), 1U) << "one file holds all: " << told["requests"];
+    EXPECT_EQ(told["alerts"].size(), 0U) << told["alerts"];
+    EXPECT_EQ(told["panels"], 2);
+    EXPECT_GT(told["variance"], 100.0) << "an empty picture has none";
+    EXPECT_GT(told["changed_by_tick"], 0.02);
+    EXPECT_GT(told["changed_by_field"], 0.02);
+    EXPECT_GT(told["changed_by_turning"], 0.2);
+    EXPECT_EQ(told["tick_after_home"], 0);
+    EXPECT_EQ(told["tick_after_right"], 1);
+    EXPECT_NEAR(told["tick_after_slider"].get<double>(), 320.0, 6.0);
+    EXPECT_NE(told["slider_shows"].get<std::string>().find("of 640"), std::string::npos) << told["slider_shows"];
+    EXPECT_EQ(told["tick_after_worst"], 0) << "hold leaves nothing: its first tick is as bad as any";
+    EXPECT_EQ(told["tick_after_w"], told["first_tick"]) << "a page opens where it is worst";
+    EXPECT_GT(told["first_tick"], 360) << "before that nothing touches";
+    EXPECT_EQ(told["pressed"], "true");
+    EXPECT_NE(told["legend"].get<std::string>().find("mm"), std::string::npos);
+    EXPECT_GT(told["tick_after_chart"], 320);
+    EXPECT_GT(told["tick_while_playing"], 0);
+    EXPECT_EQ(told["stays_when_stopped"], true);
+    EXPECT_EQ(told["panels_after_click"], 1);
+    EXPECT_EQ(told["curves"].size(), 2U);
+}
+
+TEST_F(PageInBrowser, AScriptBesideThePageWorksAsWell) {
+    const std::filesystem::path whole =
+        made(std::string(TROCAR_SOURCE_DIR) + "/scenes/i2t_poke.json --ticks 500 --response penalty");
+    // As a study writes it: the same page with its script beside it.
+    std::string html = read_file(whole);
+    const std::size_t from = html.rfind("<script>");
+    ASSERT_NE(from, std::string::npos);
+    html.replace(from, html.rfind("</script>") - from, "<script src=\"viewer.js\">");
+    const std::filesystem::path page = folder_.path() / "beside.html";
+    std::ofstream(page) << html;
+    std::ofstream(folder_.path() / "viewer.js") << web::viewer_script();
+    const nlohmann::json told = driven(page);
+    ASSERT_TRUE(told.is_object());
+    ASSERT_EQ(told["ready"], true) << told;
+    expect_quiet(told, page);
+    EXPECT_EQ(told["requests"].size(), 2U) << told["requests"];
+    EXPECT_GT(told["variance"], 100.0);
+    EXPECT_GT(told["changed_by_tick"], 0.02);
+}
+
+TEST_F(PageInBrowser, APageThatWasCutSaysSo) {
+    const std::filesystem::path page =
+        made(std::string(TROCAR_SOURCE_DIR) + "/scenes/i2t_poke.json --ticks 20 --response penalty");
+    std::string html = read_file(page);
+    const std::string key = "\"positions\":\"";
+    const std::size_t at = html.find(key);
+    ASSERT_NE(at, std::string::npos);
+    html.replace(at + key.size(), 40, 40, 'A');
+    std::ofstream(page) << html;
+    const nlohmann::json told = driven(page);
+    ASSERT_TRUE(told.is_object());
+    EXPECT_EQ(told["ready"], false);
+    EXPECT_FALSE(told["errors"].empty()) << "the test sees what a console shows";
+    ASSERT_FALSE(told["alerts"].empty());
+    EXPECT_NE(told["alerts"][0].get<std::string>().find("cannot be shown"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace trocar::test

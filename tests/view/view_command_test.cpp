@@ -1,0 +1,146 @@
+// `trocar view` from outside: a page of a scene, of a recording, of records; what it says of records that no longer
+// fit; what it refuses.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "support/program.hpp"
+#include "view/page.hpp"
+#include "view/view_data.hpp"
+
+namespace trocar::test {
+namespace {
+
+const std::string poke = std::string(TROCAR_SOURCE_DIR) + "/scenes/i2t_poke.json";
+
+class ViewCommand : public ::testing::Test {
+protected:
+    [[nodiscard]] std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+    /// A study of a few ticks with two responses; its folder is "out".
+    void make_study() const {
+        for (const char* scene : {"i2t_poke.json", "i2i_cross.json"}) {
+            std::filesystem::copy_file(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / scene,
+                                       folder_.path() / scene);
+        }
+        const nlohmann::json study{{"format", "trocar-study-1"},
+                                   {"name", "small"},
+                                   {"closed_loop",
+                                    {{"scenes", {"i2t_poke.json", "i2i_cross.json"}},
+                                     {"detectors", {"ohc"}},
+                                     {"responses", {"hold", "thesis:profile=faithful", "penalty"}},
+                                     {"contacts", {"canonical", "tracked"}},
+                                     {"ticks", 40}}}};
+        std::ofstream(folder_.path() / "study.json") << study.dump();
+        const ProgramResult made = run_program("study " + path("study.json") + " --output " + path("out"));
+        ASSERT_EQ(made.status, 0) << made.err;
+    }
+    TemporaryFolder folder_;
+};
+
+TEST_F(ViewCommand, PageOfASceneTellsEveryTickOfEachResponse) {
+    const std::string page = path("page.html");
+    const ProgramResult made =
+        run_program("view " + poke + " --response hold --response thesis --ticks 420 --json --output " + page);
+    ASSERT_EQ(made.status, 0) << made.err;
+    EXPECT_EQ(made.err, "");
+    const std::string html = read_file(page);
+    EXPECT_EQ(nlohmann::json::parse(made.out)["bytes"], html.size());
+    EXPECT_LE(html.size(), view_file_bound);
+    const nlohmann::json data = view_data(html);
+    ASSERT_EQ(data["runs"].size(), 2U);
+    const ProgramResult run = run_program("run " + poke + " --response thesis --ticks 420 --json");
+    ASSERT_EQ(run.status, 0);
+    const nlohmann::json rows = nlohmann::json::parse(run.out)["rows"];
+    double deepest = 0.0;
+    for (const nlohmann::json& row : rows) deepest = std::max(deepest, row["max_depth"].get<double>());
+    ASSERT_GT(deepest, 0.0);
+    EXPECT_EQ(data["runs"][1]["label"], "thesis");
+    EXPECT_EQ(data["runs"][1]["worst"]["depth"]["value"].get<double>(), deepest);
+    EXPECT_EQ(data["ticks"], 420);
+    EXPECT_FALSE(data["references"].empty());
+    for (const char* outside : {"http://", "https://"}) {
+        const std::string own = html.substr(0, html.rfind("<script>"));
+        EXPECT_EQ(own.find(outside), std::string::npos);
+    }
+}
+
+TEST_F(ViewCommand, PageOfARecordingHasItsFramesAndNoForce) {
+    ASSERT_EQ(run_program("run " + poke + " --ticks 400 --record " + path("frames.trocrec")).status, 0);
+    const ProgramResult made = run_program("view " + path("frames.trocrec") + " --output " + path("page.html"));
+    ASSERT_EQ(made.status, 0) << made.err;
+    const nlohmann::json data = view_data(read_file(path("page.html")));
+    EXPECT_EQ(data["ticks"], 400);
+    EXPECT_EQ(data["runs"][0]["worst"]["force"]["tick"], -1);
+    EXPECT_EQ(data["runs"][0]["frames"].back(), 399);
+}
+
+TEST_F(ViewCommand, AStudyMakesAPagePerSceneAndItsReportLinksThem) {
+    ASSERT_NO_FATAL_FAILURE(make_study());
+    for (const char* scene : {"i2t_poke", "i2i_cross"}) {
+        const std::string html = read_file(path("out/view/" + std::string(scene) + ".html"));
+        const nlohmann::json data = view_data(html);
+        ASSERT_EQ(data["runs"].size(), 2U) << scene;
+        EXPECT_LE(html.size(), 400'000U);
+        for (const nlohmann::json& run : data["runs"]) EXPECT_EQ(run["note"], "") << run["note"];
+        for (const char* report : {"out/report.md", "out/report.html"}) {
+            EXPECT_NE(read_file(path(report)).find("view/" + std::string(scene) + ".html"), std::string::npos);
+        }
+    }
+    EXPECT_TRUE(std::filesystem::exists(path("out/view/viewer.js")));
+    const std::string linked = read_file(path("out/report.html"));
+    ASSERT_EQ(run_program("report " + path("out")).status, 0);
+    EXPECT_EQ(read_file(path("out/report.html")), linked) << "rebuilt byte for byte";
+    std::filesystem::remove_all(path("out/view"));
+    ASSERT_EQ(run_program("report " + path("out")).status, 0);
+    const std::string without = read_file(path("out/report.html"));
+    EXPECT_EQ(without.find("view/i2t_poke.html"), std::string::npos) << "no link leads nowhere";
+    EXPECT_NE(without.find("trocar view DIR --pages"), std::string::npos);
+}
+
+TEST_F(ViewCommand, ARecordWhoseRunEndsElsewhereIsTold) {
+    ASSERT_NO_FATAL_FAILURE(make_study());
+    const std::string scene = " --scene " + path("i2t_poke.json") + " --response hold --output " + path("page.html");
+    const ProgramResult same = run_program("view " + path("out") + scene);
+    ASSERT_EQ(same.status, 0) << same.err;
+    EXPECT_EQ(same.err, "");
+    std::string records = read_file(path("out/records.jsonl"));
+    const std::string key = "\"state_hash\":\"";
+    std::size_t changed = 0;
+    for (std::size_t at = records.find(key); at != std::string::npos; at = records.find(key, at + 1)) {
+        char& digit = records[at + key.size()];
+        if (digit == '"') continue;
+        digit = digit == '0' ? '1' : '0';
+        ++changed;
+    }
+    ASSERT_GT(changed, 0U);
+    std::ofstream(path("out/records.jsonl")) << records;
+    const ProgramResult other = run_program("view " + path("out") + scene);
+    EXPECT_EQ(other.status, 0) << other.err;
+    EXPECT_NE(other.err.find("these frames are not those of the record"), std::string::npos) << other.err;
+    const nlohmann::json data = view_data(read_file(path("page.html")));
+    EXPECT_NE(data["runs"][0]["note"].get<std::string>().find("not those of the record"), std::string::npos);
+}
+
+TEST_F(ViewCommand, BadInputGetsOneLineAndLeavesNoPage) {
+    const std::string page = " --output " + path("page.html");
+    std::ofstream(path("text.json")) << "no scene";
+    for (const std::string& arguments :
+         {std::string("view /no/such/scene.json"), "view " + path("text.json"), "view " + poke + " " + poke,
+          "view " + poke + " --response nobody", "view " + poke + " --response thesis:profile=nobody",
+          "view " + poke + " --ticks 0", "view " + poke + " --scene i2t_poke", "view " + folder_.path().string(),
+          "view " + std::string(TROCAR_SOURCE_DIR) + "/reports/default",
+          "view " + std::string(TROCAR_SOURCE_DIR) + "/reports/default --scene nowhere",
+          "view " + std::string(TROCAR_SOURCE_DIR) + "/reports/default --scene i2t_poke --response nobody",
+          "view " + poke + " --pages"}) {
+        const ProgramResult result = run_program(arguments + page);
+        EXPECT_EQ(result.status, 2) << arguments;
+        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << arguments << "\n" << result.err;
+        EXPECT_EQ(result.out, "") << arguments;
+        EXPECT_FALSE(std::filesystem::exists(path("page.html"))) << arguments;
+    }
+}
+
+}  // namespace
+}  // namespace trocar::test
