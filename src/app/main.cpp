@@ -46,6 +46,20 @@ struct CommandLine {
         }
         return "expected one of " + known + " as first word, got " + (first.empty() ? "nothing" : "'" + first + "'");
     }
+    static void add_methods(CLI::App* sub, MethodChoice& choice) {
+        sub->add_option("--detector", choice.detector, "NAME[:key=value,...]")->capture_default_str();
+        sub->add_option("--response", choice.response, "NAME[:key=value,...]")->capture_default_str();
+        sub->add_option("--contacts", choice.contacts,
+                        "Contact source: native, canonical, near or tracked (default: the response's own)");
+        sub->add_option("--stepper", choice.stepper,
+                        "NAME[:key=value,...]: what moves the tissue (default: semi_implicit)");
+        sub->add_option("--device", choice.device,
+                        "key=value,...: what shows the force on the tool, the same for every response; settings as in "
+                        "trocar list (default: tip=fulcrum,saturation=8.5)");
+        sub->add_option("--reach-margin", choice.reach_margin,
+                        "How much further than things move in a tick detectors look, in mean edges of what moves, for "
+                        "sources that ask for what is near (default: 0.1)");
+    }
     template <typename Options>
     void on(CLI::App* sub, Options& options, int (*run)(const CommonOptions&, const Options&)) {
         sub->callback([this, &options, run] { command = [this, &options, run] { return run(common, options); }; });
@@ -63,18 +77,7 @@ int run_command(int argc, char** argv) {
     CLI::App* sub = line.add("run", "Run one scene with one detector and one response",
                              "trocar run scenes/i2t_poke.json --detector ohc_clustered --response hold");
     sub->add_option("scene", run_options.scene, "Scene file (JSON)")->required();
-    sub->add_option("--detector", run_options.detector, "NAME[:key=value,...]")->capture_default_str();
-    sub->add_option("--response", run_options.response, "NAME[:key=value,...]")->capture_default_str();
-    sub->add_option("--contacts", run_options.contacts,
-                    "Contact source: native, canonical, near or tracked (default: the response's own)");
-    sub->add_option("--stepper", run_options.stepper,
-                    "NAME[:key=value,...]: what moves the tissue (default: semi_implicit)");
-    sub->add_option("--device", run_options.device,
-                    "key=value,...: what shows the force on the tool, the same for every response; settings as in "
-                    "trocar list (default: tip=fulcrum,saturation=8.5)");
-    sub->add_option("--reach-margin", run_options.reach_margin,
-                    "How much further than things move in a tick detectors look, in mean edges of what moves, for "
-                    "sources that ask for what is near (default: 0.1)");
+    CommandLine::add_methods(sub, run_options.methods);
     sub->add_option("--ticks", run_options.ticks, "Ticks to run instead of the scene's number");
     sub->add_option("--record", run_options.record, "Write the frames as a recording");
     sub->add_flag("--paced", run_options.paced,
@@ -88,6 +91,27 @@ int run_command(int argc, char** argv) {
         ->check(CLI::IsMember({"refuse", "substep", "allow"}))
         ->capture_default_str();
     line.on(sub, run_options, run);
+
+    ExportOptions export_options;
+    sub = line.add("export", "The frames of a scene's run or of a recording as files for ParaView, as glTF or as OBJ",
+                   "trocar export scenes/i2t_poke.json --to paraview --output poke");
+    sub->add_option("source", export_options.source, "Scene file (JSON) or recording")->required();
+    sub->add_option(
+           "--to", export_options.to,
+           "paraview: .pvd and .vtp with depth, strain, displacement, contacts and forces; gltf: one animation "
+           "(.glb); obj: posed meshes, one file per body and tick")
+        ->required()
+        ->check(CLI::IsMember({"paraview", "gltf", "obj"}));
+    sub->add_option("--output", export_options.output, "New or empty folder")->required();
+    CommandLine::add_methods(sub, export_options.methods);
+    sub->add_option("--ticks", export_options.ticks, "Ticks to run instead of the scene's number");
+    sub->add_option("--every", export_options.every,
+                    "Write every n-th tick (default: such that about 60 are written); the deepest and the last one are "
+                    "written in any case");
+    sub->add_option("--tick", export_options.more_ticks, "Write this tick too; may be repeated")
+        ->take_all()
+        ->allow_extra_args(false);
+    line.on(sub, export_options, export_frames);
 
     StudyOptions study_options;
     sub = line.add("study", "Run a study (all its methods on all its scenes) and write its report",
