@@ -70,6 +70,7 @@ tidy_is_clean() {
 }
 
 install_missing "${base_packages[@]}" "${check_packages[@]}"
+[ "$mode" = quick ] || install_missing "${full_packages[@]}"
 find_data
 started=$SECONDS
 
@@ -83,7 +84,6 @@ run_tests release
 
 configure dev
 if [ "$mode" = full ]; then
-    install_missing "${full_packages[@]}"
     build dev
     run_tests dev
 else

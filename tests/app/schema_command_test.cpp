@@ -72,6 +72,7 @@ TEST(Schema, OutputTellsEveryKeyThatACommandPrints) {
         {"run", "run " + scene + " --ticks 30 --json"},
         {"run --explain-step",
          "run " + std::string(TROCAR_SOURCE_DIR) + "/scenes/i2t_operator_press.json --explain-step --json"},
+        {"export", "export " + scene + " --ticks 3 --to obj --output " + in + "posed --json"},
         {"detect", "detect " + in + "a.obj " + in + "b.obj --detector ohc --truth --json"},
         {"replay", "replay " + in + "poke.rec --detector ohc --truth --json"},
         {"mesh", "mesh " + in + "a.obj --json"},
