@@ -143,8 +143,10 @@ std::filesystem::path publish(const Study& study, const std::filesystem::path& d
     std::filesystem::path beside = target;
     beside += ".part";
     std::filesystem::remove_all(beside);
-    std::filesystem::create_directories(beside / "charts");
-    for (const std::string& name : names) std::filesystem::copy_file(directory / name, beside / name);
+    for (const std::string& name : names) {
+        std::filesystem::create_directories((beside / name).parent_path());
+        std::filesystem::copy_file(directory / name, beside / name);
+    }
     std::filesystem::remove_all(target);
     std::filesystem::rename(beside, target);
     return target;

@@ -108,6 +108,14 @@ struct ReportOptions {
 };
 int report(const CommonOptions& common, const ReportOptions& options);
 
+struct TableOptions {
+    std::filesystem::path records;     ///< a report's folder, or its records.jsonl
+    std::vector<std::string> columns;  ///< NAME[:UNIT]; empty: a choice that suits the records
+    std::vector<std::string> where;    ///< NAME=VALUE
+    std::string format = "md";         ///< md | tex | csv
+};
+int table(const CommonOptions& common, const TableOptions& options);
+
 struct ReferenceOptions {
     std::vector<std::filesystem::path> scenes;
     bool check = false;                  ///< only say whether the stored ones fit; nothing is made

@@ -135,6 +135,25 @@ int run_command(int argc, char** argv) {
         ->capture_default_str();
     line.on(sub, report_options, report);
 
+    TableOptions table_options;
+    sub = line.add("table", "A table for a paper out of a report's records: columns and rows by name",
+                   "trocar table reports/default --columns scene,response,residual_max_m:mm,total_p99_ns:ms "
+                   "--where scene=i2t_poke --where response=hold --where response=penalty --format tex");
+    sub->add_option("records", table_options.records, "Folder of a report, or its records.jsonl")->required();
+    sub->add_option(
+           "--columns", table_options.columns,
+           "NAME[:UNIT],...: columns of results.csv (trocar schema figures tells the figures), numbers in UNIT "
+           "(default: who, where and what is left over, missed and waited for)")
+        ->delimiter(',');
+    sub->add_option("--where", table_options.where,
+                    "NAME=VALUE: only runs with it; may be repeated: any value of one name, all names")
+        ->take_all()
+        ->allow_extra_args(false);
+    sub->add_option("--format", table_options.format, "md, tex (one file to \\input, fits a two-column page) or csv")
+        ->check(CLI::IsMember({"md", "tex", "csv"}))
+        ->capture_default_str();
+    line.on(sub, table_options, table);
+
     DetectOptions detect_options;
     sub = line.add("detect", "All intersecting triangle pairs of two mesh files",
                    "trocar detect liver.stl tool.obj --pose-b \"0 0 0.01 0 90 0\" --scale-b 0.001 --detector all");
