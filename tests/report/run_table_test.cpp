@@ -84,7 +84,14 @@ TEST(ResultsCsv, AFileHoldsOneKindOfRun) {
         for (std::size_t i = 1; i < rows.size(); ++i) EXPECT_EQ(rows[i][column_of(rows, "mode")], mode);
     }
     const auto replay = csv_rows(files.at("results_replay.csv"));
-    EXPECT_EQ(std::count(replay[0].begin(), replay[0].end(), "residual_max_m"), 0) << "no figures of other kinds";
+    std::set<std::string> figures;
+    for (const SummaryFigure& figure : summary_figures()) figures.insert(figure.name);
+    for (std::size_t column = 0; column < replay[0].size(); ++column) {
+        if (!figures.contains(replay[0][column])) continue;
+        EXPECT_TRUE(
+            std::any_of(replay.begin() + 1, replay.end(), [&](const auto& row) { return !row[column].empty(); }))
+            << replay[0][column] << ": no figures of other kinds";
+    }
 }
 
 TEST(ResultsCsv, MethodsAndParametersAreColumnsOfTheirOwn) {
@@ -110,11 +117,12 @@ TEST(ResultsCsv, NumbersReadBackAsTheRecordsHaveThem) {
     const auto rows = csv_rows(csv_files(records).at("results.csv"));
     int numbers = 0;
     for (const auto& [name, value] : records[0].summary) {
-        const std::string& field = rows[1][column_of(rows, name)];
+        const auto found = std::find(rows[0].begin(), rows[0].end(), name);
         if (std::isnan(value)) {
-            EXPECT_TRUE(field.empty()) << name;
+            const bool empty = found == rows[0].end() || rows[1][column_of(rows, name)].empty();
+            EXPECT_TRUE(empty) << name;
         } else {
-            EXPECT_EQ(std::stod(field), value) << name;
+            EXPECT_EQ(std::stod(rows[1][column_of(rows, name)]), value) << name;
             ++numbers;
         }
     }
