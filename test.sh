@@ -72,6 +72,7 @@ tidy_is_clean() {
 }
 
 install_missing "${base_packages[@]}"
+[ "$mode" != full ] || install_missing "${full_packages[@]}"
 find_data
 started=$SECONDS
 
@@ -105,7 +106,6 @@ if [ "$mode" != tests ]; then
 fi
 
 if [ "$mode" = full ]; then
-    install_missing "${full_packages[@]}"
     configure clang
     build clang
     run_tests clang

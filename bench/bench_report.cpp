@@ -8,8 +8,9 @@
 #include <optional>
 #include <utility>
 
-#include "geometry/whole_file.hpp"
 #include "measure/statistics.hpp"
+#include "report/latex.hpp"
+#include "report/report_files.hpp"
 #include "report_writer.hpp"
 #include "session.hpp"
 #include "study/runner.hpp"
@@ -37,7 +38,9 @@ BenchReport Writer::write() {
     rebuild();
     report_.files["report.md"] = to_markdown(document_);
     report_.files["report.html"] = to_html(document_);
-    report_.files["results.csv"] = csv();
+    report_.files["report.tex"] = to_latex(document_);
+    report_.files.merge(latex_tables(document_));
+    csv_files();
     for (const auto& block : document_.blocks) {
         if (const auto* figure = std::get_if<Figure>(&block)) report_.files[figure->file] = figure->svg;
     }
@@ -180,53 +183,11 @@ void Writer::rebuild() {
                     quick ? " --quick" : "")});
 }
 
-std::string Writer::csv() const {
-    std::string text =
-        "cell,variant,tissue_triangles,instrument_triangles,tissues,instruments,order,bodies,true_pairs,method,"
-        "outcome,exact,steps,update_us,detect_us,total_us,wall_p50_us,cold_us,ratio_embree,ratio_embree_low,"
-        "ratio_embree_high,ratio_fcl,ratio_fcl_low,ratio_fcl_high,vertices_read,cells_visited,box_tests,"
-        "triangle_tests,work_max,heap_bytes,resident_bytes,allocations_max,prepare_ms,missing,extra,differing_"
-        "steps\n";
-    for (const CellRecord& record : records_) {
-        const SceneSpec& scene = record.spec.scene;
-        const MethodResult* embree = find_row(record, embree_anchor);
-        const MethodResult* fcl = find_row(record, fcl_anchor);
-        for (const MethodResult& entry : record.measurement.methods) {
-            const Ratio to_embree = embree == nullptr ? Ratio{} : ratio_of(*embree, entry);
-            const Ratio to_fcl = fcl == nullptr ? Ratio{} : ratio_of(*fcl, entry);
-            const bool many = record.spec.group == Group::bodies;
-            text += fmt::format(
-                "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}"
-                ","
-                "{},{},{}\n",
-                csv_field(record.spec.id), many ? "bodies" : name_of(scene.variant), many ? 0 : scene.tissue_triangles,
-                many ? 0 : scene.instrument_triangles, many ? 0 : scene.tissues, many ? 0 : scene.instruments,
-                name_of(scene.order), record.spec.bodies, record.measurement.true_pairs, csv_field(entry.label),
-                name_of(entry.outcome.kind), entry.exact() ? 1 : 0, entry.step.size(),
-                format_exact(median(in_us(entry.update_ns))), format_exact(median(in_us(entry.detect_ns))),
-                format_exact(median_time(entry)), format_exact(median(in_us(entry.wall_ns))),
-                format_exact(median(in_us(entry.cold_ns))), format_exact(to_embree.value),
-                format_exact(to_embree.bounds.low), format_exact(to_embree.bounds.high), format_exact(to_fcl.value),
-                format_exact(to_fcl.bounds.low), format_exact(to_fcl.bounds.high), entry.work.vertices_read,
-                entry.work.cells_visited, entry.work.box_tests, entry.work.triangle_tests, entry.work_max,
-                entry.heap_bytes, entry.resident_bytes, entry.allocations, format_exact(1e-6 * entry.prepare_ns),
-                entry.missing, entry.extra, entry.differing_steps);
-        }
-    }
-    return text;
-}
-
 BenchReport make_report(const std::vector<CellRecord>& records) { return Writer(records).write(); }
 
 BenchReport write_report(const std::filesystem::path& directory) {
     BenchReport report = make_report(read_cells(directory / "records.jsonl"));
-    std::filesystem::create_directories(directory / "charts");
-    for (const auto& entry : std::filesystem::directory_iterator(directory / "charts")) {
-        if (!report.files.contains("charts/" + entry.path().filename().string())) {
-            std::filesystem::remove(entry.path());
-        }
-    }
-    for (const auto& [name, content] : report.files) write_whole(directory / name, content);
+    write_report_files(directory, report.files);
     return report;
 }
 

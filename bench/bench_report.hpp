@@ -22,8 +22,8 @@ struct BenchReport {
 /// Pure.
 BenchReport make_report(const std::vector<CellRecord>& records);
 
-/// Reads directory/records.jsonl and writes the report's files into the directory, each beside and then renamed; charts
-/// of an earlier report that no longer exist are removed. Throws InputError when there are no records.
+/// Reads directory/records.jsonl and writes the report's files into the directory (report/report_files.hpp). Throws
+/// InputError when there are no records.
 BenchReport write_report(const std::filesystem::path& directory);
 
 }  // namespace trocar::bench

@@ -46,9 +46,9 @@ int tell(const BenchReport& report, const std::filesystem::path& directory) {
 }
 
 void publish(const std::filesystem::path& from, const BenchReport& report, const std::filesystem::path& to) {
-    std::filesystem::remove_all(to / "charts");
-    std::filesystem::create_directories(to / "charts");
+    for (const char* folder : {"charts", "tables"}) std::filesystem::remove_all(to / folder);
     const auto copy = [&](const std::string& name) {
+        std::filesystem::create_directories((to / name).parent_path());
         std::filesystem::copy_file(from / name, to / name, std::filesystem::copy_options::overwrite_existing);
     };
     copy("records.jsonl");

@@ -95,7 +95,7 @@ private:
 
     void every_cell();
     void rebuild();
-    [[nodiscard]] std::string csv() const;
+    void csv_files();
 
     struct Floor {
         std::string cell;

@@ -334,7 +334,7 @@ int explain(const CommonOptions& common, const ExplainOptions& options) {
     std::optional<PairOption> pair_option;
     if (!options.pair.empty()) pair_option.emplace(options.pair);
     // Who leads the scene to the tick: the same default as in `trocar run`.
-    const MethodSpec leader = parse_method(RunOptions{}.detector);
+    const MethodSpec leader = parse_method(MethodChoice{}.detector);
     const MethodSpec response = parse_method(options.response);
     std::unique_ptr<Detector> detector = make_detector(leader.name, leader.parameters);
     std::unique_ptr<Response> responder = make_response(response.name, response.parameters);

@@ -1,14 +1,13 @@
 // `trocar run`: one scene with one detector and one response, told to a person or, with --json, to a machine.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <csignal>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "app/commands.hpp"
+#include "app/run_choice.hpp"
 #include "app/step_report.hpp"
 #include "geometry/input_error.hpp"
 #include "measure/metrics.hpp"
@@ -26,53 +25,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-volatile std::sig_atomic_t interrupt_asked = 0;
-
-/// Takes Ctrl-C (and a polite kill) as a wish to stop after the current tick, for as long as it lives.
-class InterruptHeld {
-public:
-    InterruptHeld() {
-        struct sigaction action {};
-        action.sa_handler = [](int) { interrupt_asked = 1; };
-        sigaction(SIGINT, &action, &old_interrupt_);
-        sigaction(SIGTERM, &action, &old_terminate_);
-    }
-    ~InterruptHeld() {
-        sigaction(SIGINT, &old_interrupt_, nullptr);
-        sigaction(SIGTERM, &old_terminate_, nullptr);
-    }
-    InterruptHeld(const InterruptHeld&) = delete;
-    InterruptHeld& operator=(const InterruptHeld&) = delete;
-    InterruptHeld(InterruptHeld&&) = delete;
-    InterruptHeld& operator=(InterruptHeld&&) = delete;
-
-private:
-    struct sigaction old_interrupt_ {};
-    struct sigaction old_terminate_ {};
-};
-
-/// One line on a terminal, nothing anywhere else.
-class Progress {
-public:
-    explicit Progress(std::int64_t ticks) : ticks_(ticks), visible_(isatty(STDERR_FILENO) == 1) {}
-    ~Progress() {
-        if (visible_) fmt::print(stderr, "\r\033[K");
-    }
-    Progress(const Progress&) = delete;
-    Progress& operator=(const Progress&) = delete;
-    Progress(Progress&&) = delete;
-    Progress& operator=(Progress&&) = delete;
-    void show(std::int64_t done) const {
-        if (!visible_ || done % 16 != 0) return;
-        fmt::print(stderr, "\rtick {} of {}", done, ticks_);
-        std::fflush(stderr);
-    }
-
-private:
-    std::int64_t ticks_;
-    bool visible_;
-};
 
 Json vector_json(const Vector3& v) { return {number(v.x()), number(v.y()), number(v.z())}; }
 
@@ -189,51 +141,18 @@ void print_text(const Scene& scene, const Record& record) {
     fmt::print("state      {} (hash of the last frame)\n", record.state_hash);
 }
 
-/// Method text with its parameters in alphabetical order, after checking that it can be made.
-std::string checked_detector(const std::string& text) {
-    const MethodSpec spec = parse_method(text);
-    make_detector(spec.name, spec.parameters);
-    return spec.text();
-}
-
-std::string checked_response(const std::string& text) {
-    const MethodSpec spec = parse_method(text);
-    make_response(spec.name, spec.parameters);
-    return spec.text();
-}
-
-/// Empty for the default one, which records leave unsaid.
-std::string checked_stepper(const std::string& text) {
-    if (text.empty()) return {};
-    const MethodSpec spec = parse_method(text);
-    make_stepper(spec.name, spec.parameters);
-    return spec.name == registry().default_stepper().name && spec.parameters.empty() ? std::string() : spec.text();
-}
-
 }  // namespace
 
 int run(const CommonOptions& common, const RunOptions& options) {
     if (options.ticks && *options.ticks < 1) {
         throw InputError("--ticks", "", "an integer >= 1", fmt::format("{}", *options.ticks));
     }
-    RunSpec spec;
-    spec.mode = options.paced ? "paced" : "closed_loop";
     if (options.paced && options.record) {
         throw InputError("command line", "--record", "no recording in a paced run (writing takes its time)", "both");
     }
-    spec.detector = checked_detector(options.detector);
-    spec.response = checked_response(options.response);
+    RunSpec spec = spec_of(options.methods);
+    if (options.paced) spec.mode = "paced";
     const ResponseEntry& response = registry().response(parse_method(spec.response).name);
-    spec.contacts = registry().source(options.contacts.empty() ? response.sources.front() : options.contacts).name;
-    spec.stepper = checked_stepper(options.stepper);
-    spec.device = text_of(read_device(options.device));
-    if (options.reach_margin) {
-        if (!(*options.reach_margin > 0.0 && *options.reach_margin <= 100.0)) {
-            throw InputError("--reach-margin", "", "a number above 0, at most 100",
-                             fmt::format("{}", *options.reach_margin));
-        }
-        spec.reach_margin = fmt::format("{}", *options.reach_margin);
-    }
     Scene scene = read_scene(options.scene, common.data);
     for (const std::string& note : scene.notes) {
         fmt::print(stderr, "trocar: {}: {}\n", options.scene.string(), note);
@@ -278,14 +197,14 @@ int run(const CommonOptions& common, const RunOptions& options) {
         limits.allow_unstable_step = options.unstable_step == "allow";
         limits.progress = [&](std::int64_t done) {
             progress.show(done);
-            return interrupt_asked == 0;
+            return !interrupt_asked();
         };
         limits.observe = [&](const Simulation& simulation, const StepRow&) {
             if (recording && simulation.outcome().ok()) recording->write(simulation.seen());
         };
         record = options.paced ? run_paced_loop(scene, spec, limits) : run_closed_loop(scene, spec, limits);
     }
-    if (interrupt_asked != 0) {
+    if (interrupt_asked()) {
         const std::string told = fmt::format("interrupted after {} of {} ticks", record.rows.size(), spec.ticks);
         fmt::print(stderr, "trocar: {}\n", told);
         if (common.json) {

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "app/run_choice.hpp"
+
 namespace trocar::app {
 
 /// Exit status of the program.
@@ -60,12 +62,7 @@ int respond(const CommonOptions& common, const RespondOptions& options);
 
 struct RunOptions {
     std::filesystem::path scene;
-    std::string detector = "ohc_clustered";
-    std::string response = "hold";
-    std::string contacts;                ///< contact source; empty: the response's own
-    std::string stepper;                 ///< NAME[:key=value…]; empty: the default one
-    std::string device;                  ///< key=value,…; empty: the default one
-    std::optional<double> reach_margin;  ///< mean edges, see simulate/reach.hpp
+    MethodChoice methods;
     std::optional<std::int64_t> ticks;
     std::optional<std::filesystem::path> record;
     bool paced = false;                    ///< released by the clock, not judged
@@ -86,6 +83,17 @@ struct ViewOptions {
     std::optional<std::filesystem::path> output;
 };
 int view(const CommonOptions& common, const ViewOptions& options);
+
+struct ExportOptions {
+    std::filesystem::path source;  ///< scene (.json) or recording
+    std::string to;                ///< paraview | gltf | obj
+    std::filesystem::path output;  ///< a new or empty folder
+    MethodChoice methods;          ///< of a scene
+    std::optional<std::int64_t> ticks;
+    std::optional<std::int64_t> every;     ///< absent: so that about 60 frames are written
+    std::vector<std::int64_t> more_ticks;  ///< written too
+};
+int export_frames(const CommonOptions& common, const ExportOptions& options);
 
 struct ExplainOptions {
     std::filesystem::path scene;
@@ -112,6 +120,14 @@ struct ReportOptions {
     double tolerance = 1.0e-9;                     ///< relative, for --against
 };
 int report(const CommonOptions& common, const ReportOptions& options);
+
+struct TableOptions {
+    std::filesystem::path records;     ///< a report's folder, or its records.jsonl
+    std::vector<std::string> columns;  ///< NAME[:UNIT]; empty: a choice that suits the records
+    std::vector<std::string> where;    ///< NAME=VALUE
+    std::string format = "md";         ///< md | tex | csv
+};
+int table(const CommonOptions& common, const TableOptions& options);
 
 struct ReferenceOptions {
     std::vector<std::filesystem::path> scenes;

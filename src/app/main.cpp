@@ -46,6 +46,20 @@ struct CommandLine {
         }
         return "expected one of " + known + " as first word, got " + (first.empty() ? "nothing" : "'" + first + "'");
     }
+    static void add_methods(CLI::App* sub, MethodChoice& choice) {
+        sub->add_option("--detector", choice.detector, "NAME[:key=value,...]")->capture_default_str();
+        sub->add_option("--response", choice.response, "NAME[:key=value,...]")->capture_default_str();
+        sub->add_option("--contacts", choice.contacts,
+                        "Contact source: native, canonical, near or tracked (default: the response's own)");
+        sub->add_option("--stepper", choice.stepper,
+                        "NAME[:key=value,...]: what moves the tissue (default: semi_implicit)");
+        sub->add_option("--device", choice.device,
+                        "key=value,...: what shows the force on the tool, the same for every response; settings as in "
+                        "trocar list (default: tip=fulcrum,saturation=8.5)");
+        sub->add_option("--reach-margin", choice.reach_margin,
+                        "How much further than things move in a tick detectors look, in mean edges of what moves, for "
+                        "sources that ask for what is near (default: 0.1)");
+    }
     template <typename Options>
     void on(CLI::App* sub, Options& options, int (*run)(const CommonOptions&, const Options&)) {
         sub->callback([this, &options, run] { command = [this, &options, run] { return run(common, options); }; });
@@ -63,18 +77,7 @@ int run_command(int argc, char** argv) {
     CLI::App* sub = line.add("run", "Run one scene with one detector and one response",
                              "trocar run scenes/i2t_poke.json --detector ohc_clustered --response hold");
     sub->add_option("scene", run_options.scene, "Scene file (JSON)")->required();
-    sub->add_option("--detector", run_options.detector, "NAME[:key=value,...]")->capture_default_str();
-    sub->add_option("--response", run_options.response, "NAME[:key=value,...]")->capture_default_str();
-    sub->add_option("--contacts", run_options.contacts,
-                    "Contact source: native, canonical, near or tracked (default: the response's own)");
-    sub->add_option("--stepper", run_options.stepper,
-                    "NAME[:key=value,...]: what moves the tissue (default: semi_implicit)");
-    sub->add_option("--device", run_options.device,
-                    "key=value,...: what shows the force on the tool, the same for every response; settings as in "
-                    "trocar list (default: tip=fulcrum,saturation=8.5)");
-    sub->add_option("--reach-margin", run_options.reach_margin,
-                    "How much further than things move in a tick detectors look, in mean edges of what moves, for "
-                    "sources that ask for what is near (default: 0.1)");
+    CommandLine::add_methods(sub, run_options.methods);
     sub->add_option("--ticks", run_options.ticks, "Ticks to run instead of the scene's number");
     sub->add_option("--record", run_options.record, "Write the frames as a recording");
     sub->add_flag("--paced", run_options.paced,
@@ -113,6 +116,27 @@ int run_command(int argc, char** argv) {
     sub->add_option("--output", view_options.output, "The page (default: SCENE.html in this folder)");
     line.on(sub, view_options, view);
 
+    ExportOptions export_options;
+    sub = line.add("export", "The frames of a scene's run or of a recording as files for ParaView, as glTF or as OBJ",
+                   "trocar export scenes/i2t_poke.json --to paraview --output poke");
+    sub->add_option("source", export_options.source, "Scene file (JSON) or recording")->required();
+    sub->add_option(
+           "--to", export_options.to,
+           "paraview: .pvd and .vtp with depth, strain, displacement, contacts and forces; gltf: one animation "
+           "(.glb); obj: posed meshes, one file per body and tick")
+        ->required()
+        ->check(CLI::IsMember({"paraview", "gltf", "obj"}));
+    sub->add_option("--output", export_options.output, "New or empty folder")->required();
+    CommandLine::add_methods(sub, export_options.methods);
+    sub->add_option("--ticks", export_options.ticks, "Ticks to run instead of the scene's number");
+    sub->add_option("--every", export_options.every,
+                    "Write every n-th tick (default: such that about 60 are written); the deepest and the last one are "
+                    "written in any case");
+    sub->add_option("--tick", export_options.more_ticks, "Write this tick too; may be repeated")
+        ->take_all()
+        ->allow_extra_args(false);
+    line.on(sub, export_options, export_frames);
+
     StudyOptions study_options;
     sub = line.add("study", "Run a study (all its methods on all its scenes) and write its report",
                    "trocar study bench/studies/default.json");
@@ -134,6 +158,25 @@ int run_command(int argc, char** argv) {
     sub->add_option("--tolerance", report_options.tolerance, "Relative change that counts as none, with --against")
         ->capture_default_str();
     line.on(sub, report_options, report);
+
+    TableOptions table_options;
+    sub = line.add("table", "A table for a paper out of a report's records: columns and rows by name",
+                   "trocar table reports/default --columns scene,response,residual_max_m:mm,total_p99_ns:ms "
+                   "--where scene=i2t_poke --where response=hold --where response=penalty --format tex");
+    sub->add_option("records", table_options.records, "Folder of a report, or its records.jsonl")->required();
+    sub->add_option(
+           "--columns", table_options.columns,
+           "NAME[:UNIT],...: columns of results.csv (trocar schema figures tells the figures), numbers in UNIT "
+           "(default: who, where and what is left over, missed and waited for)")
+        ->delimiter(',');
+    sub->add_option("--where", table_options.where,
+                    "NAME=VALUE: only runs with it; may be repeated: any value of one name, all names")
+        ->take_all()
+        ->allow_extra_args(false);
+    sub->add_option("--format", table_options.format, "md, tex (one file to \\input, fits a two-column page) or csv")
+        ->check(CLI::IsMember({"md", "tex", "csv"}))
+        ->capture_default_str();
+    line.on(sub, table_options, table);
 
     DetectOptions detect_options;
     sub = line.add("detect", "All intersecting triangle pairs of two mesh files",

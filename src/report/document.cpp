@@ -43,39 +43,6 @@ std::string replace_each(const std::string& text,
     return result;
 }
 
-std::string latex_text(const std::string& text) {
-    return replace_each(text, {{"\\", "\\textbackslash{}"},
-                               {"&", "\\&"},
-                               {"%", "\\%"},
-                               {"$", "\\$"},
-                               {"#", "\\#"},
-                               {"_", "\\_\\allowbreak{}"},
-                               {"{", "\\{"},
-                               {"}", "\\}"},
-                               {"~", "\\textasciitilde{}"},
-                               {"^", "\\textasciicircum{}"},
-                               {"<", "\\textless{}"},
-                               {">", "\\textgreater{}"},
-                               {"|", "\\textbar{}"},
-                               {"µ", "\\textmu{}"},
-                               {"×", "$\\times$"},
-                               {"≈", "$\\approx$"},
-                               {"≤", "$\\le$"},
-                               {"≥", "$\\ge$"},
-                               {"→", "$\\rightarrow$"},
-                               {"∞", "$\\infty$"},
-                               {"†", "\\dag{}"},
-                               {"–", "--"},
-                               {"—", "---"},
-                               {"…", "\\dots{}"},
-                               {"·", "\\textperiodcentered{}"},
-                               {"²", "\\textsuperscript{2}"}});
-}
-
-std::string latex_inline(const std::string& text) {
-    return inline_parts(text, latex_text, [](const std::string& code) { return "\\texttt{" + latex_text(code) + "}"; });
-}
-
 std::string html_inline(const std::string& text) {
     return inline_parts(text, escape_xml,
                         [](const std::string& code) { return "<code>" + escape_xml(code) + "</code>"; });
@@ -245,79 +212,6 @@ struct Html {
     }
 };
 
-struct Latex {
-    std::string out;
-    void operator()(const Heading& heading) {
-        static constexpr std::array<const char*, 3> commands{"section*", "section", "subsection"};
-        const auto level = static_cast<std::size_t>(std::clamp(heading.level, 1, 3)) - 1;
-        out += fmt::format("\\{}{{{}}}\n\n", commands.at(level), latex_inline(heading.text));
-    }
-    void operator()(const Paragraph& paragraph) {
-        const std::string text = latex_inline(paragraph.text);
-        switch (paragraph.style) {
-            case Paragraph::Style::quote:
-                out += "\\begin{quote}\n" + text + "\n\\end{quote}\n\n";
-                break;
-            case Paragraph::Style::small:
-                out += "{\\footnotesize " + text + "\\par}\n\n";
-                break;
-            case Paragraph::Style::warning:
-                out += "\\textbf{Note.} " + text + "\n\n";
-                break;
-            case Paragraph::Style::normal:
-                out += text + "\n\n";
-                break;
-        }
-    }
-    void operator()(const CodeBlock& code) { out += "\\begin{verbatim}\n" + code.text + "\n\\end{verbatim}\n\n"; }
-    void operator()(const Table& table) {
-        // Text columns share what width is left; numbers stay on one line.
-        std::string alignment;
-        const auto text_columns =
-            std::count_if(table.columns.begin(), table.columns.end(), [](const Column& c) { return !c.number; });
-        const double share = text_columns == 0 ? 0.0 : std::min(0.3, 0.5 / static_cast<double>(text_columns));
-        for (const Column& column : table.columns) {
-            alignment += column.number ? "r" : fmt::format("p{{{:.2f}\\linewidth}}", share);
-        }
-        out += "{\\footnotesize\n\\begin{longtable}{" + alignment + "}\n";
-        if (!table.caption.empty()) out += "\\caption{" + latex_inline(table.caption) + "}\\\\\n";
-        out += "\\toprule\n";
-        std::string header;
-        for (const Column& column : table.columns) {
-            header +=
-                (header.empty() ? "" : " & ") +
-                (column.number ? "\\shortstack[r]{" + latex_header(column.header) + "}" : latex_inline(column.header));
-        }
-        out += header + " \\\\\n\\midrule\n\\endhead\n";
-        for (const TableRow& row : table.rows) {
-            std::string line;
-            for (const std::string& cell : row.cells) {
-                if (&cell != &row.cells.front()) line += " & ";
-                const bool dominated = row.style == TableRow::Style::dominated;
-                line += dominated ? "\\textcolor{gray}{" + latex_inline(cell) + "}" : latex_inline(cell);
-            }
-            out += line + " \\\\\n";
-        }
-        out += "\\bottomrule\n\\end{longtable}\n";
-        if (!table.note.empty()) out += "\\noindent " + latex_inline(table.note) + "\\par\n";
-        out += "}\n\n";
-    }
-    void operator()(const Figure& figure) {
-        const std::string stem = figure.file.substr(0, figure.file.rfind('.'));
-        out += fmt::format(
-            "% Convert once: rsvg-convert -f pdf -o {0}.pdf {0}.svg\n"
-            "\\begin{{figure}}[htbp]\\centering\\IfFileExists{{{0}.pdf}}{{\\includegraphics[width=\\linewidth]{{{0}}}}}"
-            "{{\\fbox{{\\texttt{{{1}}}}}}}\n\\caption{{{2}}}\\end{{figure}}\n\n",
-            stem, latex_text(figure.file), latex_inline(figure.caption));
-    }
-    /// A long header breaks before its unit.
-    static std::string latex_header(const std::string& header) {
-        const std::size_t unit = header.find(" (");
-        if (unit == std::string::npos) return latex_inline(header);
-        return latex_inline(header.substr(0, unit)) + "\\\\" + latex_inline(header.substr(unit + 1));
-    }
-};
-
 }  // namespace
 
 std::string to_markdown(const Document& document) {
@@ -349,15 +243,6 @@ std::string to_html(const Document& document) {
         "content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n"
         "<h1>{}</h1>\n{}</body>\n</html>\n",
         escape_xml(document.title), html_style, html_inline(document.title), writer.out);
-}
-
-std::string to_latex(const Document& document) {
-    Latex writer;
-    for (const Block& block : document.blocks) std::visit(writer, block);
-    return "\\documentclass[a4paper,10pt]{article}\n\\usepackage[landscape,margin=15mm]{geometry}\n"
-           "\\usepackage[utf8]{inputenc}\n\\usepackage[T1]{fontenc}\n\\usepackage{textcomp,booktabs,longtable,"
-           "graphicx,xcolor}\n\\setlength{\\tabcolsep}{4pt}\n\\begin{document}\n\\section*{" +
-           latex_inline(document.title) + "}\n\n" + writer.out + "\\end{document}\n";
 }
 
 std::string csv_field(const std::string& text) {

@@ -61,7 +61,7 @@ struct Document {
 std::string to_markdown(const Document& document);
 /// One file without outside parts: styles and drawings are inside; readable on a screen and on paper.
 std::string to_html(const Document& document);
-/// A complete LaTeX file with booktabs tables; figures are referred to by the name of a PDF beside the SVG.
+/// A complete LaTeX file; it reads the files of latex_tables (latex.hpp), and figures from a PDF beside the SVG.
 std::string to_latex(const Document& document);
 
 /// RFC 4180: quotes where needed.

@@ -7,6 +7,9 @@
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
 #include "report/document.hpp"
+#include "report/latex.hpp"
+#include "report/report_files.hpp"
+#include "report/run_table.hpp"
 #include "report/sections.hpp"
 #include "report/verdict.hpp"
 #include "report/view_links.hpp"
@@ -55,7 +58,8 @@ Report compose(const std::vector<Record>& records) {
     report.files["report.md"] = to_markdown(draft.document);
     report.files["report.html"] = to_html(draft.document);
     report.files["report.tex"] = to_latex(draft.document);
-    report.files["results.csv"] = results_csv(draft);
+    report.files.merge(latex_tables(draft.document));
+    report.files.merge(results_files(records, draft.mode));
     report.page_one = terminal_text(draft, overall);
     return report;
 }
@@ -92,16 +96,7 @@ Report write_report(const std::filesystem::path& directory) {
     const std::vector<Record> records = read_records(directory / "records.jsonl");
     Report report = make_report(records);
     add_view_links(records, directory, report.files);
-    std::filesystem::create_directories(directory / "charts");
-    for (const auto& entry : std::filesystem::directory_iterator(directory / "charts")) {
-        if (entry.path().extension() == ".svg" &&
-            !report.files.contains("charts/" + entry.path().filename().string())) {
-            std::filesystem::remove(entry.path());
-        }
-    }
-    for (const auto& [name, content] : report.files) {
-        write_whole(directory / name, content);
-    }
+    write_report_files(directory, report.files);
     return report;
 }
 

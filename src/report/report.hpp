@@ -22,8 +22,8 @@ Report make_report(const std::vector<Record>& records);
 /// Reads a records.jsonl; throws InputError with the line.
 std::vector<Record> read_records(const std::filesystem::path& file);
 
-/// Reads directory/records.jsonl, writes the report's files into the directory (each beside, then renamed) and removes
-/// charts of an earlier report that no longer exist. Throws InputError when there are no records.
+/// Reads directory/records.jsonl and writes the report's files into the directory (report_files.hpp). Throws InputError
+/// when there are no records.
 Report write_report(const std::filesystem::path& directory);
 
 }  // namespace trocar

@@ -51,30 +51,9 @@ void add_rebuild(Draft& draft) {
                               common_fact(draft.records, "study.file"))});
     draft.paragraph(
         "`records.jsonl`: every run with its specification, environment and ticks (of a closed loop the judged ones). "
-        "`results.csv`: one row per run. `report.tex`: the tables for LaTeX. `charts/`: the drawings.");
-}
-
-std::string results_csv(const Draft& draft) {
-    std::string csv =
-        "study,mode,scene,class,detector,response,contacts,stepper,setting,repetition,seed,ticks,outcome,message,"
-        "scene_hash,frames_hash,state_hash";
-    const std::vector<const SummaryFigure*> figures = used_figures(draft);
-    for (const SummaryFigure* figure : figures) csv += "," + csv_field(header_of(*figure));
-    csv += "\n";
-    for (const RunFigures& run : draft.results.runs()) {
-        const Record& record = *run.record;
-        const RunSpec& spec = record.spec;
-        for (const std::string& text : {spec.study, spec.mode, spec.scene, spec.pair_class, spec.detector,
-                                        spec.response, spec.contacts, spec.stepper, spec.setting}) {
-            csv += csv_field(text) + ",";
-        }
-        csv +=
-            fmt::format("{},{},{},{},{},{},{},{}", spec.repetition, spec.seed, spec.ticks, name_of(record.outcome.kind),
-                        csv_field(record.outcome.message), spec.scene_hash, record.frames_hash, record.state_hash);
-        for (const SummaryFigure* figure : figures) csv += "," + format_exact(summary_of(record, figure->name));
-        csv += "\n";
-    }
-    return csv;
+        "`results.csv`: one row per run, other kinds of runs in `results_KIND.csv`; `figures.csv`: what their columns "
+        "mean. "
+        "`report.tex` reads `tables/`, which hold one table each for a paper. `charts/`: the drawings.");
 }
 
 }  // namespace trocar

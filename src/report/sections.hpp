@@ -134,7 +134,5 @@ std::vector<std::string> table_2_1_rows();
 // results_section.cpp
 void add_glossary(Draft& draft);
 void add_rebuild(Draft& draft);
-/// One row per run.
-std::string results_csv(const Draft& draft);
 
 }  // namespace trocar

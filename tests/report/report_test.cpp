@@ -994,16 +994,6 @@ TEST(Report, SamplesWithoutASideStandBesideTheDepthWhereThereAreAny) {
     EXPECT_NE(report.find("Undecided: sample points"), std::string::npos);
 }
 
-TEST(Report, CsvHasOneRowPerRunAndUnitsInTheHeader) {
-    const std::vector<Record> records = three_contestants();
-    const std::string csv = make_report(records).files.at("results.csv");
-    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 7);
-    const std::string header = csv.substr(0, csv.find('\n'));
-    for (const char* column : {"total_median_ns [ns]", "residual_max_m [m]", "force_max_n [N]"}) {
-        EXPECT_NE(header.find(column), std::string::npos) << column;
-    }
-}
-
 TEST(Report, DirtyTreeAndNoisyMachineAreStamped) {
     std::vector<Record> records = three_contestants();
     EXPECT_NE(make_report(records).files.at("report.md").find("Noisy machine"), std::string::npos);

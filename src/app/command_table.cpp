@@ -1,0 +1,52 @@
+// `trocar table`: a table for a paper out of stored records, on standard output.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/commands.hpp"
+#include "report/report.hpp"
+#include "report/table_choice.hpp"
+
+namespace trocar::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void print_json(const ChosenTable& table) {
+    Json document{{"columns", Json::array()}, {"rows", Json::array()}, {"notes", table.notes}};
+    for (const ChosenColumn& column : table.columns) {
+        document["columns"].push_back({{"name", column.name}, {"unit", column.unit}});
+    }
+    for (const std::vector<ChosenCell>& row : table.rows) {
+        Json cells = Json::array();
+        for (std::size_t c = 0; c < row.size(); ++c) {
+            if (!table.columns[c].number) {
+                cells.push_back(row[c].word);
+            } else {
+                cells.push_back(std::isfinite(row[c].number) ? Json(row[c].number) : Json(nullptr));
+            }
+        }
+        document["rows"].push_back(std::move(cells));
+    }
+    fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+}  // namespace
+
+int table(const CommonOptions& common, const TableOptions& options) {
+    const std::filesystem::path file =
+        std::filesystem::is_directory(options.records) ? options.records / "records.jsonl" : options.records;
+    const ChosenTable chosen = choose_table(read_records(file), {.columns = options.columns, .where = options.where});
+    for (const std::string& note : chosen.notes) fmt::print(stderr, "trocar: {}\n", note);
+    if (common.json) {
+        print_json(chosen);
+    } else if (options.format == "csv") {
+        fmt::print("{}", table_as_csv(chosen));
+    } else {
+        fmt::print("{}", options.format == "tex" ? table_as_latex(chosen) : table_as_markdown(chosen));
+    }
+    return done;
+}
+
+}  // namespace trocar::app

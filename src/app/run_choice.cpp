@@ -1,0 +1,81 @@
+#include "app/run_choice.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+
+#include "geometry/input_error.hpp"
+#include "method/device.hpp"
+#include "method/registry.hpp"
+
+namespace trocar::app {
+namespace {
+
+volatile std::sig_atomic_t asked = 0;
+
+/// Method text with its parameters in alphabetical order, after checking that it can be made.
+std::string checked_detector(const std::string& text) {
+    const MethodSpec spec = parse_method(text);
+    make_detector(spec.name, spec.parameters);
+    return spec.text();
+}
+
+std::string checked_response(const std::string& text) {
+    const MethodSpec spec = parse_method(text);
+    make_response(spec.name, spec.parameters);
+    return spec.text();
+}
+
+/// Empty for the default one, which records leave unsaid.
+std::string checked_stepper(const std::string& text) {
+    if (text.empty()) return {};
+    const MethodSpec spec = parse_method(text);
+    make_stepper(spec.name, spec.parameters);
+    return spec.name == registry().default_stepper().name && spec.parameters.empty() ? std::string() : spec.text();
+}
+
+}  // namespace
+
+RunSpec spec_of(const MethodChoice& choice) {
+    RunSpec spec;
+    spec.mode = "closed_loop";
+    spec.detector = checked_detector(choice.detector);
+    spec.response = checked_response(choice.response);
+    const ResponseEntry& response = registry().response(parse_method(spec.response).name);
+    spec.contacts = registry().source(choice.contacts.empty() ? response.sources.front() : choice.contacts).name;
+    spec.stepper = checked_stepper(choice.stepper);
+    spec.device = text_of(read_device(choice.device));
+    if (choice.reach_margin) {
+        if (!(*choice.reach_margin > 0.0 && *choice.reach_margin <= 100.0)) {
+            throw InputError("--reach-margin", "", "a number above 0, at most 100",
+                             fmt::format("{}", *choice.reach_margin));
+        }
+        spec.reach_margin = fmt::format("{}", *choice.reach_margin);
+    }
+    return spec;
+}
+
+InterruptHeld::InterruptHeld() {
+    struct sigaction action {};
+    action.sa_handler = [](int) { asked = 1; };
+    sigaction(SIGINT, &action, &old_interrupt_);
+    sigaction(SIGTERM, &action, &old_terminate_);
+}
+InterruptHeld::~InterruptHeld() {
+    sigaction(SIGINT, &old_interrupt_, nullptr);
+    sigaction(SIGTERM, &old_terminate_, nullptr);
+}
+bool interrupt_asked() { return asked != 0; }
+
+Progress::Progress(std::int64_t ticks) : ticks_(ticks), visible_(isatty(STDERR_FILENO) == 1) {}
+Progress::~Progress() {
+    if (visible_) fmt::print(stderr, "\r\033[K");
+}
+void Progress::show(std::int64_t done) const {
+    if (!visible_ || done % 16 != 0) return;
+    fmt::print(stderr, "\rtick {} of {}", done, ticks_);
+    std::fflush(stderr);
+}
+
+}  // namespace trocar::app

@@ -1,0 +1,62 @@
+// What `run` and `export` share: the specification of one run from the words of the command line, and a run that tells
+// how far it is and can be interrupted.
+#pragma once
+
+#include <csignal>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "measure/record.hpp"
+
+namespace trocar::app {
+
+/// The methods of a run as a person names them; empty: the default one.
+struct MethodChoice {
+    std::string detector = "ohc_clustered";
+    std::string response = "hold";
+    std::string contacts;                ///< contact source; empty: the response's own
+    std::string stepper;                 ///< NAME[:key=value…]
+    std::string device;                  ///< key=value,…
+    std::optional<double> reach_margin;  ///< mean edges, see simulate/reach.hpp
+};
+
+/// Detector, response, contacts, stepper, device and reach margin of a closed loop, as records have them (parameters
+/// in alphabetical order). Throws InputError for an unknown or absent method and a bad value.
+RunSpec spec_of(const MethodChoice& choice);
+
+/// Takes Ctrl-C (and a polite kill) as a wish to stop after the current tick, for as long as it lives.
+class InterruptHeld {
+public:
+    InterruptHeld();
+    ~InterruptHeld();
+    InterruptHeld(const InterruptHeld&) = delete;
+    InterruptHeld& operator=(const InterruptHeld&) = delete;
+    InterruptHeld(InterruptHeld&&) = delete;
+    InterruptHeld& operator=(InterruptHeld&&) = delete;
+
+private:
+    struct sigaction old_interrupt_ {};
+    struct sigaction old_terminate_ {};
+};
+/// True once the wish was there.
+bool interrupt_asked();
+
+/// One line on a terminal, nothing anywhere else.
+class Progress {
+public:
+    explicit Progress(std::int64_t ticks);
+    ~Progress();
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
+    Progress(Progress&&) = delete;
+    Progress& operator=(Progress&&) = delete;
+    void show(std::int64_t done) const;
+
+private:
+    std::int64_t ticks_;
+    bool visible_;
+};
+
+}  // namespace trocar::app

@@ -1,0 +1,39 @@
+// ParaView's files of a run: per tick the bodies and what acted on them, and one collection with their times.
+#pragma once
+
+#include <variant>
+
+#include "export/exporter.hpp"
+
+namespace trocar {
+
+/// NAME.pvd, and per tick NAME_bodies_TICK.vtp and NAME_contacts_TICK.vtp. Doubles in SI units, world frame. Bodies:
+/// at the vertices `depth` (m), `strain` (1), `displacement` (m) and `body` as PlayedFrame has them, all bodies'
+/// triangles, `body` once more on these; as field data the names of the bodies, and of every instrument its body and
+/// the force (N) and moment about its tip (N m) on it. Contacts: a vertex each with `normal`, `force` (N on `body`),
+/// `depth` (m), `kind`, `body` and `other` (-1: not told); what is not told is 0, and `force_told` tells which forces
+/// are; as field data the names of kinds and bodies.
+std::unique_ptr<Exporter> paraview_exporter(const Topology& topology, const std::string& name,
+                                            const std::filesystem::path& folder);
+
+/// One array of a VTK file: Float64, Int32 or String.
+struct VtkArray {
+    std::string name;
+    int components = 1;
+    std::variant<std::vector<double>, std::vector<std::int32_t>, std::vector<std::string>> values;
+};
+
+/// Poly data as VTK has it: points, and either triangles or one vertex cell per point.
+struct VtkPolyData {
+    Matrix3X points = Matrix3X(3, 0);
+    Triangles triangles = Triangles(3, 0);
+    bool points_are_cells = false;
+    std::vector<VtkArray> at_points;
+    std::vector<VtkArray> at_cells;
+    std::vector<VtkArray> field;
+};
+
+/// The text of a .vtp file (VTK XML, version 1.0, base64 with a 64-bit head, little-endian).
+std::string to_vtp(const VtkPolyData& data);
+
+}  // namespace trocar

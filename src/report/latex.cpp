@@ -1,0 +1,359 @@
+#include "report/latex.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <set>
+#include <string_view>
+#include <vector>
+
+namespace trocar {
+namespace {
+
+// Widths in pt at \footnotesize of a 10 pt paper (Computer Modern 8 pt), rounded up.
+constexpr double column_width = 229.0;
+constexpr double between_columns = 5.0;
+constexpr int most_letters_together = 18;
+constexpr int most_lines = 46;  ///< of a tabular: less than a page has
+
+struct Letter {
+    std::string_view text;
+    std::string_view tex;
+    double width;
+    bool breaks = false;  ///< a line may end after it
+};
+
+/// What LaTeX would take as a command or not know.
+constexpr std::array special{Letter{"\\", "\\textbackslash{}", 4.3},
+                             Letter{"&", "\\&", 6.7},
+                             Letter{"%", "\\%", 7.2},
+                             Letter{"$", "\\$", 4.3},
+                             Letter{"#", "\\#", 7.2},
+                             Letter{"_", "\\_", 4.3, true},
+                             Letter{"{", "\\{", 4.3},
+                             Letter{"}", "\\}", 4.3},
+                             Letter{"~", "\\textasciitilde{}", 4.3},
+                             Letter{"^", "\\textasciicircum{}", 4.3},
+                             Letter{"<", "\\textless{}", 6.7},
+                             Letter{">", "\\textgreater{}", 6.7},
+                             Letter{"|", "\\textbar{}", 4.3},
+                             Letter{"\"", "\\textquotedbl{}", 4.3},
+                             Letter{"/", "/", 4.3, true},
+                             Letter{":", ":", 4.3, true},
+                             Letter{",", ",", 4.3, true},
+                             Letter{"=", "=", 6.7, true},
+                             Letter{"µ", "\\textmu{}", 4.9},
+                             Letter{"×", "$\\times$", 6.7},
+                             Letter{"÷", "$\\div$", 6.7},
+                             Letter{"±", "$\\pm$", 6.7},
+                             Letter{"≈", "$\\approx$", 6.7},
+                             Letter{"≤", "$\\le$", 6.7},
+                             Letter{"≥", "$\\ge$", 6.7},
+                             Letter{"≠", "$\\ne$", 6.7},
+                             Letter{"−", "$-$", 6.7},
+                             Letter{"→", "$\\rightarrow$", 8.6},
+                             Letter{"↔", "$\\leftrightarrow$", 8.6},
+                             Letter{"∞", "$\\infty$", 8.6},
+                             Letter{"†", "\\dag{}", 4.0},
+                             Letter{"§", "\\S{}", 4.3},
+                             Letter{"–", "--", 4.3, true},
+                             Letter{"—", "---", 8.6, true},
+                             Letter{"…", "\\dots{}", 10.0},
+                             Letter{"·", "\\textperiodcentered{}", 2.6},
+                             Letter{"°", "\\textdegree{}", 6.4},
+                             Letter{"²", "\\textsuperscript{2}", 3.6},
+                             Letter{"³", "\\textsuperscript{3}", 3.6},
+                             Letter{"⁶", "\\textsuperscript{6}", 3.6},
+                             Letter{"“", "``", 4.3},
+                             Letter{"”", "''", 4.3}};
+
+/// Bytes of the UTF-8 letter that begins here.
+std::size_t letter_size(unsigned char first) { return first < 0xC0U ? 1 : first < 0xE0U ? 2 : first < 0xF0U ? 3 : 4; }
+
+double plain_width(char letter) {
+    if (std::string_view("mwMW").find(letter) != std::string_view::npos) return letter == 'W' ? 8.8 : 7.9;
+    if (std::isupper(static_cast<unsigned char>(letter)) != 0) return 6.6;
+    return std::string_view("ijl.;!()[]'").find(letter) != std::string_view::npos ? 3.4 : 4.8;
+}
+
+/// Inline text as LaTeX, and how wide it is.
+struct Set {
+    std::string tex;
+    double width = 0.0;        ///< on one line
+    double longest_run = 0.0;  ///< the widest piece that cannot be broken
+
+    explicit Set(const std::string& text) {
+        bool code = false;
+        double run = 0.0;
+        int together = 0;
+        const auto end_run = [&] {
+            longest_run = std::max(longest_run, run);
+            run = 0.0;
+            together = 0;
+        };
+        for (std::size_t at = 0; at < text.size();) {
+            if (text[at] == '`') {
+                tex += code ? "}" : "\\texttt{";
+                code = !code;
+                ++at;
+                continue;
+            }
+            if (text[at] == ' ' || text[at] == '\n') {
+                tex += ' ';
+                width += 2.9;
+                end_run();
+                ++at;
+                continue;
+            }
+            const Letter letter = letter_at(text, at, code);
+            if (together >= most_letters_together) {
+                tex += "\\allowbreak{}";
+                end_run();
+            }
+            tex += letter.tex;
+            run += letter.width;
+            width += letter.width;
+            ++together;
+            at += letter.text.size();
+            if (letter.breaks && at < text.size() && text[at] != ' ') {
+                tex += "\\allowbreak{}";
+                end_run();
+            }
+        }
+        if (code) tex += "}";
+        end_run();
+    }
+
+private:
+    static Letter letter_at(const std::string& text, std::size_t at, bool code) {
+        constexpr double typewriter = 4.3;
+        for (const Letter& one : special) {
+            if (text.compare(at, one.text.size(), one.text) == 0) {
+                Letter letter = one;
+                if (code) letter.width = std::max(letter.width, typewriter);
+                return letter;
+            }
+        }
+        const std::size_t size = letter_size(static_cast<unsigned char>(text[at]));
+        const std::string_view itself(text.data() + at, std::min(size, text.size() - at));
+        return {itself, itself, code ? typewriter : size > 1 ? 6.0 : plain_width(text[at])};
+    }
+};
+
+struct ColumnWidth {
+    double least = 0.0;    ///< pt, so that nothing unbreakable sticks out
+    double natural = 0.0;  ///< pt, so that nothing breaks, at most a third of the line for text
+};
+
+std::vector<ColumnWidth> widths_of(const Table& table) {
+    std::vector<ColumnWidth> widths;
+    for (std::size_t c = 0; c < table.columns.size(); ++c) {
+        const Set header(table.columns[c].header);
+        ColumnWidth width{header.longest_run, header.longest_run};
+        for (const TableRow& row : table.rows) {
+            if (c >= row.cells.size()) continue;
+            const Set cell(row.cells[c]);
+            width.least = std::max(width.least, cell.longest_run);
+            width.natural = std::max(width.natural, std::min(cell.width, column_width / 3.0));
+        }
+        width.natural = std::max(width.natural, width.least);
+        widths.push_back(width);
+    }
+    return widths;
+}
+
+/// Columns that stand side by side; the first `keys` of all are in every panel.
+struct Panel {
+    std::vector<std::size_t> columns;
+    std::vector<double> width;  ///< pt
+};
+
+double least_of(const std::vector<ColumnWidth>& widths, const std::vector<std::size_t>& columns) {
+    double sum = 0.0;
+    for (const std::size_t c : columns) sum += widths[c].least + between_columns;
+    return sum;
+}
+
+std::vector<Panel> panels_of(const Table& table, const std::vector<ColumnWidth>& widths) {
+    std::vector<std::size_t> keys;
+    for (std::size_t c = 0; c < widths.size() && !table.columns[c].number; ++c) {
+        keys.push_back(c);
+        if (keys.size() > 1 && least_of(widths, keys) > 0.5 * column_width) {
+            keys.pop_back();
+            break;
+        }
+    }
+    std::vector<Panel> panels{{keys, {}}};
+    for (std::size_t c = keys.size(); c < widths.size(); ++c) {
+        std::vector<std::size_t>& columns = panels.back().columns;
+        columns.push_back(c);
+        if (columns.size() > keys.size() + 1 && least_of(widths, columns) > column_width) {
+            columns.pop_back();
+            panels.push_back({keys, {}});
+            panels.back().columns.push_back(c);
+        }
+    }
+    for (Panel& panel : panels) {
+        double wanted = 0.0;
+        for (const std::size_t c : panel.columns) wanted += widths[c].natural - widths[c].least;
+        const double room = column_width - least_of(widths, panel.columns);
+        const double share = wanted > 0.0 ? std::clamp(room / wanted, 0.0, 1.0) : 0.0;
+        for (const std::size_t c : panel.columns) {
+            panel.width.push_back(widths[c].least + share * (widths[c].natural - widths[c].least));
+        }
+    }
+    return panels;
+}
+
+std::string row_text(const Panel& panel, const std::vector<std::string>& cells, int& lines) {
+    std::string text;
+    lines = 1;
+    for (std::size_t i = 0; i < panel.columns.size(); ++i) {
+        const std::size_t c = panel.columns[i];
+        const Set cell(c < cells.size() ? cells[c] : "");
+        lines = std::max(lines, static_cast<int>(std::ceil(cell.width / std::max(1.0, panel.width[i]))));
+        // Behind the end of a row LaTeX would take a bracket or a star as its own.
+        const bool taken = i == 0 && (cell.tex.starts_with('[') || cell.tex.starts_with('*'));
+        text += (i == 0 ? taken ? "{}" : "" : " & ") + cell.tex;
+    }
+    return text + " \\\\\n";
+}
+
+std::string panel_text(const Table& table, const Panel& panel) {
+    std::string head = "\\noindent\\begin{tabular}{@{}";
+    std::vector<std::string> names;
+    for (const Column& column : table.columns) names.push_back(column.header);
+    for (std::size_t i = 0; i < panel.columns.size(); ++i) {
+        head += fmt::format(">{{{}\\arraybackslash}}p{{{:.4f}\\linewidth}}",
+                            table.columns[panel.columns[i]].number ? "\\raggedleft" : "\\raggedright",
+                            panel.width[i] / column_width);
+    }
+    int header_lines = 1;
+    head += "@{}}\n\\toprule\n" + row_text(panel, names, header_lines) + "\\midrule\n";
+    constexpr const char* foot = "\\bottomrule\n\\end{tabular}\\par\\medskip\n";
+    std::string text = head;
+    int lines = header_lines;
+    for (const TableRow& row : table.rows) {
+        int needed = 1;
+        const std::string line = row_text(panel, row.cells, needed);
+        if (lines + needed > most_lines && lines > header_lines) {
+            text += foot + head;
+            lines = header_lines;
+        }
+        text += line;
+        lines += needed;
+    }
+    return text + foot;
+}
+
+/// Names of the tables' files, in order.
+std::vector<std::string> table_files(const Document& document) {
+    std::vector<std::string> names;
+    std::set<std::string> taken;
+    for (const Block& block : document.blocks) {
+        const auto* table = std::get_if<Table>(&block);
+        if (table == nullptr) continue;
+        constexpr std::size_t longest = 48;
+        std::string word;
+        for (const char letter : table->caption) {
+            if (std::isalnum(static_cast<unsigned char>(letter)) != 0) {
+                word += static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+            } else if (!word.empty() && word.back() != '_') {
+                word += '_';
+            }
+        }
+        word = word.substr(0, longest);
+        while (!word.empty() && word.back() == '_') word.pop_back();
+        if (word.empty()) word = "table";
+        std::string name = word;
+        for (int i = 2; !taken.insert(name).second; ++i) name = fmt::format("{}_{}", word, i);
+        names.push_back("tables/" + name + ".tex");
+    }
+    return names;
+}
+
+struct Writer {
+    std::vector<std::string> tables;
+    std::string out = {};
+    std::size_t next_table = 0;
+
+    void operator()(const Heading& heading) {
+        static constexpr std::array<const char*, 3> commands{"section*", "section", "subsection"};
+        const auto level = static_cast<std::size_t>(std::clamp(heading.level, 1, 3)) - 1;
+        out += fmt::format("\\{}{{{}}}\n\n", commands.at(level), latex_inline(heading.text));
+    }
+    void operator()(const Paragraph& paragraph) {
+        const std::string text = latex_inline(paragraph.text);
+        switch (paragraph.style) {
+            case Paragraph::Style::quote:
+                out += "\\begin{quote}\n" + text + "\n\\end{quote}\n\n";
+                break;
+            case Paragraph::Style::small:
+                out += "{\\footnotesize " + text + "\\par}\n\n";
+                break;
+            case Paragraph::Style::warning:
+                out += "\\textbf{Note.} " + text + "\n\n";
+                break;
+            case Paragraph::Style::normal:
+                out += text + "\n\n";
+                break;
+        }
+    }
+    void operator()(const CodeBlock& code) {
+        out += "{\\footnotesize\n\\begin{verbatim}\n" + code.text + "\n\\end{verbatim}\n}\n\n";
+    }
+    void operator()(const Table& table) {
+        if (!table.caption.empty()) out += "\\subsubsection*{" + latex_inline(table.caption) + "}\n";
+        out += "\\input{" + tables.at(next_table++) + "}\n\n";
+    }
+    void operator()(const Figure& figure) {
+        const std::string stem = figure.file.substr(0, figure.file.rfind('.'));
+        out += fmt::format(
+            "\\begin{{figure}}[htbp]\\centering\\IfFileExists{{{0}.pdf}}{{\\includegraphics[width=\\linewidth]{{{0}}}}}"
+            "{{\\fbox{{\\texttt{{{1}}}}}}}\n\\caption{{{2}}}\\end{{figure}}\n\n",
+            stem, latex_inline(figure.file), latex_inline(figure.caption));
+    }
+};
+
+}  // namespace
+
+std::string latex_inline(const std::string& text) { return Set(text).tex; }
+
+std::string latex_table(const Table& table) {
+    std::string caption = table.caption;
+    std::replace(caption.begin(), caption.end(), '\n', ' ');
+    std::string text =
+        fmt::format("% {}\n% Read by \\input; wants \\usepackage{{{}}}.\n", caption, latex_table_packages);
+    if (table.columns.empty()) return text;
+    text += "{\\footnotesize\\setlength{\\tabcolsep}{2.5pt}\n";
+    for (const Panel& panel : panels_of(table, widths_of(table))) text += panel_text(table, panel);
+    if (!table.note.empty())
+        text += "\\noindent\\parbox{\\linewidth}{\\raggedright " + latex_inline(table.note) + "}\\par\n";
+    return text + "}\n";
+}
+
+std::map<std::string, std::string> latex_tables(const Document& document) {
+    const std::vector<std::string> names = table_files(document);
+    std::map<std::string, std::string> files;
+    for (const Block& block : document.blocks) {
+        const auto* table = std::get_if<Table>(&block);
+        if (table != nullptr) files[names[files.size()]] = latex_table(*table);
+    }
+    return files;
+}
+
+std::string to_latex(const Document& document) {
+    Writer writer{.tables = table_files(document)};
+    for (const Block& block : document.blocks) std::visit(writer, block);
+    return fmt::format(
+               "\\documentclass[a4paper,10pt]{{article}}\n\\usepackage[margin=20mm]{{geometry}}\n"
+               "\\usepackage[utf8]{{inputenc}}\n\\usepackage[T1]{{fontenc}}\n\\usepackage{{{},graphicx}}\n"
+               "\\setlength{{\\emergencystretch}}{{3em}}\n\\begin{{document}}\n\\section*{{{}}}\n\n",
+               latex_table_packages, latex_inline(document.title)) +
+           writer.out + "\\end{document}\n";
+}
+
+}  // namespace trocar

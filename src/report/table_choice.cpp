@@ -1,0 +1,346 @@
+#include "report/table_choice.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <string_view>
+
+#include "geometry/input_error.hpp"
+#include "report/document.hpp"
+#include "report/latex.hpp"
+#include "report/run_table.hpp"
+
+namespace trocar {
+namespace {
+
+/// Letters to be changed, added or left out to get from one word to the other (Levenshtein).
+std::size_t distance_between(const std::string& a, const std::string& b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t before = row[0]++;
+        for (std::size_t j = 0; j < b.size(); ++j) {
+            const std::size_t change = before + (a[i] == b[j] ? 0 : 1);
+            before = row[j + 1];
+            row[j + 1] = std::min({change, row[j] + 1, before + 1});
+        }
+    }
+    return row.back();
+}
+
+/// "near ones: a, b, c": first those that contain the word.
+std::string near_ones(const std::string& word, const std::set<std::string>& known) {
+    constexpr std::size_t most = 5;
+    std::vector<std::pair<std::size_t, std::string>> ranked;
+    for (const std::string& one : known) {
+        const bool contains = !word.empty() && (one.find(word) != std::string::npos || word.find(one) == 0);
+        ranked.emplace_back(contains ? 0 : distance_between(word, one), one);
+    }
+    std::sort(ranked.begin(), ranked.end());
+    std::string list;
+    for (std::size_t i = 0; i < std::min(most, ranked.size()); ++i) list += (i == 0 ? "" : ", ") + ranked[i].second;
+    return list;
+}
+
+struct Unit {
+    double factor = 1.0;  ///< times the base unit
+    std::string base;
+};
+
+/// "mm" is 0.001 m, "ns" 1e-9 s, "mm³" 1e-9 m³, "%" 0.01 of 1.
+std::optional<Unit> unit_of(const std::string& text) {
+    static constexpr std::array<const char*, 12> bases{"1", "m³", "m",  "s",   "N m", "N s",
+                                                       "N", "J",  "Pa", "rad", "B",   "kg"};
+    static const std::map<std::string, double> prefixes{{"", 1.0},   {"n", 1e-9}, {"u", 1e-6}, {"µ", 1e-6},
+                                                        {"m", 1e-3}, {"c", 1e-2}, {"k", 1e3},  {"M", 1e6}};
+    if (text == "%") return Unit{0.01, "1"};
+    for (const std::string base : bases) {
+        if (!text.ends_with(base)) continue;
+        const auto prefix = prefixes.find(text.substr(0, text.size() - base.size()));
+        if (prefix != prefixes.end()) return Unit{base == "m³" ? std::pow(prefix->second, 3) : prefix->second, base};
+    }
+    return std::nullopt;
+}
+
+/// A column that is wanted, and what its numbers are multiplied by.
+struct Wanted {
+    std::size_t column = 0;
+    std::string unit = {};
+    double factor = 1.0;
+};
+
+std::string header_for(const RunColumn& column, const std::string& unit) {
+    std::string name = column.name;
+    std::string ending = "_";
+    for (const char letter : column.unit) {
+        if (std::isalnum(static_cast<unsigned char>(letter)) != 0) {
+            ending += static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+        }
+    }
+    if (column.unit == "m³") ending = "_m3";
+    if (column.number && name.size() > ending.size() && name.ends_with(ending))
+        name.resize(name.size() - ending.size());
+    std::replace(name.begin(), name.end(), '_', ' ');
+    return column.number && unit != "1" ? fmt::format("{} ({})", name, unit) : name;
+}
+
+/// For a column's name in CSV.
+std::string ascii_unit(const std::string& unit) {
+    std::string text;
+    for (std::size_t i = 0; i < unit.size(); ++i) {
+        if (unit.compare(i, 2, "µ") == 0) {
+            text += 'u';
+            ++i;
+        } else if (unit.compare(i, 2, "³") == 0) {
+            text += '3';
+            ++i;
+        } else {
+            text += unit[i] == '%' ? "percent" : unit[i] == ' ' ? "_" : std::string(1, unit[i]);
+        }
+    }
+    return text;
+}
+
+class Chooser {
+public:
+    explicit Chooser(const std::vector<Record>& records) : records_(records), table_(pointers(records)) {}
+
+    ChosenTable choose(const TableChoice& choice) {
+        ChosenTable chosen;
+        choose_rows(choice, chosen.notes);
+        std::vector<Wanted> wanted;
+        for (const std::string& column : choice.columns.empty() ? default_columns() : choice.columns) {
+            wanted.push_back(wanted_column(column));
+        }
+        for (const Wanted& one : wanted) {
+            const RunColumn& column = table_.columns()[one.column];
+            const std::string name =
+                one.unit == column.unit ? column.name : fmt::format("{}_in_{}", column.name, ascii_unit(one.unit));
+            chosen.columns.push_back({name, one.unit, column.number, header_for(column, one.unit)});
+        }
+        for (const std::size_t row : rows_) {
+            std::vector<ChosenCell> cells;
+            for (const Wanted& one : wanted) {
+                const RunValue value = table_.value(row, one.column);
+                // Dividing keeps round numbers round: 0.003 m are 3 mm.
+                cells.push_back(
+                    {value.word, one.factor < 1.0 ? value.number * one.factor : value.number / (1.0 / one.factor)});
+            }
+            chosen.rows.push_back(std::move(cells));
+        }
+        return chosen;
+    }
+
+private:
+    static std::vector<const Record*> pointers(const std::vector<Record>& records) {
+        std::vector<const Record*> list;
+        for (const Record& record : records) list.push_back(&record);
+        return list;
+    }
+
+    [[nodiscard]] std::size_t column_named(const std::string& name, const char* option) const {
+        const std::int64_t found = table_.find(name);
+        if (found >= 0) return static_cast<std::size_t>(found);
+        std::set<std::string> known;
+        for (const RunColumn& column : table_.columns()) known.insert(column.name);
+        throw InputError(option, "", fmt::format("a column of the records, such as {}", near_ones(name, known)),
+                         fmt::format("'{}'", name));
+    }
+
+    [[nodiscard]] Wanted wanted_column(const std::string& text) const {
+        const std::size_t colon = text.find(':');
+        Wanted wanted{.column = column_named(text.substr(0, colon), "--columns")};
+        const RunColumn& column = table_.columns()[wanted.column];
+        wanted.unit = column.unit;
+        if (colon == std::string::npos) return wanted;
+        const std::string unit = text.substr(colon + 1);
+        const std::optional<Unit> from = unit_of(column.unit);
+        const std::optional<Unit> to = unit_of(unit);
+        if (!column.number || !from || !to || from->base != to->base) {
+            throw InputError("--columns", "",
+                             fmt::format("a unit that {} can be told in ({})", column.name, column.unit),
+                             fmt::format("'{}'", unit));
+        }
+        wanted.unit = unit;
+        wanted.factor = from->factor / to->factor;
+        return wanted;
+    }
+
+    [[nodiscard]] bool fits(std::size_t row, std::size_t column, const std::string& value) const {
+        const RunColumn& about = table_.columns()[column];
+        const RunValue cell = table_.value(row, column);
+        if (about.number) {
+            char* end = nullptr;
+            const double number = std::strtod(value.c_str(), &end);
+            if (value.empty() || *end != '\0') return cell.word == value && std::isnan(cell.number);
+            return cell.number == number;
+        }
+        const RunSpec& spec = table_.record(row).spec;
+        const std::map<std::string, std::string> whole{
+            {"detector", spec.detector}, {"response", spec.response}, {"stepper", spec.stepper}};
+        const auto method = whole.find(about.name);
+        return cell.word == value || (method != whole.end() && method->second == value);
+    }
+
+    void keep(std::size_t column, const std::vector<std::string>& values) {
+        std::erase_if(rows_, [&](std::size_t row) {
+            return std::none_of(values.begin(), values.end(),
+                                [&](const std::string& value) { return fits(row, column, value); });
+        });
+    }
+
+    void choose_rows(const TableChoice& choice, std::vector<std::string>& notes) {
+        rows_.resize(table_.row_count());
+        std::iota(rows_.begin(), rows_.end(), std::size_t{0});
+        std::map<std::string, std::vector<std::string>> values;
+        for (const std::string& condition : choice.where) {
+            const std::size_t equals = condition.find('=');
+            if (equals == std::string::npos) {
+                throw InputError("--where", "", "NAME=VALUE", fmt::format("'{}'", condition));
+            }
+            const std::string name = condition.substr(0, equals);
+            const std::string value = condition.substr(equals + 1);
+            const std::size_t column = column_named(name, "--where");
+            std::set<std::string> known;
+            bool any = false;
+            for (const std::size_t row : rows_) {
+                any = any || fits(row, column, value);
+                known.insert(table_.text(row, column));
+            }
+            if (!any) {
+                throw InputError("--where", "",
+                                 fmt::format("a value that {} has, such as {}", name, near_ones(value, known)),
+                                 fmt::format("'{}'", value));
+            }
+            values[name].push_back(value);
+        }
+        for (const auto& [name, wanted] : values) keep(column_named(name, "--where"), wanted);
+        if (!values.contains("mode")) keep_main_mode(notes);
+        const bool shown =
+            std::find(choice.columns.begin(), choice.columns.end(), "repetition") != choice.columns.end();
+        if (!values.contains("repetition") && !shown) {
+            const std::size_t before = rows_.size();
+            keep(column_named("repetition", "--where"), {"0"});
+            if (rows_.size() < before) {
+                notes.push_back(
+                    fmt::format("the first process of every run, {} more left out (--where repetition=N, or "
+                                "the column repetition)",
+                                before - rows_.size()));
+            }
+        }
+        if (rows_.empty()) throw InputError("--where", "", "a run for which all of these hold", "none");
+    }
+
+    void keep_main_mode(std::vector<std::string>& notes) {
+        std::set<std::string> modes;
+        for (const std::size_t row : rows_) modes.insert(table_.record(row).spec.mode);
+        if (modes.size() < 2) return;
+        const std::string main = modes.contains("closed_loop") ? "closed_loop" : *modes.begin();
+        keep(column_named("mode", "--where"), {main});
+        notes.push_back(fmt::format("runs of mode {}; there are others (--where mode=…)", main));
+    }
+
+    /// Up to eight.
+    [[nodiscard]] std::vector<std::string> default_columns() const {
+        std::vector<std::string> columns;
+        for (const char* name : {"scene", "detector", "response"}) {
+            const auto column = static_cast<std::size_t>(table_.find(name));
+            if (std::any_of(rows_.begin(), rows_.end(),
+                            [&](std::size_t row) { return !table_.text(row, column).empty(); })) {
+                columns.emplace_back(name);
+            }
+        }
+        const auto known = [&](const char* name) {
+            const std::int64_t column = table_.find(name);
+            return column >= 0 && std::any_of(rows_.begin(), rows_.end(), [&](std::size_t row) {
+                       return std::isfinite(table_.value(row, static_cast<std::size_t>(column)).number);
+                   });
+        };
+        const bool fail =
+            std::any_of(rows_.begin(), rows_.end(), [&](std::size_t row) { return !table_.record(row).outcome.ok(); });
+        if (fail) columns.emplace_back("outcome");
+        static const std::vector<std::pair<const char*, const char*>> figures{
+            {"residual_median_m", "mm"},         {"residual_max_m", "mm"}, {"force_error_rms_hard", ""},
+            {"position_error_worst_hard", "mm"}, {"missing", ""},          {"extra", ""},
+            {"total_median_ns", "µs"},           {"total_p99_ns", "µs"}};
+        constexpr std::size_t most = 8;
+        for (const auto& [name, unit] : figures) {
+            if (columns.size() < most && known(name)) {
+                columns.push_back(*unit == '\0' ? std::string(name) : fmt::format("{}:{}", name, unit));
+            }
+        }
+        return columns;
+    }
+
+    const std::vector<Record>& records_;
+    RunTable table_;
+    std::vector<std::size_t> rows_;
+};
+
+std::string cell_text(const ChosenColumn& column, const ChosenCell& cell) {
+    return column.number ? format_number(cell.number) : cell.word;
+}
+
+}  // namespace
+
+ChosenTable choose_table(const std::vector<Record>& records, const TableChoice& choice) {
+    return Chooser(records).choose(choice);
+}
+
+std::string table_as_markdown(const ChosenTable& table) {
+    std::string text;
+    const auto add = [&text](std::string cell) {
+        for (std::size_t at = cell.find('|'); at != std::string::npos; at = cell.find('|', at + 2))
+            cell.insert(at, "\\");
+        std::replace(cell.begin(), cell.end(), '\n', ' ');
+        text += "| " + cell + " ";
+    };
+    for (const ChosenColumn& column : table.columns) add(column.header);
+    text += "|\n";
+    for (const ChosenColumn& column : table.columns) text += column.number ? "|---:" : "|---";
+    text += "|\n";
+    for (const std::vector<ChosenCell>& row : table.rows) {
+        for (std::size_t c = 0; c < row.size(); ++c) add(cell_text(table.columns[c], row[c]));
+        text += "|\n";
+    }
+    return text;
+}
+
+std::string table_as_latex(const ChosenTable& table) {
+    Table paper{.caption = "", .columns = {}, .rows = {}, .note = ""};
+    for (const ChosenColumn& column : table.columns) {
+        paper.caption += (paper.caption.empty() ? "" : ", ") + column.header;
+        paper.columns.push_back({.header = column.header, .number = column.number});
+    }
+    for (const std::vector<ChosenCell>& row : table.rows) {
+        TableRow cells;
+        for (std::size_t c = 0; c < row.size(); ++c) cells.cells.push_back(cell_text(table.columns[c], row[c]));
+        paper.rows.push_back(std::move(cells));
+    }
+    return latex_table(paper);
+}
+
+std::string table_as_csv(const ChosenTable& table) {
+    std::string text;
+    for (const ChosenColumn& column : table.columns) {
+        text += (text.empty() ? "" : ",") + csv_field(column.name);
+    }
+    text += "\n";
+    for (const std::vector<ChosenCell>& row : table.rows) {
+        for (std::size_t c = 0; c < row.size(); ++c) {
+            const bool number = table.columns[c].number;
+            text += (c == 0 ? "" : ",") + csv_field(number ? format_exact(row[c].number) : row[c].word);
+        }
+        text += "\n";
+    }
+    return text;
+}
+
+}  // namespace trocar

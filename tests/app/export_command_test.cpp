@@ -1,0 +1,83 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "support/program.hpp"
+#include "support/scene_samples.hpp"
+
+namespace trocar {
+namespace {
+
+using nlohmann::json;
+
+class Export : public testing::Test {
+protected:
+    Export() { std::ofstream(scene) << test::poke_text(); }
+    [[nodiscard]] std::string words(const std::string& to, const std::string& rest = "") const {
+        return "export " + scene.string() + " --to " + to + " --output " + output.string() + " " + rest;
+    }
+    void expect_refused(const std::string& line, const std::string& named) const {
+        const test::ProgramResult result = test::run_program(line);
+        EXPECT_EQ(result.status, 2) << line;
+        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+        EXPECT_NE(result.err.find(named), std::string::npos) << result.err;
+        EXPECT_FALSE(std::filesystem::exists(output)) << "nothing half-written";
+    }
+    test::TemporaryFolder folder;
+    std::filesystem::path scene = folder.path() / "poke.json";
+    std::filesystem::path output = folder.path() / "out";
+};
+
+TEST_F(Export, WritesTheFormatsThatAreNamed) {
+    for (const auto& [to, one, files] :
+         {std::tuple{"paraview", "poke.pvd", 9}, {"gltf", "poke.glb", 1}, {"obj", "sheet_000020.obj", 8}}) {
+        const test::ProgramResult result = test::run_program(words(to, "--every 20 --json"));
+        ASSERT_EQ(result.status, 0) << result.err;
+        EXPECT_TRUE(std::filesystem::exists(output / one)) << to;
+        const json told = json::parse(result.out);
+        EXPECT_EQ(told["ticks"], json({0, 20, 40, 59}))
+            << "every 20th and the last, which is the deepest or not deeper";
+        EXPECT_EQ(told["files"].size(), static_cast<std::size_t>(files)) << told["files"];
+        for (const json& file : told["files"]) EXPECT_TRUE(std::filesystem::exists(output / file.get<std::string>()));
+        std::filesystem::remove_all(output);
+    }
+}
+
+TEST_F(Export, IsTheRunThatRunTells) {
+    const std::string methods = " --detector ohc --response penalty --stepper semi_implicit --ticks 30";
+    const json ran = json::parse(test::run_program("run " + scene.string() + methods + " --json").out);
+    const json told = json::parse(test::run_program(words("obj", methods + " --every 10 --tick 7 --json")).out);
+    EXPECT_EQ(told["state_hash"], ran["summary"]["state_hash"]);
+    EXPECT_EQ(told["response"], ran["response"]);
+    EXPECT_TRUE(std::filesystem::exists(output / "tool_000007.obj"));
+}
+
+TEST_F(Export, TakesRecordings) {
+    const std::string recording = (folder.path() / "poke.trocrec").string();
+    ASSERT_EQ(test::run_program("run " + scene.string() + " --ticks 10 --record " + recording).status, 0);
+    const test::ProgramResult result =
+        test::run_program("export " + recording + " --to paraview --output " + output.string() + " --every 5 --json");
+    ASSERT_EQ(result.status, 0) << result.err;
+    const json told = json::parse(result.out);
+    EXPECT_EQ(told["ticks"], json({0, 5, 9}));
+    EXPECT_TRUE(told["state_hash"].is_null());
+}
+
+TEST_F(Export, RefusesWithOneLineAndWritesNothing) {
+    expect_refused(words("paraview", "--every 0"), "--every");
+    expect_refused(words("paraview", "--tick 60"), "from 0 to 59");
+    expect_refused(words("paraview", "--ticks 0"), "--ticks");
+    expect_refused(words("gltf", "--ticks 200 --every 1"), "--every 4");
+    expect_refused(words("obj", "--response nobody"), "nobody");
+    expect_refused(words("film"), "film");
+    expect_refused("export nowhere.json --to obj --output " + output.string(), "nowhere.json");
+    std::filesystem::create_directories(folder.path() / "full");
+    std::ofstream(folder.path() / "full" / "mine") << "mine";
+    expect_refused("export " + scene.string() + " --to obj --output " + (folder.path() / "full").string(), "full");
+    EXPECT_EQ(test::read_file(folder.path() / "full" / "mine"), "mine");
+}
+
+}  // namespace
+}  // namespace trocar

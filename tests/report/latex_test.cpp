@@ -1,0 +1,213 @@
+#include "report/latex.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <random>
+
+#include "report/report.hpp"
+#include "report/synthetic.hpp"
+#include "support/program.hpp"
+
+namespace trocar {
+namespace {
+
+bool has_latex() { return std::system("pdflatex --version >/dev/null 2>&1") == 0; }
+constexpr const char* no_latex = "no LaTeX: texlive-latex-base and texlive-latex-recommended are not installed";
+
+/// What pdflatex says of these table files, each read by \input in a two-column article; fails when it stops on an
+/// error.
+std::string log_of(const std::map<std::string, std::string>& tables, const std::string& font_size = "10pt") {
+    const test::TemporaryFolder folder;
+    std::string body;
+    for (const auto& [name, content] : tables) {
+        std::filesystem::create_directories((folder.path() / name).parent_path());
+        std::ofstream(folder.path() / name) << content;
+        body += "\\input{" + name + "}\n\n";
+    }
+    std::ofstream(folder.path() / "paper.tex")
+        << "\\documentclass[twocolumn," << font_size << "]{article}\n\\usepackage[T1]{fontenc}\n\\usepackage{"
+        << latex_table_packages << "}\n\\begin{document}\n"
+        << body << "\\end{document}\n";
+    const std::string command =
+        "cd " + folder.path().string() + " && pdflatex -interaction=nonstopmode paper.tex >out 2>&1";
+    EXPECT_EQ(std::system(command.c_str()), 0) << test::read_file(folder.path() / "out").substr(0, 4000);
+    return test::read_file(folder.path() / "paper.log");
+}
+
+std::size_t overfull_boxes(const std::string& log) {
+    std::size_t count = 0;
+    for (std::size_t at = log.find("Overfull \\hbox"); at != std::string::npos;
+         at = log.find("Overfull \\hbox", at + 1)) {
+        ++count;
+    }
+    return count;
+}
+
+TEST(LatexTables, AnOverfullBoxWouldBeSeen) {
+    if (!has_latex()) GTEST_SKIP() << no_latex;
+    EXPECT_EQ(overfull_boxes(log_of({{"wide.tex", "\\noindent\\rule{300pt}{1pt}\n"}})), 1U);
+}
+
+TEST(LatexTables, NoneOfAReportIsTooWideForAJournalsColumn) {
+    if (!has_latex()) GTEST_SKIP() << no_latex;
+    std::vector<Record> records;
+    for (const char* detector : {"mine:cell_factor=1.25,incremental=on,swept=on", "theirs"}) {
+        for (const char* scene : {"i2t_poke", "a_scene_with_a_long_name_that_goes_on"}) {
+            for (std::int64_t process = 0; process < 2; ++process) {
+                records.push_back(test::synthetic({.scene = scene, .detector = detector, .repetition = process}));
+                records.push_back(
+                    test::synthetic({.mode = "replay", .scene = scene, .detector = detector, .repetition = process}));
+            }
+        }
+    }
+    const Report report = make_report(records);
+    std::map<std::string, std::string> tables;
+    for (const auto& [name, content] : report.files) {
+        if (!name.starts_with("tables/")) continue;
+        tables[name] = content;
+        EXPECT_NE(report.files.at("report.tex").find("\\input{" + name + "}"), std::string::npos) << name;
+    }
+    ASSERT_GT(tables.size(), 5U);
+    EXPECT_EQ(overfull_boxes(log_of(tables)), 0U);
+}
+
+TEST(LatexTables, NoneOfThePublishedReportsIsTooWide) {
+    if (!has_latex()) GTEST_SKIP() << no_latex;
+    const std::filesystem::path published = std::filesystem::path(TROCAR_SOURCE_DIR) / "reports";
+    for (const char* study : {"steppers", "hard_cases"}) {
+        std::map<std::string, std::string> tables;
+        for (const auto& [name, content] : make_report(read_records(published / study / "records.jsonl")).files) {
+            if (name.starts_with("tables/")) tables[name] = content;
+        }
+        ASSERT_GT(tables.size(), 5U) << study;
+        EXPECT_EQ(overfull_boxes(log_of(tables)), 0U) << study;
+    }
+}
+
+TEST(LatexTables, NoWordsAndNoNumberOfColumnsMakeThemTooWide) {
+    if (!has_latex()) GTEST_SKIP() << no_latex;
+    std::mt19937 random(7);
+    const auto pick = [&random](int from, int to) { return std::uniform_int_distribution<int>(from, to)(random); };
+    const std::string letters = "abcdefgWMilt0123456789_:=,%&#$^~<>|\\{}\"/-.()[]";
+    std::map<std::string, std::string> tables;
+    for (int round = 0; round < 60; ++round) {
+        Table table{
+            .caption = "t", .columns = {}, .rows = {}, .note = "a note with `a_very_long_piece_of_code_inside`"};
+        const int columns = pick(1, 16);
+        const auto words = [&] {
+            std::string text;
+            for (int word = pick(0, 4); word >= 0; --word) {
+                std::string one;
+                for (int i = pick(1, 40); i > 0; --i)
+                    one += letters[static_cast<std::size_t>(pick(0, static_cast<int>(letters.size()) - 1))];
+                text += (text.empty() ? "" : " ") + (pick(0, 2) == 0 ? "`" + one + "`" : one);
+            }
+            return text;
+        };
+        for (int c = 0; c < columns; ++c) table.columns.push_back({.header = words(), .number = pick(0, 1) == 1});
+        for (int r = pick(0, 4); r > 0; --r) {
+            TableRow row;
+            for (int c = 0; c < columns; ++c) row.cells.push_back(words());
+            table.rows.push_back(row);
+        }
+        tables["table_" + std::to_string(round) + ".tex"] = latex_table(table);
+    }
+    EXPECT_EQ(overfull_boxes(log_of(tables)), 0U);
+}
+
+TEST(LatexTables, WideOnesRepeatTheirFirstColumnAndLongOnesTheirHead) {
+    Table table{.caption = "Many columns", .columns = {{"method", false}}, .rows = {}, .note = ""};
+    for (int c = 0; c < 14; ++c) table.columns.push_back({"figure (mm)", true});
+    TableRow row{.cells = {"hold"}};
+    for (int c = 0; c < 14; ++c) row.cells.push_back("12.345");
+    table.rows.assign(100, row);
+    const std::string text = latex_table(table);
+    const auto count = [&text](const std::string& what) {
+        std::size_t times = 0;
+        for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++times;
+        return times;
+    };
+    EXPECT_GT(count("hold &"), 100U) << "more than one panel";
+    EXPECT_EQ(count("hold &") % 100, 0U) << "every row in every panel";
+    EXPECT_EQ(count("12.345"), 1400U) << "every number once";
+    EXPECT_EQ(count("\\begin{tabular}"), count("method &")) << "a head for every piece";
+    EXPECT_GT(count("\\begin{tabular}"), count("hold &") / 100) << "pages may break";
+}
+
+TEST(LatexTables, FilesAreNamedByTheirCaptions) {
+    Document document;
+    for (const char* caption : {"Time of a tick, closed loop", "Time of a tick, closed loop", ""}) {
+        document.blocks.emplace_back(Table{.caption = caption, .columns = {{"a", false}}, .rows = {}, .note = ""});
+    }
+    std::vector<std::string> names;
+    for (const auto& [name, content] : latex_tables(document)) names.push_back(name);
+    EXPECT_EQ(names, (std::vector<std::string>{"tables/table.tex", "tables/time_of_a_tick_closed_loop.tex",
+                                               "tables/time_of_a_tick_closed_loop_2.tex"}));
+}
+
+TEST(LatexReport, TheWholeReportCompilesWithItsTablesAndDrawings) {
+    if (!has_latex()) GTEST_SKIP() << no_latex;
+    const test::TemporaryFolder folder;
+    {
+        std::ofstream stream(folder.path() / "records.jsonl");
+        for (const char* detector : {"mine", "theirs"}) {
+            stream << to_json_line(test::synthetic({.detector = detector})) << "\n";
+        }
+    }
+    write_report(folder.path());
+    const std::string command =
+        "cd " + folder.path().string() + " && pdflatex -interaction=nonstopmode report.tex >out 2>&1";
+    EXPECT_EQ(std::system(command.c_str()), 0) << test::read_file(folder.path() / "out");
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / "report.pdf"));
+}
+
+TEST(Charts, ArePdfToo) {
+    if (std::system("rsvg-convert --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "librsvg2-bin is not installed";
+    const test::TemporaryFolder folder;
+    const auto write = [&](const std::string& detector) {
+        std::ofstream stream(folder.path() / "records.jsonl");
+        stream << to_json_line(test::synthetic({.detector = detector})) << "\n"
+               << to_json_line(test::synthetic({.detector = "theirs", .first_tick_us = 300})) << "\n";
+        stream.close();
+        return write_report(folder.path());
+    };
+    const auto pdf_of = [&](const std::string& svg) {
+        return test::read_file(folder.path() / (svg.substr(0, svg.size() - 4) + ".pdf"));
+    };
+    std::map<std::string, std::string> first;
+    for (const auto& [name, content] : write("mine").files) {
+        if (name.ends_with(".svg")) first[name] = pdf_of(name);
+    }
+    ASSERT_FALSE(first.empty());
+    for (const auto& [name, content] : first) EXPECT_TRUE(content.starts_with("%PDF-")) << name;
+    write("another");
+    for (const auto& [name, content] : first) {
+        if (content != pdf_of(name)) return;  // another drawing, another PDF; held below that the same gives the same
+    }
+    ADD_FAILURE() << "a drawing changed and its PDF did not";
+}
+
+TEST(Charts, TheSameDrawingGivesTheSamePdf) {
+    if (std::system("rsvg-convert --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "librsvg2-bin is not installed";
+    std::vector<std::map<std::string, std::string>> pdfs;
+    for (int time = 0; time < 2; ++time) {
+        const test::TemporaryFolder folder;
+        {
+            std::ofstream stream(folder.path() / "records.jsonl");
+            stream << to_json_line(test::synthetic({})) << "\n"
+                   << to_json_line(test::synthetic({.detector = "theirs"})) << "\n";
+        }
+        write_report(folder.path());
+        auto& found = pdfs.emplace_back();
+        for (const auto& entry : std::filesystem::directory_iterator(folder.path() / "charts")) {
+            if (entry.path().extension() == ".pdf") found[entry.path().filename()] = test::read_file(entry.path());
+        }
+        if (time == 0) std::system("sleep 1.1");
+    }
+    ASSERT_FALSE(pdfs[0].empty());
+    EXPECT_EQ(pdfs[0], pdfs[1]);
+}
+
+}  // namespace
+}  // namespace trocar

@@ -1,0 +1,181 @@
+#include "report/run_table.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+
+#include "measure/metrics.hpp"
+#include "report/csv_text.hpp"
+#include "report/report.hpp"
+#include "report/synthetic.hpp"
+#include "support/program.hpp"
+
+namespace trocar {
+namespace {
+
+using test::csv_rows;
+using test::synthetic;
+
+/// Runs of two kinds, with parameters here and there, and a message that wants quotes.
+std::vector<Record> mixed_records() {
+    std::vector<Record> records;
+    for (const char* detector : {"mine", "theirs:bv=AABB,update=refit"}) {
+        records.push_back(synthetic({.detector = detector}));
+        records.push_back(synthetic({.mode = "replay", .detector = detector}));
+    }
+    records.push_back(
+        synthetic({.response = "push:k=200", .outcome = {OutcomeKind::threw, "said \"no\", twice\nand left"}}));
+    records.back().spec.device = "tip=sum,saturation=3";
+    records.back().spec.overrides = "k=400";
+    return records;
+}
+
+std::size_t column_of(const std::vector<std::vector<std::string>>& rows, const std::string& name) {
+    const auto found = std::find(rows[0].begin(), rows[0].end(), name);
+    EXPECT_NE(found, rows[0].end()) << name;
+    return static_cast<std::size_t>(found - rows[0].begin());
+}
+
+std::map<std::string, std::string> csv_files(const std::vector<Record>& records) {
+    std::map<std::string, std::string> files;
+    for (const auto& [name, content] : make_report(records).files) {
+        if (name.ends_with(".csv")) files[name] = content;
+    }
+    return files;
+}
+
+TEST(ResultsCsv, EveryHeaderStandsOnceAndIsAWordThatFiguresCsvExplains) {
+    const auto files = csv_files(mixed_records());
+    EXPECT_EQ(files.size(), 3U);
+    std::map<std::string, std::string> unit;
+    const auto dictionary = csv_rows(files.at("figures.csv"));
+    EXPECT_EQ(dictionary[0], (std::vector<std::string>{"name", "unit", "better", "meaning", "source"}));
+    for (std::size_t i = 1; i < dictionary.size(); ++i) {
+        EXPECT_TRUE(unit.emplace(dictionary[i][0], dictionary[i][1]).second) << dictionary[i][0];
+        for (const std::string& field : dictionary[i]) EXPECT_FALSE(field.empty()) << dictionary[i][0];
+    }
+    for (const auto& [name, content] : files) {
+        if (name == "figures.csv") continue;
+        const auto rows = csv_rows(content);
+        const std::set<std::string> headers(rows[0].begin(), rows[0].end());
+        EXPECT_EQ(headers.size(), rows[0].size()) << name;
+        for (const std::string& header : headers) {
+            EXPECT_TRUE(std::regex_match(header, std::regex("[A-Za-z][A-Za-z0-9_.]*"))) << header;
+            EXPECT_TRUE(unit.contains(header)) << header;
+        }
+    }
+    for (const SummaryFigure& figure : summary_figures()) {
+        if (!unit.contains(figure.name)) continue;
+        EXPECT_EQ(unit.at(figure.name), figure.unit) << figure.name;
+    }
+    EXPECT_EQ(unit.at("residual_max_m"), "m");
+}
+
+TEST(ResultsCsv, AFileHoldsOneKindOfRun) {
+    const auto files = csv_files(mixed_records());
+    for (const auto& [name, mode, count] :
+         {std::tuple{"results.csv", "closed_loop", 3U}, {"results_replay.csv", "replay", 2U}}) {
+        const auto rows = csv_rows(files.at(name));
+        ASSERT_EQ(rows.size(), 1U + count);
+        for (std::size_t i = 1; i < rows.size(); ++i) EXPECT_EQ(rows[i][column_of(rows, "mode")], mode);
+    }
+    const auto replay = csv_rows(files.at("results_replay.csv"));
+    std::set<std::string> figures;
+    for (const SummaryFigure& figure : summary_figures()) figures.insert(figure.name);
+    for (std::size_t column = 0; column < replay[0].size(); ++column) {
+        if (!figures.contains(replay[0][column])) continue;
+        EXPECT_TRUE(
+            std::any_of(replay.begin() + 1, replay.end(), [&](const auto& row) { return !row[column].empty(); }))
+            << replay[0][column] << ": no figures of other kinds";
+    }
+}
+
+TEST(ResultsCsv, MethodsAndParametersAreColumnsOfTheirOwn) {
+    const auto rows = csv_rows(csv_files(mixed_records()).at("results.csv"));
+    const auto column = [&](const std::string& name) {
+        std::vector<std::string> fields;
+        for (std::size_t i = 1; i < rows.size(); ++i) fields.push_back(rows[i][column_of(rows, name)]);
+        return fields;
+    };
+    EXPECT_EQ(column("detector"), (std::vector<std::string>{"mine", "theirs", "mine"}));
+    EXPECT_EQ(column("detector.bv"), (std::vector<std::string>{"", "AABB", ""}));
+    EXPECT_EQ(column("detector.update"), (std::vector<std::string>{"", "refit", ""}));
+    EXPECT_EQ(column("response"), (std::vector<std::string>{"push", "push", "push"}));
+    EXPECT_EQ(column("response.k"), (std::vector<std::string>{"", "", "200"}));
+    EXPECT_EQ(column("device.saturation"), (std::vector<std::string>{"", "", "3"}));
+    EXPECT_EQ(column("overrides.k"), (std::vector<std::string>{"", "", "400"}));
+    EXPECT_EQ(column("outcome"), (std::vector<std::string>{"ok", "ok", "threw"}));
+    EXPECT_EQ(column("message")[2], "said \"no\", twice\nand left");
+}
+
+TEST(ResultsCsv, NumbersReadBackAsTheRecordsHaveThem) {
+    const std::vector<Record> records = mixed_records();
+    const auto rows = csv_rows(csv_files(records).at("results.csv"));
+    int numbers = 0;
+    for (const auto& [name, value] : records[0].summary) {
+        const auto found = std::find(rows[0].begin(), rows[0].end(), name);
+        if (std::isnan(value)) {
+            const bool empty = found == rows[0].end() || rows[1][column_of(rows, name)].empty();
+            EXPECT_TRUE(empty) << name;
+        } else {
+            EXPECT_EQ(std::stod(rows[1][column_of(rows, name)]), value) << name;
+            ++numbers;
+        }
+    }
+    EXPECT_GT(numbers, 20);
+}
+
+TEST(ResultsCsv, BaseROpensThemAsTheyStand) {
+    if (std::system("Rscript --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "r-base-core is not installed";
+    const test::TemporaryFolder folder;
+    const auto files = csv_files(mixed_records());
+    for (const auto& [name, content] : files) std::ofstream(folder.path() / name) << content;
+    std::ofstream(folder.path() / "read.R") << R"(
+runs <- read.csv("results.csv")
+what <- read.csv("figures.csv")
+stopifnot(nrow(runs) == 3, !any(duplicated(names(runs))), all(names(runs) %in% what$name))
+stopifnot(identical(names(runs), names(read.csv("results.csv", check.names = FALSE))))
+stopifnot(is.numeric(runs$residual_max_m), is.character(runs$outcome), runs$message[3] == "said \"no\", twice\nand left")
+cat(sprintf("%.17g", runs$residual_max_m[1]))
+)";
+    ASSERT_EQ(std::system(("cd " + folder.path().string() + " && Rscript read.R >out 2>err").c_str()), 0)
+        << test::read_file(folder.path() / "err");
+    EXPECT_EQ(std::stod(test::read_file(folder.path() / "out")), mixed_records()[0].summary.at("residual_max_m"));
+}
+
+TEST(ResultsCsv, PandasOpensThemAsTheyStand) {
+    if (std::system("python3 -c 'import pandas' >/dev/null 2>&1") != 0) GTEST_SKIP() << "pandas is not installed";
+    const test::TemporaryFolder folder;
+    for (const auto& [name, content] : csv_files(mixed_records())) std::ofstream(folder.path() / name) << content;
+    std::ofstream(folder.path() / "read.py") << R"(
+import pandas
+runs = pandas.read_csv("results.csv")
+what = pandas.read_csv("figures.csv")
+assert len(runs) == 3 and runs.columns.is_unique and set(runs.columns) <= set(what["name"])
+assert runs["residual_max_m"].dtype == float and runs["message"][2] == 'said "no", twice\nand left'
+)";
+    EXPECT_EQ(std::system(("cd " + folder.path().string() + " && python3 read.py >out 2>err").c_str()), 0)
+        << test::read_file(folder.path() / "err");
+}
+
+TEST(ResultsCsv, AnotherKindOfRunLeavesNoOldFileBehind) {
+    const test::TemporaryFolder folder;
+    const auto write = [&](const std::vector<Record>& records) {
+        std::ofstream stream(folder.path() / "records.jsonl");
+        for (const Record& record : records) stream << to_json_line(record) << "\n";
+        stream.close();
+        write_report(folder.path());
+    };
+    write(mixed_records());
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / "results_replay.csv"));
+    write({synthetic({})});
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "results_replay.csv"));
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / "results.csv"));
+}
+
+}  // namespace
+}  // namespace trocar

@@ -1,0 +1,117 @@
+#include "report/table_choice.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "geometry/input_error.hpp"
+#include "report/csv_text.hpp"
+#include "report/synthetic.hpp"
+
+namespace trocar {
+namespace {
+
+using test::synthetic;
+
+/// Two scenes, two responses, two processes, and a replay.
+std::vector<Record> records() {
+    std::vector<Record> list;
+    for (const char* scene : {"poke", "drag"}) {
+        for (const char* response : {"hold", "push:k=200"}) {
+            for (const std::int64_t process : {0, 1}) {
+                list.push_back(
+                    synthetic({.scene = scene, .response = response, .repetition = process, .left_mm = 0.25}));
+            }
+        }
+        list.push_back(synthetic({.mode = "replay", .scene = scene}));
+    }
+    return list;
+}
+
+std::string words_of(const ChosenTable& table) {
+    std::string text;
+    for (const auto& row : table.rows) {
+        for (const ChosenCell& cell : row) text += cell.word + " ";
+        text += "/ ";
+    }
+    return text;
+}
+
+/// The one line that the choice is refused with.
+std::string refusal(const TableChoice& choice) {
+    try {
+        choose_table(records(), choice);
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+TEST(TableChoice, RowsFitAllNamesAndAnyValueOfAName) {
+    const std::vector<std::string> columns{"scene", "response", "response.k"};
+    EXPECT_EQ(words_of(choose_table(records(), {columns, {"scene=poke", "response=push"}})), "poke push 200 / ");
+    EXPECT_EQ(words_of(choose_table(records(), {columns, {"scene=poke", "response=push", "response=hold"}})),
+              "poke hold  / poke push 200 / ");
+    EXPECT_EQ(words_of(choose_table(records(), {columns, {"response=push:k=200"}})),
+              "poke push 200 / drag push 200 / ");
+    EXPECT_EQ(words_of(choose_table(records(), {{"scene", "mode"}, {"mode=replay"}})), "poke replay / drag replay / ");
+    EXPECT_EQ(choose_table(records(), {{"scene"}, {"repetition=1"}}).rows.size(), 4U);
+}
+
+TEST(TableChoice, WhatIsLeftOutWithoutBeingAskedForIsTold) {
+    EXPECT_EQ(choose_table(records(), {{"scene"}, {}}).notes.size(), 2U);
+    const ChosenTable all = choose_table(records(), {{"scene", "repetition"}, {"mode=closed_loop"}});
+    EXPECT_TRUE(all.notes.empty());
+    EXPECT_EQ(all.rows.size(), 8U);
+}
+
+TEST(TableChoice, NumbersAreThoseOfTheRecordsInTheUnitThatIsNamed) {
+    const ChosenTable table = choose_table(
+        records(),
+        {{"residual_max_m", "residual_max_m:mm", "residual_max_m:um", "total_median_ns:ms", "ticks_planned"}, {}});
+    const Record record = records()[0];
+    EXPECT_EQ(table.rows[0][0].number, record.summary.at("residual_max_m"));
+    EXPECT_EQ(table.rows[0][1].number, 0.25);
+    EXPECT_NEAR(table.rows[0][2].number, 250.0, 1e-9);
+    EXPECT_NEAR(table.rows[0][3].number, 1e-6 * record.summary.at("total_median_ns"), 1e-15);
+    EXPECT_EQ(table.rows[0][4].number, 1110.0);
+    EXPECT_EQ(table.columns[1].header, "residual max (mm)");
+    EXPECT_EQ(table.columns[1].name, "residual_max_m_in_mm");
+}
+
+TEST(TableChoice, EveryFormatHasTheSameRows) {
+    const ChosenTable table = choose_table(records(), {{"scene", "response", "residual_max_m:mm"}, {"scene=poke"}});
+    EXPECT_EQ(
+        table_as_markdown(table),
+        "| scene | response | residual max (mm) |\n|---|---|---:|\n| poke | hold | 0.250 |\n| poke | push | 0.250 |\n");
+    EXPECT_NE(table_as_latex(table).find("poke & hold & 0.250 \\\\"), std::string::npos) << table_as_latex(table);
+    EXPECT_EQ(test::csv_rows(table_as_csv(table)),
+              (std::vector<std::vector<std::string>>{
+                  {"scene", "response", "residual_max_m_in_mm"}, {"poke", "hold", "0.25"}, {"poke", "push", "0.25"}}));
+}
+
+TEST(TableChoice, WithoutColumnsItTellsWhoWhereAndHowMuch) {
+    const ChosenTable table = choose_table(records(), {});
+    std::vector<std::string> names;
+    for (const ChosenColumn& column : table.columns) names.push_back(column.name);
+    ASSERT_GE(names.size(), 5U);
+    EXPECT_LE(names.size(), 8U);
+    EXPECT_EQ(names[0], "scene");
+    EXPECT_EQ(names[2], "response");
+    EXPECT_NE(std::find(names.begin(), names.end(), "residual_max_m_in_mm"), names.end());
+}
+
+TEST(TableChoice, BadNamesGetOneLineThatListsNearOnes) {
+    EXPECT_NE(refusal({{"residual_mx_m"}, {}}).find("residual_max_m"), std::string::npos);
+    EXPECT_NE(refusal({{"scenes"}, {}}).find("scene"), std::string::npos);
+    EXPECT_NE(refusal({{}, {"respons=hold"}}).find("response"), std::string::npos);
+    EXPECT_NE(refusal({{}, {"scene=poker"}}).find("poke"), std::string::npos);
+    EXPECT_NE(refusal({{}, {"scene"}}).find("NAME=VALUE"), std::string::npos);
+    EXPECT_NE(refusal({{"residual_max_m:ms"}, {}}).find("(m)"), std::string::npos);
+    EXPECT_NE(refusal({{"scene:mm"}, {}}).find("scene"), std::string::npos);
+    EXPECT_NE(refusal({{}, {"mode=replay", "response=hold"}}).find("all of these"), std::string::npos);
+    EXPECT_EQ(refusal({{"residual_mx_m"}, {}}).find('\n'), std::string::npos);
+}
+
+}  // namespace
+}  // namespace trocar
