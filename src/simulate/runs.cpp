@@ -265,6 +265,7 @@ Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limi
             if (in_detail) native.judge(frame, judge, row);
         }
         if (record.outcome.ok()) record.outcome = simulation.outcome();
+        if (limits.observe) limits.observe(simulation, row);
         record.rows.push_back(row);
     }
     record.frames_hash = hash.text();

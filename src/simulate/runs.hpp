@@ -15,7 +15,7 @@ class Simulation;
 struct RunLimits {
     /// Called before every tick with the number of ticks done; false ends the run early (the user has had enough).
     std::function<bool(std::int64_t)> progress = {};
-    /// Closed loop: called after every tick, outside the timed spans.
+    /// Closed loop and replay: called after every tick, outside the timed spans.
     std::function<void(const Simulation&, const StepRow&)> observe = {};
     /// Steps that are unstable for certain are taken all the same; else such a run is not started and ends `unstable`.
     /// The record says so ("run.unstable_step"). Hard cases, whose point it may be, are always taken.

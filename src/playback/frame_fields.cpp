@@ -1,0 +1,66 @@
+#include "playback/frame_fields.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+namespace trocar {
+
+FrameFields::FrameFields(const Topology& topology, const Frame& first, const std::vector<Spring>& springs)
+    : topology_(&topology),
+      first_(first.position),
+      springs_(springs),
+      truth_(topology, first, {}, 0) {}  // vertices alone are asked about
+
+void FrameFields::fill(const Frame& frame, PlayedFrame& played) {
+    const auto count = static_cast<std::size_t>(topology_->vertex_count);
+    played.tick = frame.tick;
+    played.time = frame.time;
+    played.hash = frame.hash();
+    played.position = frame.position;
+    played.displacement = frame.position - first_;
+    truth_.follow(frame);
+    played.depth.assign(count, 0.0);
+    for (const auto& pair : topology_->body_pairs) {
+        for (const auto& [from, into] : {pair, std::array{pair[1], pair[0]}}) {
+            const Range& vertices = topology_->bodies[static_cast<std::size_t>(from)].vertices;
+            for (Index vertex = vertices.first; vertex < vertices.end(); ++vertex) {
+                double& depth = played.depth[static_cast<std::size_t>(vertex)];
+                const double here = truth_.depth_of_vertex(vertex, into);
+                // What is open towards one body is no answer, however clear the others are.
+                depth = std::isnan(here) || std::isnan(depth) ? std::nan("") : std::max(depth, here);
+            }
+        }
+    }
+    played.strain.assign(count, 0.0);
+    for (const Spring& spring : springs_) {
+        const double strain = (frame.position.col(spring.j) - frame.position.col(spring.i)).norm() / spring.rest - 1.0;
+        for (const Index end : {spring.i, spring.j}) {
+            double& largest = played.strain[static_cast<std::size_t>(end)];
+            if (std::abs(strain) > std::abs(largest)) largest = strain;
+        }
+    }
+}
+
+std::vector<Spring> edges_at_rest(const Topology& topology, const Frame& frame) {
+    std::set<std::array<Index, 2>> edges;
+    for (const BodyRange& body : topology.bodies) {
+        if (body.kind != BodyKind::tissue) continue;
+        for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
+            for (int corner = 0; corner < 3; ++corner) {
+                const Index a = topology.triangles(corner, t);
+                const Index b = topology.triangles((corner + 1) % 3, t);
+                edges.insert({std::min(a, b), std::max(a, b)});
+            }
+        }
+    }
+    std::vector<Spring> springs;
+    for (const auto& [i, j] : edges) {
+        const double rest = (frame.position.col(j) - frame.position.col(i)).norm();
+        if (rest > 0.0) springs.push_back({.i = i, .j = j, .rest = rest});
+    }
+    return springs;
+}
+
+}  // namespace trocar

@@ -1,0 +1,31 @@
+// Depth, strain and displacement of every vertex on a frame, from geometry alone.
+#pragma once
+
+#include <vector>
+
+#include "measure/depth_truth.hpp"
+#include "playback/playback.hpp"
+#include "scene/world.hpp"
+
+namespace trocar {
+
+class FrameFields {
+public:
+    /// Springs as the scene has them. The topology outlives the object.
+    FrameFields(const Topology& topology, const Frame& first, const std::vector<Spring>& springs);
+
+    /// Fills tick, time, hash, position, displacement, depth and strain. To be fed every frame, in order: on which side
+    /// of an open sheet something is follows from how it came there.
+    void fill(const Frame& frame, PlayedFrame& played);
+
+private:
+    const Topology* topology_;
+    Matrix3X first_;
+    std::vector<Spring> springs_;
+    DepthTruth truth_;
+};
+
+/// The edges of all tissue triangles as springs at rest on this frame.
+std::vector<Spring> edges_at_rest(const Topology& topology, const Frame& frame);
+
+}  // namespace trocar

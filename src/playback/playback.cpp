@@ -1,0 +1,212 @@
+#include "playback/playback.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "geometry/input_error.hpp"
+#include "playback/frame_fields.hpp"
+#include "scene/recording.hpp"
+#include "simulate/overrides.hpp"
+#include "simulate/simulation.hpp"
+
+namespace trocar {
+namespace {
+
+/// Hands out the wanted frames and holds what only the end tells to be wanted.
+class Chooser {
+public:
+    Chooser(const PlaybackChoice& choice, const PlayedFrameVisitor& visit) : choice_(choice), visit_(&visit) {}
+    void show(const PlayedFrame& frame) {
+        const bool wanted = (choice_.every > 0 && frame.tick % choice_.every == 0) ||
+                            std::find(choice_.ticks.begin(), choice_.ticks.end(), frame.tick) != choice_.ticks.end();
+        if (wanted) (*visit_)(frame);
+        const double depth = std::isfinite(frame.row.max_depth) ? frame.row.max_depth : frame.deepest_vertex();
+        if (choice_.deepest && (!deepest_ || depth > deepest_->depth)) {
+            deepest_ = Held{.frame = wanted ? PlayedFrame{} : frame, .depth = depth, .shown = wanted};
+            deepest_->frame.tick = frame.tick;
+        }
+        if (choice_.last) {
+            last_ = Held{.frame = wanted ? PlayedFrame{} : frame, .shown = wanted};
+            last_->frame.tick = frame.tick;
+        }
+    }
+    void end() {
+        if (deepest_ && !deepest_->shown) (*visit_)(deepest_->frame);
+        const bool twice = deepest_ && last_ && deepest_->frame.tick == last_->frame.tick;
+        if (last_ && !last_->shown && !twice) (*visit_)(last_->frame);
+    }
+
+private:
+    struct Held {
+        PlayedFrame frame;
+        double depth = 0.0;  ///< m
+        bool shown = false;  ///< already handed out
+    };
+    PlaybackChoice choice_;
+    const PlayedFrameVisitor* visit_;
+    std::optional<Held> deepest_;
+    std::optional<Held> last_;
+};
+
+Index body_of(const Topology& topology, const std::array<Index, 3>& vertices) {
+    return vertices[0] < 0 ? -1 : topology.body_of_vertex(vertices[0]);
+}
+
+void add_found(const std::vector<Contact>& contacts, const Matrix3X& position, std::vector<PlayedContact>& played) {
+    for (const Contact& contact : contacts) {
+        PlayedContact one{.kind = ActingKind::found,
+                          .body = contact.body_a,
+                          .other = contact.body_b,
+                          .point = contact.point,
+                          .normal = contact.normal};
+        if (contact.on_a.vertices[0] >= 0) one.point = contact.on_a.blend(position);
+        one.depth = std::isfinite(contact.depth) ? contact.depth : std::fmax(0.0, -contact.gap);
+        if (one.point.allFinite() && one.normal.allFinite()) played.push_back(one);
+    }
+}
+
+void add_acting(const Topology& topology, const Simulation& simulation, const Matrix3X& position,
+                std::vector<PlayedContact>& played) {
+    const Effect& effect = simulation.effect();
+    const std::vector<ContactLoad>& loads = simulation.contact_loads();
+    for (std::size_t c = 0; c < effect.contacts.size() && c < loads.size(); ++c) {
+        const LinearContact& contact = effect.contacts[c];
+        // Within reach, apart and without a force: nothing acts.
+        if (contact.gap >= 0.0 && loads[c].force.squaredNorm() == 0.0) continue;
+        const ContactPoint pushed{contact.vertices, contact.weights};
+        PlayedContact one{.kind = ActingKind::pushed, .body = body_of(topology, contact.vertices)};
+        one.other = contact.reaction_body >= 0 ? contact.reaction_body : body_of(topology, contact.reaction_vertices);
+        one.point = pushed.blend(position);
+        one.normal = contact.normal;
+        one.depth = std::max(0.0, -contact.gap);
+        one.force = loads[c].force;
+        played.push_back(one);
+    }
+    for (Index vertex = 0; vertex < static_cast<Index>(effect.held_force.cols()); ++vertex) {
+        const Vector3 force = effect.held_force.col(vertex);
+        if (force.squaredNorm() == 0.0) continue;
+        played.push_back({.kind = ActingKind::held_force,
+                          .body = topology.body_of_vertex(vertex),
+                          .point = position.col(vertex),
+                          .normal = force.normalized(),
+                          .force = force});
+    }
+    for (const Placement& placement : effect.placements) {
+        PlayedContact one{.kind = ActingKind::placed, .body = topology.body_of_vertex(placement.vertex)};
+        one.point = position.col(placement.vertex);
+        const Vector3 way = placement.position - simulation.seen().position.col(placement.vertex);
+        if (way.squaredNorm() > 0.0) one.normal = way.normalized();
+        played.push_back(one);
+    }
+}
+
+void add_tools(const Scene& scene, const Simulation& simulation, std::vector<PlayedTool>& tools) {
+    const std::vector<Pose>& poses = simulation.seen().pose;
+    for (std::size_t body = 0; body < scene.topology.bodies.size(); ++body) {
+        if (scene.topology.bodies[body].kind != BodyKind::instrument || body >= poses.size()) continue;
+        PlayedTool tool{.body = static_cast<Index>(body)};
+        const Vector3 tip = body < scene.materials.tip.size() ? scene.materials.tip[body] : Vector3::Zero();
+        tool.tip = poses[body].rotation * tip + poses[body].translation;
+        const Wrench at_tip = moved_to(simulation.body_loads()[body], tool.tip);
+        tool.force = at_tip.force;
+        tool.moment = at_tip.moment;
+        tools.push_back(tool);
+    }
+}
+
+/// The mode that moves the world as the specification's own does.
+RunSpec motion_of(const RunSpec& spec, RunLimits& limits) {
+    RunSpec motion = spec;
+    motion.overrides.clear();
+    if (spec.mode == "paced" || spec.mode == "cost_by_size") {
+        motion.mode = "closed_loop";
+        motion.truth_stride = 0;
+        limits.watched = false;
+    } else if (spec.mode == "certificate" || spec.mode == "triangle_pair") {
+        throw InputError("run", "/mode", "a kind of run with one motion", fmt::format("'{}'", spec.mode));
+    }
+    return motion;
+}
+
+}  // namespace
+
+const char* name_of(ActingKind kind) {
+    switch (kind) {
+        case ActingKind::found:
+            return "found";
+        case ActingKind::pushed:
+            return "pushed";
+        case ActingKind::held_force:
+            return "held_force";
+        case ActingKind::placed:
+            return "placed";
+    }
+    return "";
+}
+
+double PlayedFrame::deepest_vertex() const {
+    double deepest = 0.0;
+    for (const double one : depth) deepest = std::fmax(deepest, one);
+    return deepest;
+}
+
+Record play(const Scene& scene, const RunSpec& spec, const RunLimits& limits, const PlaybackChoice& choice,
+            const PlayedFrameVisitor& visit) {
+    Scene turned = scene;
+    if (!spec.overrides.empty()) apply_overrides(spec.overrides, turned);
+    RunLimits watched = limits;
+    const RunSpec motion = motion_of(spec, watched);
+    const bool moves = !motion.response.empty() && motion.mode != "replay";
+    FrameFields fields(turned.topology, turned.first, turned.materials.springs);
+    Chooser chooser(choice, visit);
+    PlayedFrame played;
+    watched.observe = [&](const Simulation& simulation, const StepRow& row) {
+        if (limits.observe) limits.observe(simulation, row);
+        if (!simulation.outcome().ok()) return;
+        const Frame& frame = moves ? simulation.frame() : simulation.seen();
+        fields.fill(frame, played);
+        played.time = row.time;
+        played.row = row;
+        played.contacts.clear();
+        played.tools.clear();
+        add_found(simulation.contacts().contacts, frame.position, played.contacts);
+        if (moves) {
+            add_acting(turned.topology, simulation, frame.position, played.contacts);
+            add_tools(turned, simulation, played.tools);
+        }
+        chooser.show(played);
+    };
+    Record record = make_run(turned, motion, watched);
+    record.spec = spec;
+    chooser.end();
+    return record;
+}
+
+std::int64_t play_recording(const std::filesystem::path& file, const PlaybackChoice& choice,
+                            const PlayedFrameVisitor& visit, const std::function<bool(std::int64_t)>& progress) {
+    RecordingReader reader(file);
+    Frame frame;
+    std::optional<FrameFields> fields;
+    Chooser chooser(choice, visit);
+    PlayedFrame played;
+    std::int64_t tick = 0;
+    for (; tick < reader.frame_count() && (!progress || progress(tick)); ++tick) {
+        reader.read(tick, frame);
+        if (!frame.all_finite()) {
+            throw InputError(file.string(), fmt::format("frame {}", tick), "finite positions", "one that is not");
+        }
+        if (!fields) fields.emplace(reader.topology(), frame, edges_at_rest(reader.topology(), frame));
+        fields->fill(frame, played);
+        played.row = {};
+        played.row.tick = played.tick;
+        played.row.time = played.time;
+        chooser.show(played);
+    }
+    chooser.end();
+    return tick;
+}
+
+}  // namespace trocar
