@@ -9,15 +9,20 @@
 #include "report/document.hpp"
 #include "report/sections.hpp"
 #include "report/verdict.hpp"
+#include "report/worst_tick.hpp"
+#include "web/web.hpp"
 
 namespace trocar {
 namespace {
 
-Report compose(const std::vector<Record>& records) {
+constexpr const char* charts_file = "charts/charts.js";
+
+Report compose(const std::vector<Record>& records, const std::string& worst_tick) {
     Draft draft(records);
     const Verdict overall = make_verdict(draft.results, draft.reference, draft.mode, draft.results.scenes(draft.mode));
-    add_verdict_page(draft, overall);
+    add_page_one(draft, worst_tick);
     const bool has_verdict = !overall.rows.empty();
+    add_all_contestants(draft, overall);
     if (!has_verdict) add_hard_cases(draft);
     if (!has_verdict) add_certificate(draft);
     if (!has_verdict) add_ablation(draft);
@@ -46,31 +51,37 @@ Report compose(const std::vector<Record>& records) {
     add_work_profile(draft);
     add_glossary(draft);
     add_rebuild(draft);
+    add_commands(draft);
+    draft.document.command = "trocar study " + common_fact(draft.records, "study.file");
+    draft.document.charts_js = charts_file;
 
     Report report;
     for (const Block& block : draft.document.blocks) {
         if (const auto* figure = std::get_if<Figure>(&block)) report.files[figure->file] = figure->svg;
     }
-    report.files["report.md"] = to_markdown(draft.document);
+    report.files["report.md"] = page_one_to_markdown(draft.document, "report.html");
+    report.files[charts_file] = web::charts_script();
     report.files["report.html"] = to_html(draft.document);
     report.files["report.tex"] = to_latex(draft.document);
     report.files["results.csv"] = results_csv(draft);
-    report.page_one = terminal_text(draft, overall);
+    report.page_one = terminal_text(draft);
+    report.document = std::move(draft.document);
     return report;
 }
 
 }  // namespace
 
-Report make_report(const std::vector<Record>& records) {
+Report make_report(const std::vector<Record>& records, const std::string& worst_tick) {
     if (records.empty()) {
         const Document document{.title = "trocar study",
                                 .blocks = {Paragraph{"There are no records.", Paragraph::Style::normal}}};
         return {.files = {{"report.md", to_markdown(document)},
                           {"report.html", to_html(document)},
                           {"report.tex", to_latex(document)}},
-                .page_one = "There are no records.\n"};
+                .page_one = "There are no records.\n",
+                .document = document};
     }
-    return compose(records);
+    return compose(records, worst_tick);
 }
 
 std::vector<Record> read_records(const std::filesystem::path& file) {
@@ -91,7 +102,10 @@ Report write_report(const std::filesystem::path& directory) {
     if (!std::filesystem::is_directory(directory)) {
         throw InputError(directory.string(), "", "a folder that holds records.jsonl", "no such folder");
     }
-    Report report = make_report(read_records(directory / "records.jsonl"));
+    const std::filesystem::path seen = directory / worst_tick_file;
+    Report report = make_report(
+        read_records(directory / "records.jsonl"),
+        std::filesystem::exists(seen) ? read_whole(seen, "what a study saw at its worst tick") : std::string());
     std::filesystem::create_directories(directory / "charts");
     for (const auto& entry : std::filesystem::directory_iterator(directory / "charts")) {
         if (entry.path().extension() == ".svg" &&
