@@ -100,8 +100,9 @@ void keep_near(WorstTick::Body& body) {
     });
 }
 
-WorstTick::State state_of(const Topology& topology, const PlayedFrame& frame, const Cut& cut, const std::string& name,
-                          const std::string& state_hash) {
+/// `marked`: vertices that the reference holds too, so that places can be compared.
+WorstTick::State state_of(const Topology& topology, const PlayedFrame& frame, const Cut& cut,
+                          const std::vector<Index>& marked, const std::string& name, const std::string& state_hash) {
     WorstTick::State state;
     state.name = name;
     state.state_hash = state_hash;
@@ -111,6 +112,7 @@ WorstTick::State state_of(const Topology& topology, const PlayedFrame& frame, co
         keep_near(part);
         if (!part.segments.empty()) state.bodies.push_back(std::move(part));
     }
+    for (const Index vertex : marked) state.points.push_back(cut.place(frame.position.col(vertex)));
     return state;
 }
 
@@ -139,9 +141,8 @@ Record run_again(const Scene& scene, const Record& record, const PlaybackChoice&
 }
 
 /// What the stored solution of hard contact holds: the places of some vertices, and the force.
-void add_reference(const Scene& scene, bool scripted, const PlayedFrame& frame, const Cut& cut, WorstTick& seen) {
-    const FoundReference found = find_reference(scene);
-    const ReferenceSolution& hard = found.reference.hard;
+void add_reference(const ReferenceSolution& hard, bool scripted, const PlayedFrame& frame, const Cut& cut,
+                   WorstTick& seen) {
     if (!hard.available) {
         WorstTick::State none;
         none.name = "hard contact";
@@ -190,6 +191,9 @@ std::optional<WorstTick> see_worst_tick(const std::vector<Record>& records, cons
     PlayedFrame deep;
     const Record worst_again = run_again(scene, worst, {.every = 0, .deepest = true}, deep);
     const Cut cut = cut_through(scene.topology, deep);
+    const FoundReference found = find_reference(scene);
+    const ReferenceSolution& hard = found.reference.hard;
+    const std::vector<Index> marked = hard.available ? hard.points : std::vector<Index>();
     WorstTick seen;
     seen.scene = scene.name;
     seen.tick = deep.tick;
@@ -197,13 +201,13 @@ std::optional<WorstTick> see_worst_tick(const std::vector<Record>& records, cons
     PlayedFrame frame = deep;
     if (runs->other != nullptr) {
         const Record first_again = run_again(scene, *runs->first, {.every = 0, .ticks = {deep.tick}}, frame);
-        seen.states.push_back(state_of(scene.topology, frame, cut, runs->first_name, runs->first->state_hash));
+        seen.states.push_back(state_of(scene.topology, frame, cut, marked, runs->first_name, runs->first->state_hash));
         seen.force.push_back(force_of(runs->first_name, first_again));
     }
     const std::string& name = runs->other == nullptr ? runs->first_name : runs->other_name;
-    seen.states.push_back(state_of(scene.topology, deep, cut, name, worst.state_hash));
+    seen.states.push_back(state_of(scene.topology, deep, cut, marked, name, worst.state_hash));
     seen.force.push_back(force_of(name, worst_again));
-    add_reference(scene, runs->other != nullptr && led_alike(scene.topology, frame, deep), deep, cut, seen);
+    add_reference(hard, runs->other != nullptr && led_alike(scene.topology, frame, deep), deep, cut, seen);
     return seen;
 }
 

@@ -36,10 +36,14 @@ std::string interactive(const ScatterChart& chart) {
     if (chart.series.empty()) return {};
     double low = std::numeric_limits<double>::infinity();
     double high = 0.0;
+    double first = chart.x_limit.value_or(low);
+    double last = chart.x_limit.value_or(high);
     bool any_zero = false;
     bool any_failed = false;
     for (const ChartSeries& series : chart.series) {
         for (const ChartPoint& point : series.points) {
+            first = std::min(first, point.x);
+            last = std::max(last, point.x);
             any_failed = any_failed || point.failed;
             any_zero = any_zero || (point.y <= 0.0 && !point.failed);
             if (point.failed || point.y <= 0.0) continue;
@@ -48,9 +52,10 @@ std::string interactive(const ScatterChart& chart) {
         }
     }
     if (!(high > 0.0)) low = high = 1.0;
-    const double bottom = std::pow(10.0, std::floor(std::log10(low)) - (any_zero ? 1.0 : 0.0));
-    const double top = std::pow(10.0, std::ceil(std::log10(high)) + (any_failed ? 1.0 : 0.0));
-    constexpr std::array<const char*, 5> symbols{"circle", "rect", "triangle", "diamond", "pin"};
+    // Room for a rail of its own at either end.
+    const double bottom = low / (any_zero ? 5.0 : 1.5);
+    const double top = high * (any_failed ? 3.0 : 1.5);
+    constexpr std::array<const char*, 5> symbols{"circle", "rect", "triangle", "diamond", "roundRect"};
     Json series = Json::array();
     for (const ChartSeries& one : chart.series) {
         Json points = Json::array();
@@ -59,8 +64,9 @@ std::string interactive(const ScatterChart& chart) {
             points.push_back({short_number(point.x), short_number(y), point.name});
         }
         series.push_back({{"name", one.name},
-                          {"kind", one.connected ? "line" : "scatter"},
+                          {"kind", "line"},
                           {"markers", true},
+                          {"size", 10},
                           {"symbol", symbols.at(static_cast<std::size_t>(one.style.shape) % symbols.size())},
                           {"points", std::move(points)}});
     }
@@ -71,7 +77,10 @@ std::string interactive(const ScatterChart& chart) {
     Json y = axis(chart.y_title, true);
     y["min"] = short_number(bottom);
     y["max"] = short_number(top);
-    return Json{{"x", axis(chart.x_title, true)}, {"y", std::move(y)}, {"series", series}, {"lines", lines}}.dump();
+    Json x = axis(chart.x_title, true);
+    x["min"] = short_number(first / 1.3);
+    x["max"] = short_number(last * 1.3);
+    return Json{{"x", std::move(x)}, {"y", std::move(y)}, {"series", series}, {"lines", lines}}.dump();
 }
 
 std::string interactive(const LineChart& chart) {
@@ -89,7 +98,8 @@ std::string interactive(const LineChart& chart) {
     return Json{{"x", axis(chart.x_title, chart.log_x)},
                 {"y", axis(chart.y_title, false)},
                 {"series", series},
-                {"tooltip", chart.steps ? "item" : "axis"}}
+                {"tooltip", chart.steps ? "item" : "axis"},
+                {"height", chart.small ? 260 : 460}}
         .dump();
 }
 

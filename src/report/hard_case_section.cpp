@@ -242,6 +242,13 @@ Table hard_case_tally(const Draft& draft, bool responses) {
         for (const int count : tally.faults) row.cells.push_back(std::to_string(count));
         table.rows.push_back(std::move(row));
     }
+    for (std::size_t column = kinds + 2; column-- > 2;) {  // a fault that nobody has needs no column
+        const bool none = std::all_of(table.rows.begin(), table.rows.end(),
+                                      [column](const TableRow& row) { return row.cells.at(column) == "0"; });
+        if (!none) continue;
+        table.columns.erase(table.columns.begin() + static_cast<std::ptrdiff_t>(column));
+        for (TableRow& row : table.rows) row.cells.erase(row.cells.begin() + static_cast<std::ptrdiff_t>(column));
+    }
     table.note = "Methods with the same counts stand in one row. A case counts under its first fault.";
     return table;
 }

@@ -16,7 +16,7 @@ h1 { font-size: 24px; line-height: 1.25; margin: 0 0 8px; }
 h2 { font-size: 20px; margin: 40px 0 10px; padding-top: 10px; border-top: 2px solid var(--ink); }
 h3 { font-size: 16px; margin: 24px 0 6px; }
 p { margin: 8px 0; max-width: 90ch; }
-code { font: 0.92em "SF Mono", "DejaVu Sans Mono", Menlo, Consolas, monospace; overflow-wrap: anywhere; }
+code { font: 0.92em "SF Mono", "DejaVu Sans Mono", Menlo, Consolas, monospace; overflow-wrap: break-word; }
 pre { background: var(--band); border: 1px solid var(--line); border-radius: 4px; padding: 10px 14px; overflow-x: auto; }
 blockquote { margin: 12px 0; padding: 10px 18px; border-left: 4px solid var(--own); background: #f1f6fb; font-size: 17px; }
 blockquote p { max-width: none; margin: 0; }
@@ -161,7 +161,13 @@ const char* const page_script = R"(
     box.className = "chart";
     figure.querySelector("svg").style.display = "none";
     figure.insertBefore(box, figure.firstChild);
-    window.trocarCharts.draw(box, JSON.parse(figure.dataset.chart));
+    var spec = JSON.parse(figure.dataset.chart);
+    if (spec.height) box.style.height = spec.height + "px";
+    var option = window.trocarCharts.chartOption(spec);
+    if (option.legend) option.legend.type = "scroll";
+    var chart = window.trocarCharts.echarts.init(box, null, { renderer: "svg" });
+    chart.setOption(option);
+    new ResizeObserver(function () { chart.resize(); }).observe(box);
   };
   // Drawn when they come into view: a report has dozens.
   var seen = new IntersectionObserver(function (entries) {

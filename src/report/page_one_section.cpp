@@ -11,7 +11,8 @@ namespace trocar {
 namespace {
 
 constexpr const char* thesis_named =
-    "`thesis` is what Jitesh Butala describes in *Collision Response for Virtual Laparoscopic Surgery*, M.S. thesis in "
+    "`thesis` is what Jitesh Butala describes in \"Collision Response for Virtual Laparoscopic Surgery\", M.S. thesis "
+    "in "
     "Electrical Engineering, The University of Texas at Arlington, August 2005";
 
 bool names_thesis(const Draft& draft) {

@@ -18,6 +18,12 @@ std::string count_failed(int failed, int runs, int not_run) {
     return text;
 }
 
+/// What is next to nothing is told as such, without an exponent.
+std::string small_text(double value) {
+    constexpr double next_to_nothing = 1.0e-4;
+    return value > 0.0 && value < next_to_nothing ? std::string("< 0.0001") : scaled(value);
+}
+
 /// "`penalty:k=1000` (tracked) by `implicit`"
 std::string response_name(const Contestant& who) {
     std::string text = code(who.response) + " (" + who.contacts + ")";
@@ -162,8 +168,13 @@ std::string detector_sentence(const Verdict& verdict, const Draft& draft) {
     }
     if (first == nullptr) return {};
     const auto tell = [](const VerdictRow& row) {
-        return fmt::format("{} missed {:.0f} and added {:.0f} of {:.0f} pairs", code(row.contestant.detector),
-                           row.missing, row.extra, row.true_pairs);
+        std::string told = fmt::format("{} missed {:.0f} and added {:.0f} of {:.0f} pairs", code(row.contestant.detector),
+                                       row.missing, row.extra, row.true_pairs);
+        if (!std::isnan(row.contacts_between)) {
+            told += fmt::format(" and missed {:.0f} of {:.0f} contacts between frames", row.contacts_untold,
+                                row.contacts_between);
+        }
+        return told;
     };
     std::string text = fmt::format("Over {} {}", scenes_text(draft.results.scenes("replay").size()), tell(*first));
     if (other != nullptr) {
@@ -248,7 +259,7 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows) 
         TableRow line;
         line.cells = {name_of_row(row, detector),     scaled(row.depth_median, mm),
                       scaled(row.depth_worst, mm),    scaled(row.force_error),
-                      scaled(row.position_error, mm), scaled(row.force_jump),
+                      scaled(row.position_error, mm), small_text(row.force_jump),
                       scaled(row.tick_p99, ms),       count_failed(row.failed, row.runs, row.not_run)};
         line.command = run_command(draft, row.who.front());
         if (row.failed > 0) {

@@ -12,7 +12,7 @@ namespace trocar {
 namespace {
 
 constexpr double panel_width = 340.0;   // px
-constexpr double panel_height = 330.0;  // px
+constexpr double panel_height = 270.0;  // px
 constexpr double panel_top = 46.0;      // px
 
 /// From pale to dark, readable without colour; the clear part of a body is not on the scale.
@@ -108,7 +108,8 @@ std::string draw(const WorstTick& seen) {
         const WorstTick::State& state = seen.states[i];
         const double left = 12.0 + (panel_width + 12.0) * static_cast<double>(i);
         const double centre_x = left + panel_width / 2.0;
-        const double centre_y = panel_top + panel_height / 2.0;
+        // What is deep hangs from above.
+        const double centre_y = panel_top + 0.7 * panel_height;
         out += name_lines(left, state.name);
         out += fmt::format(
             "<clipPath id=\"worst-{0}\"><rect x=\"{1:.1f}\" y=\"{2}\" width=\"{3}\" height=\"{4}\"/></clipPath>\n"
@@ -186,8 +187,8 @@ void add_worst_tick(Draft& draft, const std::string& worst_tick) {
     const WorstTick seen = worst_tick_from_json(worst_tick, worst_tick_file);
     draft.figure(
         "worst_tick", draw(seen),
-        fmt::format("{} at its worst tick ({}, {} s), cut through the deepest place. Rings: the vertices that the "
-                    "stored solution of hard contact holds, projected onto the cut.",
+        fmt::format("{} at its worst tick ({}, {} s), cut through the deepest place. Rings: the vertices whose places "
+                    "the stored solution of hard contact holds, projected onto the cut.",
                     code(seen.scene), seen.tick, format_number(seen.time)));
     LineChart force;
     force.x_title = "time (s)";

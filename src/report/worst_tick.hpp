@@ -33,7 +33,7 @@ struct WorstTick {
         std::string state_hash;  ///< of the run's last frame, the record's; empty for the reference
         double depth = std::numeric_limits<double>::quiet_NaN();  ///< mm, worst of this tick; NaN: not told
         std::vector<Body> bodies;
-        std::vector<std::array<double, 2>> points;  ///< places of the vertices that the reference stores, on the cut
+        std::vector<std::array<double, 2>> points;  ///< places of the vertices that the reference holds, on the cut
         std::string note;                           ///< what the state does not hold
     };
     struct Curve {
@@ -53,8 +53,8 @@ std::string to_json(const WorstTick& seen);
 WorstTick worst_tick_from_json(const std::string& text, const std::string& file);
 
 /// The runs that the picture shows: on the scene where the best other response was deepest, the response of the
-/// sentence and that other one. Of scenes those come first that have a reference of hard contact. Nothing when fewer
-/// than one response was judged.
+/// sentence and that other one. Of scenes those come first that have a reference of hard contact. Nothing when no
+/// response was judged.
 struct WorstTickRuns {
     const Record* first = nullptr;
     const Record* other = nullptr;  ///< null: there is only one
