@@ -6,7 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
+#include "app/worst_tick.hpp"
 #include "geometry/input_error.hpp"
+#include "geometry/whole_file.hpp"
 #include "report/regression.hpp"
 #include "report/report.hpp"
 
@@ -69,10 +71,25 @@ int compare(const CommonOptions& common, const ReportOptions& options) {
     return found.same() ? done : comparison_failed;
 }
 
+/// Scenes are found from the folder in which the study was run.
+void take_picture(const CommonOptions& common, const std::filesystem::path& directory) {
+    const std::vector<Record> records = records_of(directory);
+    const auto study = records.front().environment.find("study.file");
+    if (study == records.front().environment.end()) {
+        throw InputError((directory / "records.jsonl").string(), "/environment", "the study's file", "none");
+    }
+    const auto seen = see_worst_tick(records, std::filesystem::path(study->second).parent_path(), common.data);
+    if (!seen) {
+        throw InputError(directory.string(), "--picture", "a study with a closed loop that ended well", "none");
+    }
+    write_whole(directory / worst_tick_file, to_json(*seen));
+}
+
 }  // namespace
 
 int report(const CommonOptions& common, const ReportOptions& options) {
     if (options.against) return compare(common, options);
+    if (options.picture) take_picture(common, options.directory);
     const Report written = write_report(options.directory);
     if (common.json) {
         Json document{{"directory", options.directory.string()}, {"files", Json::array()}};

@@ -9,6 +9,7 @@
 
 #include "app/commands.hpp"
 #include "app/view_pages.hpp"
+#include "app/worst_tick.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
 #include "measure/environment.hpp"
@@ -142,11 +143,29 @@ std::vector<std::filesystem::path> pages_of(const std::filesystem::path& directo
     return pages;
 }
 
+/// What page 1's picture shows is run once more and kept beside the records. A study without it is no failure: the page
+/// says that there is none.
+void keep_worst_tick(const Study& study, const CommonOptions& common, const std::filesystem::path& directory) {
+    const std::filesystem::path file = directory / worst_tick_file;
+    try {
+        const auto seen =
+            see_worst_tick(read_records(directory / "records.jsonl"), study.file.parent_path(), common.data);
+        if (seen) {
+            write_whole(file, to_json(*seen));
+            return;
+        }
+    } catch (const InputError& error) {
+        fmt::print(stderr, "trocar study: no picture of the worst tick: {}\n", error.what());
+    }
+    std::filesystem::remove(file);
+}
+
 /// Copies a finished report (records, report, drawings, replays) to reports/<study>, as a whole or not at all.
 std::filesystem::path publish(const Study& study, const std::filesystem::path& directory, const Report& report) {
     std::vector<std::string> names{"records.jsonl"};
     for (const auto& [name, content] : report.files) names.push_back(name);
     for (const std::filesystem::path& page : pages_of(directory)) names.push_back(page.generic_string());
+    if (std::filesystem::exists(directory / worst_tick_file)) names.emplace_back(worst_tick_file);
     std::uintmax_t size = 0;
     for (const std::string& name : names) size += std::filesystem::file_size(directory / name);
     if (size > largest_published) {
@@ -215,6 +234,7 @@ int study(const CommonOptions& common, const StudyOptions& options) {
     }
     write_view_pages(runner.directory, read_records(runner.directory / "records.jsonl"), study.file.parent_path(),
                      common.data);
+    keep_worst_tick(study, common, runner.directory);
     const Report report = write_report(runner.directory);
     const std::filesystem::path published =
         options.publish ? publish(study, runner.directory, report) : std::filesystem::path();

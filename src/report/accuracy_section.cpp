@@ -141,8 +141,8 @@ void course_charts(Draft& draft, const std::vector<Contestant>& contestants) {
     const std::string rule = " on " + code(chosen) + ", the " + class_name +
                              " scene where most is left. One line per different motion: contestants with identical "
                              "motion share one. Largest value of each stretch of ticks.";
-    draft.figure("depth_over_time", draw(depth), "Interpenetration left" + rule);
-    draft.figure("force_over_time", draw(force), "Tool force" + rule);
+    draft.figure("depth_over_time", depth, "Interpenetration left" + rule);
+    draft.figure("force_over_time", force, "Tool force" + rule);
 }
 
 }  // namespace

@@ -208,12 +208,14 @@ std::string draw(const ScatterChart& chart) {
     double low_y = low_x;
     double high_y = 0.0;
     bool zero = false;
+    bool failed = false;
     for (const ChartSeries& series : chart.series) {
         for (const ChartPoint& point : series.points) {
             low_x = std::min(low_x, point.x);
             high_x = std::max(high_x, point.x);
-            zero = zero || point.y <= 0.0;
-            if (point.y <= 0.0) continue;
+            failed = failed || point.failed;
+            zero = zero || (point.y <= 0.0 && !point.failed);
+            if (point.y <= 0.0 || point.failed) continue;
             low_y = std::min(low_y, point.y);
             high_y = std::max(high_y, point.y);
         }
@@ -225,8 +227,9 @@ std::string draw(const ScatterChart& chart) {
     const double bottom = height - 56.0;
     const double band = zero ? 44.0 : 0.0;
     const LogAxis x(low_x, high_x, left, right);
-    const LogAxis y(low_y, high_y, bottom - band, top);
+    const LogAxis y(low_y, high_y, bottom - band, failed ? top + 44.0 : top);
     const auto y_at = [&y, bottom](double value) { return value > 0.0 ? y.at(value) : bottom - 20.0; };
+    const auto place_of = [&y_at](const ChartPoint& point) { return point.failed ? top + 18.0 : y_at(point.y); };
 
     Canvas canvas(width, height, chart.y_title + " against " + chart.x_title);
     for (const auto& [value, label] : x.ticks()) {
@@ -242,11 +245,16 @@ std::string draw(const ScatterChart& chart) {
         canvas.line(left, bottom - 38, right, bottom - 38, soft, 1.0, "3 3");
         canvas.text(left - 8, bottom - 16, "exactly 0", "end", soft, 12);
     }
+    if (failed) {
+        canvas.rectangle(left, top, right - left, 36, "#fbeeee");
+        canvas.line(left, top + 36, right, top + 36, "#a32020", 1.0, "3 3");
+        canvas.text(left - 8, top + 22, chart.rail, "end", "#a32020", 12);
+    }
     canvas.line(left, bottom, right, bottom, ink);
     canvas.line(left, top, left, bottom, ink);
     canvas.text((left + right) / 2, height - 14, chart.x_title, "middle");
     canvas.text_upright(18, (top + bottom) / 2, chart.y_title);
-    if (chart.x_limit) draw_limit(canvas, x.at(*chart.x_limit), top, bottom, chart.x_limit_name);
+    if (chart.x_limit) draw_limit(canvas, x.at(*chart.x_limit), failed ? top + 36 : top, bottom, chart.x_limit_name);
 
     std::vector<std::pair<double, double>> stairs;
     for (const auto& [front_x, front_y] : chart.front) {
@@ -262,7 +270,7 @@ std::string draw(const ScatterChart& chart) {
     for (const ChartSeries& series : chart.series) {
         if (!series.connected) continue;
         std::vector<std::pair<double, double>> curve;
-        for (const ChartPoint& point : series.points) curve.emplace_back(x.at(point.x), y_at(point.y));
+        for (const ChartPoint& point : series.points) curve.emplace_back(x.at(point.x), place_of(point));
         canvas.path(curve, colour_of(series.style.colour), 1.2, "", series.name);
     }
     // Labels of neighbours share one line to the right of the last of them, so that none is printed over another.
@@ -274,8 +282,8 @@ std::string draw(const ScatterChart& chart) {
     std::vector<Labelled> labels;
     for (const ChartSeries& series : chart.series) {
         for (const ChartPoint& point : series.points) {
-            canvas.mark(x.at(point.x), y_at(point.y), series.style, point.name);
-            if (!point.label.empty()) labels.push_back({x.at(point.x), y_at(point.y), point.label});
+            canvas.mark(x.at(point.x), place_of(point), series.style, point.name);
+            if (!point.label.empty()) labels.push_back({x.at(point.x), place_of(point), point.label});
         }
     }
     std::sort(labels.begin(), labels.end(),
@@ -411,7 +419,8 @@ std::string draw(const LineChart& chart) {
     constexpr double left = 78;
     constexpr double right = 790;
     constexpr double top = 20;
-    const double height = std::max(400.0, top + 80.0 + 20.0 * static_cast<double>(chart.lines.size()));
+    const double height =
+        std::max(chart.small ? 220.0 : 400.0, top + 80.0 + 20.0 * static_cast<double>(chart.lines.size()));
     const double bottom = height - 56.0;
     double low_x = std::numeric_limits<double>::infinity();
     double high_x = -low_x;

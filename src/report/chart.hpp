@@ -18,9 +18,10 @@ struct MarkStyle {
 
 struct ChartPoint {
     double x = 0.0;
-    double y = 0.0;     ///< exactly 0 is drawn on a band of its own under a logarithmic axis
-    std::string name;   ///< shown when touched
-    std::string label;  ///< printed beside the mark; may be empty
+    double y = 0.0;       ///< exactly 0 is drawn on a band of its own under a logarithmic axis
+    std::string name;     ///< shown when touched
+    std::string label;    ///< printed beside the mark; may be empty
+    bool failed = false;  ///< stands on the rail above the chart, whatever its y
 };
 
 struct ChartSeries {
@@ -38,8 +39,12 @@ struct ScatterChart {
     std::vector<std::pair<double, double>> front;  ///< Pareto front, ascending x
     std::optional<double> x_limit;                 ///< vertical line
     std::string x_limit_name;
+    std::string rail = "failed";  ///< name of the rail on which failed points stand
 };
 std::string draw(const ScatterChart& chart);
+/// The same for window.trocarCharts.draw, JSON (src/web/README.md). What is exactly 0 or failed has no place on a
+/// logarithmic axis: it stands at its end, and its words say so.
+std::string interactive(const ScatterChart& chart);
 
 /// One row per category, one mark per series at `value` with a whisker to `upper`; x logarithmic.
 struct DotChart {
@@ -86,7 +91,9 @@ struct LineChart {
     std::vector<Line> lines;
     bool steps = false;  ///< hold a value until the next point
     bool log_x = false;
+    bool small = false;  ///< half as high
 };
 std::string draw(const LineChart& chart);
+std::string interactive(const LineChart& chart);
 
 }  // namespace trocar

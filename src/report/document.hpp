@@ -28,13 +28,15 @@ struct CodeBlock {
 struct Column {
     std::string header;  ///< with the unit: "tick p50 (µs)"
     bool number = false;
-    bool wide = false;  ///< text that should not be broken as long as there is room
+    bool wide = false;      ///< text that should not be broken as long as there is room
+    std::string help = {};  ///< what the header means, shown when it is touched; empty: it says so itself
 };
 
 struct TableRow {
     enum class Style { normal, own, dominated, failed };
     std::vector<std::string> cells;
     Style style = Style::normal;
+    std::string command = {};  ///< what makes the row's numbers again, to be copied; empty: Document::command
 };
 
 struct Table {
@@ -49,6 +51,8 @@ struct Figure {
     std::string file;  ///< "charts/name.svg", relative to the report
     std::string svg;   ///< the whole drawing
     std::string caption;
+    /// The same for window.trocarCharts.draw (src/web/README.md), JSON; empty: the drawing alone.
+    std::string chart = {};
 };
 
 using Block = std::variant<Heading, Paragraph, CodeBlock, Table, Figure>;
@@ -56,10 +60,16 @@ using Block = std::variant<Heading, Paragraph, CodeBlock, Table, Figure>;
 struct Document {
     std::string title;
     std::vector<Block> blocks;
+    std::size_t page_one = 0;    ///< this many blocks are page 1; 0: there is no other page
+    std::string command = {};    ///< makes the numbers of any row again; empty: not known
+    std::string charts_js = {};  ///< where the script that draws Figure::chart lies, relative to the page; empty: none
 };
 
 std::string to_markdown(const Document& document);
-/// One file without outside parts: styles and drawings are inside; readable on a screen and on paper.
+/// Page 1, and links into `rest`, the file that holds the other pages.
+std::string page_one_to_markdown(const Document& document, const std::string& rest);
+/// One file whose styles and drawings are inside: contents at the side, tables that sort and filter. Only charts that
+/// answer to the pointer need charts_js beside it; without it, and on paper, the drawings stand.
 std::string to_html(const Document& document);
 /// A complete LaTeX file; it reads the files of latex_tables (latex.hpp), and figures from a PDF beside the SVG.
 std::string to_latex(const Document& document);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
@@ -193,6 +194,63 @@ std::string hard_case_sentence(const Draft& draft) {
     }
     return fmt::format("Hard cases answered rightly: all by {}; {}.", all.empty() ? "none" : joined(all),
                        some.empty() ? "no method fails one" : joined(some));
+}
+
+Table hard_case_tally(const Draft& draft, bool responses) {
+    constexpr std::size_t kinds = 5;
+    constexpr std::array<const char*, kinds> names{"miss", "extra", "NaN", "crash, throw", "other fault"};
+    struct Tally {
+        int right = 0;
+        int asked = 0;
+        std::array<int, kinds> faults{};  ///< cases with such a fault, the first that is told
+        auto operator<=>(const Tally&) const = default;
+    };
+    std::map<std::string, Tally> by_method;
+    for (const Record& record : draft.records) {
+        const RunSpec& spec = record.spec;
+        if (spec.mode != "hard_case" || spec.repetition != 0 || spec.detector.empty()) continue;
+        if (spec.response.empty() == responses) continue;
+        const Cell cell = cell_of(record);
+        if (!cell.asked) continue;
+        Tally& tally = by_method[responses ? spec.response : spec.detector];
+        ++tally.asked;
+        if (cell.right) {
+            ++tally.right;
+            continue;
+        }
+        const std::string& text = cell.text;
+        const std::size_t kind = text.starts_with("miss")                                 ? 0
+                                 : text.starts_with("extra")                              ? 1
+                                 : text.starts_with("NaN")                                ? 2
+                                 : text.starts_with("crash") || text.starts_with("throw") ? 3
+                                                                                          : 4;
+        ++tally.faults.at(kind);
+    }
+    std::map<Tally, std::vector<std::string>> alike;
+    for (const auto& [method, tally] : by_method) alike[tally].push_back(code(method));
+    std::vector<std::pair<Tally, std::vector<std::string>>> sorted(alike.begin(), alike.end());
+    std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+        return a.first.right * b.first.asked > b.first.right * a.first.asked;
+    });
+    Table table;
+    table.caption =
+        responses ? "Responses on hard scenes, cases" : "Detectors on hard meshes and triangle pairs, cases";
+    table.columns = {{responses ? "response" : "detector", false, true}, {"right of N", true}};
+    for (const char* name : names) table.columns.push_back({name, true});
+    for (const auto& [tally, methods] : sorted) {
+        TableRow row{.cells = {joined(methods), fmt::format("{} of {}", tally.right, tally.asked)}};
+        for (const int count : tally.faults) row.cells.push_back(std::to_string(count));
+        table.rows.push_back(std::move(row));
+    }
+    for (std::size_t column = kinds + 2; column-- > 2;) {  // a fault that nobody has needs no column
+        const bool none = std::all_of(table.rows.begin(), table.rows.end(),
+                                      [column](const TableRow& row) { return row.cells.at(column) == "0"; });
+        if (!none) continue;
+        table.columns.erase(table.columns.begin() + static_cast<std::ptrdiff_t>(column));
+        for (TableRow& row : table.rows) row.cells.erase(row.cells.begin() + static_cast<std::ptrdiff_t>(column));
+    }
+    table.note = "Methods with the same counts stand in one row. A case counts under its first fault.";
+    return table;
 }
 
 void add_hard_cases(Draft& draft) {

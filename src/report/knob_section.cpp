@@ -349,8 +349,8 @@ struct Panel {
     }
 };
 
-/// Empty when no point has a place on a curve.
-std::string drawing_of(const Chart& chart, const Panel& panel) {
+/// Without series when no point has a place on a curve.
+ScatterChart drawing_of(const Chart& chart, const Panel& panel) {
     ScatterChart drawing;
     drawing.x_title = fmt::format("time per simulated ms (µs), {}, {}", chart.scene, chart.knob);
     drawing.y_title = panel.title;
@@ -376,7 +376,7 @@ std::string drawing_of(const Chart& chart, const Panel& panel) {
         for (std::size_t i = 1; i + 1 < curve.points.size(); ++i) curve.points[i].label.clear();
     }
     std::sort(drawing.front.begin(), drawing.front.end());
-    return drawing.series.empty() ? std::string() : draw(drawing);
+    return drawing;
 }
 
 }  // namespace
@@ -421,8 +421,8 @@ void add_work_precision(Draft& draft) {
                         code(chart.knob), unit.empty() ? "" : " (" + unit.substr(1) + ")");
         ++number;
         for (const Panel& panel : panels) {
-            const std::string drawing = drawing_of(chart, panel);
-            if (drawing.empty()) continue;
+            const ScatterChart drawing = drawing_of(chart, panel);
+            if (drawing.series.empty()) continue;
             if (panel.law == nullptr) {
                 draft.figure(fmt::format("work_precision_{}", number), drawing, "Work and precision on " + over + ".");
                 continue;

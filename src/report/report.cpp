@@ -13,15 +13,20 @@
 #include "report/sections.hpp"
 #include "report/verdict.hpp"
 #include "report/view_links.hpp"
+#include "report/worst_tick.hpp"
+#include "web/web.hpp"
 
 namespace trocar {
 namespace {
 
-Report compose(const std::vector<Record>& records) {
+constexpr const char* charts_file = "charts/charts.js";
+
+Report compose(const std::vector<Record>& records, const std::string& worst_tick) {
     Draft draft(records);
     const Verdict overall = make_verdict(draft.results, draft.reference, draft.mode, draft.results.scenes(draft.mode));
-    add_verdict_page(draft, overall);
+    add_page_one(draft, worst_tick);
     const bool has_verdict = !overall.rows.empty();
+    add_all_contestants(draft, overall);
     if (!has_verdict) add_hard_cases(draft);
     if (!has_verdict) add_certificate(draft);
     if (!has_verdict) add_ablation(draft);
@@ -50,32 +55,38 @@ Report compose(const std::vector<Record>& records) {
     add_work_profile(draft);
     add_glossary(draft);
     add_rebuild(draft);
+    add_commands(draft);
+    draft.document.command = "trocar study " + common_fact(draft.records, "study.file");
+    draft.document.charts_js = charts_file;
 
     Report report;
     for (const Block& block : draft.document.blocks) {
         if (const auto* figure = std::get_if<Figure>(&block)) report.files[figure->file] = figure->svg;
     }
-    report.files["report.md"] = to_markdown(draft.document);
+    report.files["report.md"] = page_one_to_markdown(draft.document, "report.html");
+    report.files[charts_file] = web::charts_script();
     report.files["report.html"] = to_html(draft.document);
     report.files["report.tex"] = to_latex(draft.document);
     report.files.merge(latex_tables(draft.document));
     report.files.merge(results_files(records, draft.mode));
-    report.page_one = terminal_text(draft, overall);
+    report.page_one = terminal_text(draft);
+    report.document = std::move(draft.document);
     return report;
 }
 
 }  // namespace
 
-Report make_report(const std::vector<Record>& records) {
+Report make_report(const std::vector<Record>& records, const std::string& worst_tick) {
     if (records.empty()) {
         const Document document{.title = "trocar study",
                                 .blocks = {Paragraph{"There are no records.", Paragraph::Style::normal}}};
         return {.files = {{"report.md", to_markdown(document)},
                           {"report.html", to_html(document)},
                           {"report.tex", to_latex(document)}},
-                .page_one = "There are no records.\n"};
+                .page_one = "There are no records.\n",
+                .document = document};
     }
-    return compose(records);
+    return compose(records, worst_tick);
 }
 
 std::vector<Record> read_records(const std::filesystem::path& file) {
@@ -93,8 +104,11 @@ Report write_report(const std::filesystem::path& directory) {
     if (!std::filesystem::is_directory(directory)) {
         throw InputError(directory.string(), "", "a folder that holds records.jsonl", "no such folder");
     }
+    const std::filesystem::path seen = directory / worst_tick_file;
     const std::vector<Record> records = read_records(directory / "records.jsonl");
-    Report report = make_report(records);
+    Report report =
+        make_report(records, std::filesystem::exists(seen) ? read_whole(seen, "what a study saw at its worst tick")
+                                                           : std::string());
     add_view_links(records, directory, report.files);
     write_report_files(directory, report.files);
     return report;

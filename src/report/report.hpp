@@ -8,22 +8,25 @@
 #include <vector>
 
 #include "measure/record.hpp"
+#include "report/document.hpp"
 
 namespace trocar {
 
 struct Report {
     std::map<std::string, std::string> files;  ///< path relative to the report's folder -> content
-    std::string page_one;                      ///< sentence and verdict table as plain text, for a terminal
+    std::string page_one;                      ///< sentence and tables of page 1 as plain text, for a terminal
+    Document document;                         ///< what the files tell, whole
 };
 
-/// Pure. An empty list gives a report that says so.
-Report make_report(const std::vector<Record>& records);
+/// Pure. An empty list gives a report that says so. `worst_tick`: content of worst_tick.json (worst_tick.hpp), empty
+/// without it.
+Report make_report(const std::vector<Record>& records, const std::string& worst_tick = {});
 
 /// Reads a records.jsonl; throws InputError with the line.
 std::vector<Record> read_records(const std::filesystem::path& file);
 
-/// Reads directory/records.jsonl and writes the report's files into the directory (report_files.hpp). Throws InputError
-/// when there are no records.
+/// Reads directory/records.jsonl, and worst_tick.json where it is, and writes the report's files into the directory
+/// (report_files.hpp). Throws InputError when there are no records.
 Report write_report(const std::filesystem::path& directory);
 
 }  // namespace trocar

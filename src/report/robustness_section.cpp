@@ -28,14 +28,14 @@ double time_p99(const VerdictRow& row) { return row.p99.value; }
 
 /// The row with the least error, the fastest of equals, or the first of the verdict; null when no row without a failure
 /// has the figure.
-const VerdictRow* winner(const Verdict& verdict, const Rule& rule, bool own_only, bool foreign_only,
-                         const std::string& without = {}) {
+enum class Among { all, ours, others };
+const VerdictRow* winner(const Verdict& verdict, const Rule& rule, Among among, const std::string& without = {}) {
     const VerdictRow* best = nullptr;
     for (const VerdictRow& row : verdict.rows) {
         const Contestant& who = row.contestant;
         if (!without.empty() && (method_name(who.detector) == without || method_name(who.response) == without))
             continue;
-        if ((own_only && !row.ours) || (foreign_only && !row.rival)) continue;
+        if (among != Among::all && row.ours != (among == Among::ours)) continue;
         if (row.control || row.failed_runs > 0 || std::isnan(row.p50.value)) continue;
         if (rule.error == nullptr) return &row;
         if (std::isnan(rule.error(row))) continue;
@@ -58,27 +58,34 @@ void add_rank_robustness(Draft& draft) {
     if (all.rows.size() < 2) return;
     const Rule main_rule =
         all.error_is_depth() ? Rule{"error over scenes", nullptr} : Rule{"pairs missed + extra", pairs_wrong};
-    const VerdictRow* const first = winner(all, main_rule, false, false);
+    const VerdictRow* const first = winner(all, main_rule, Among::all);
     if (first == nullptr) return;
     draft.heading(2, "Does the winner change?");
     Table table;
-    table.columns = {{"what is changed", false},
-                     {"winner", false},
-                     {"best of ours", false},
-                     {"best of the others", false},
-                     {"winner as on page 1", false}};
+    table.columns = {{"what is changed", false}, {"winner", false}, {"winner as with nothing changed", false}};
+    // A study that names no response as its own has nobody to set against the others.
+    const std::string ours = common_fact(draft.records, "study.ours");
+    if (!ours.empty()) {
+        table.columns.insert(table.columns.begin() + 2,
+                             {{"best of " + code(ours), false}, {"best of the others", false}});
+    }
     std::set<std::string> winners;
     const auto add = [&](const std::string& what, const Verdict& verdict, const Rule& rule,
                          const std::string& without = {}) {
-        const VerdictRow* const best = winner(verdict, rule, false, false, without);
+        const VerdictRow* const best = winner(verdict, rule, Among::all, without);
         if (best == nullptr) return;
         const Contestant& main = first->contestant;
         const bool is_gone =
             !without.empty() && (method_name(main.detector) == without || method_name(main.response) == without);
         if (!is_gone) winners.insert(best->contestant.label());
-        table.rows.push_back({.cells = {what, label(best), label(winner(verdict, rule, true, false, without)),
-                                        label(winner(verdict, rule, false, true, without)),
-                                        is_gone ? "left out itself" : yes_no(best->contestant == main)}});
+        TableRow row{.cells = {what, label(best)}};
+        if (!ours.empty()) {
+            for (const Among among : {Among::ours, Among::others}) {
+                row.cells.push_back(label(winner(verdict, rule, among, without)));
+            }
+        }
+        row.cells.push_back(is_gone ? "left out itself" : yes_no(best->contestant == main));
+        table.rows.push_back(std::move(row));
     };
     add(fmt::format("nothing: {}, all scenes", main_rule.name), all, main_rule);
     if (scenes.size() > 1) {
@@ -107,7 +114,8 @@ void add_rank_robustness(Draft& draft) {
         if (std::string(rule.name) != main_rule.name) add(std::string("judged by: ") + rule.name, all, rule);
     }
     table.note =
-        "The winner has the least error, the fastest of equals; errors over scenes are ranked as on page 1. Rows that "
+        "The winner has the least error, the fastest of equals; errors over scenes are ranked as under \"All "
+        "contestants\". Rows that "
         "failed on a scene cannot win. Each row has its error from its own runs alone, so that leaving a rival out "
         "changes the winner only where it was itself the winner; in the performance profile it can change the order "
         "among those that are not best, which is told there.";

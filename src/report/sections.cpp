@@ -8,6 +8,7 @@
 
 #include "contact/outcome.hpp"
 #include "report/verdict.hpp"
+#include "report/words.hpp"
 
 namespace trocar {
 
@@ -71,11 +72,23 @@ void Draft::paragraph(const std::string& text, Paragraph::Style style) {
 }
 
 void Draft::add(Table table) {
-    if (!table.rows.empty()) document.blocks.emplace_back(std::move(table));
+    if (table.rows.empty()) return;
+    explain_headers(table);
+    document.blocks.emplace_back(std::move(table));
 }
 
 void Draft::figure(const std::string& name, const std::string& svg, const std::string& caption) {
     if (!svg.empty()) document.blocks.emplace_back(Figure{"charts/" + name + ".svg", svg, caption});
+}
+
+void Draft::figure(const std::string& name, const ScatterChart& chart, const std::string& caption) {
+    if (chart.series.empty()) return;
+    document.blocks.emplace_back(Figure{"charts/" + name + ".svg", draw(chart), caption, interactive(chart)});
+}
+
+void Draft::figure(const std::string& name, const LineChart& chart, const std::string& caption) {
+    if (chart.lines.empty()) return;
+    document.blocks.emplace_back(Figure{"charts/" + name + ".svg", draw(chart), caption, interactive(chart)});
 }
 
 std::map<std::string, std::vector<std::string>> Draft::scenes_by_class() const {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "report/chart.hpp"
 #include "report/document.hpp"
 #include "report/figures.hpp"
 #include "report/verdict.hpp"
@@ -42,7 +43,7 @@ struct Draft {
     std::string reference;
     std::string study;
     std::string mode;      ///< of the verdict: closed_loop where there is one, else replay
-    std::string sentence;  ///< the quotable one; written by add_verdict_page
+    std::string sentence;  ///< the quotable one; written by add_page_one
 
     void heading(int level, const std::string& text);
     void paragraph(const std::string& text, Paragraph::Style style = Paragraph::Style::normal);
@@ -50,6 +51,9 @@ struct Draft {
     void add(Table table);
     /// Leaves out a drawing without content.
     void figure(const std::string& name, const std::string& svg, const std::string& caption);
+    /// The same with a chart that answers to the pointer.
+    void figure(const std::string& name, const ScatterChart& chart, const std::string& caption);
+    void figure(const std::string& name, const LineChart& chart, const std::string& caption);
 
     /// Scenes of the verdict's mode by class, classes in alphabetical order.
     [[nodiscard]] std::map<std::string, std::vector<std::string>> scenes_by_class() const;
@@ -60,11 +64,26 @@ struct Draft {
     [[nodiscard]] std::string interval_note(const std::string& of_mode) const;
 };
 
+// page_one_section.cpp
+/// `worst_tick`: content of worst_tick.json, which only a study can write; empty: there is none.
+void add_page_one(Draft& draft, const std::string& worst_tick);
+/// The sentence and the tables of page 1 as plain text for a terminal.
+std::string terminal_text(const Draft& draft);
+
 // verdict_section.cpp
-void add_verdict_page(Draft& draft, const Verdict& overall);
+/// Every contestant with all columns, over all scenes and per class.
+void add_all_contestants(Draft& draft, const Verdict& overall);
 void add_verdict_by_class(Draft& draft);
-/// The sentence and the verdict as plain text for a terminal.
-std::string terminal_text(const Draft& draft, const Verdict& verdict);
+
+// commands.cpp
+/// Gives every row that tells of one contestant, or of one on one scene, the command that runs it again.
+void add_commands(Draft& draft);
+/// Of a contestant of the closed loop on all its scenes, for a shell; empty when there is no single one.
+std::string run_command(const Draft& draft, const Contestant& contestant);
+
+// worst_tick.cpp
+/// One scene at its worst tick, from worst_tick.json; says how to make it when that is empty.
+void add_worst_tick(Draft& draft, const std::string& worst_tick);
 
 // fairness_section.cpp
 void add_environment(Draft& draft);
@@ -100,6 +119,8 @@ void add_failures(Draft& draft);
 void add_hard_cases(Draft& draft);
 /// Empty without such a part.
 std::string hard_case_sentence(const Draft& draft);
+/// Right and wrong answers by method, those that answer alike in one row; without rows when there are none.
+Table hard_case_tally(const Draft& draft, bool responses);
 
 // certificate_section.cpp
 void add_certificate(Draft& draft);

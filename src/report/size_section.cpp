@@ -79,7 +79,7 @@ std::map<Family, std::vector<Size>> families_of(const Draft& draft) {
 
 std::string median_key(const std::string& stage) { return stage + "_median_ns"; }
 
-std::string drawing_of(const Family& family, const std::vector<Size>& sizes) {
+ScatterChart drawing_of(const Family& family, const std::vector<Size>& sizes) {
     ScatterChart chart;
     chart.x_title = fmt::format("tissue triangles, {}, {}", family.scenes, family.stepper);
     chart.y_title = "median time per tick (µs), one thread";
@@ -102,7 +102,7 @@ std::string drawing_of(const Family& family, const std::vector<Size>& sizes) {
         }
         if (!series.points.empty()) chart.series.push_back(std::move(series));
     }
-    return chart.series.empty() ? std::string() : draw(chart);
+    return chart;
 }
 
 Table table_of(const std::map<Family, std::vector<Size>>& families) {

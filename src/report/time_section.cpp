@@ -260,7 +260,7 @@ void add_work_profile(Draft& draft) {
     }
     draft.heading(2, "Performance profile");
     draft.figure(
-        "profile", draw(chart),
+        "profile", chart,
         "Dolan–Moré profile of the detectors: share of the replayed scenes on which a detector's median tick is "
         "within a factor of the fastest; a failed run counts as infinitely slow. The order among detectors that "
         "are not the best can change when the best is removed.");

@@ -31,11 +31,7 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
                     const std::vector<std::string>& scenes) {
     VerdictRow row;
     row.contestant = contestant;
-    row.own = results.fact(contestant, "detector.own") == "yes" &&
-              (contestant.response.empty() || results.fact(contestant, "response.own") == "yes");
-    const std::string ours = results.fact(contestant, "study.ours");
-    row.ours = row.own && (contestant.response.empty() || ours.empty() || contestant.response == ours);
-    row.rival = ours.empty() || contestant.response.empty() ? !row.own : contestant.response != ours;
+    row.ours = !contestant.response.empty() && contestant.response == results.fact(contestant, "study.ours");
     row.control = results.fact(contestant, "detector.control") == "yes" ||
                   (!contestant.response.empty() && results.fact(contestant, "response.control") == "yes");
     row.reference = !reference.empty() && contestant.detector == reference;

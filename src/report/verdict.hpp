@@ -1,10 +1,11 @@
-// Page 1 of a report: who is how fast and how wrong, over a set of scenes, in one table, one chart and one sentence
-// that may be quoted. All of it is computed from records.
+// Who is how fast and how wrong, over a set of scenes: every contestant with all its columns, in one table and one
+// chart. Page 1 (page_one.hpp) takes the few that a hurried reader needs. All of it is computed from records.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "report/chart.hpp"
 #include "report/document.hpp"
 #include "report/figures.hpp"
 
@@ -13,9 +14,7 @@ namespace trocar {
 /// One contestant over a set of scenes. Times: geometric mean over the scenes, per process, then across processes.
 struct VerdictRow {
     Contestant contestant;
-    bool own = false;        ///< every method of it is written by us
-    bool ours = false;       ///< our contestant: own, and with the response that the study calls ours if it names one
-    bool rival = false;      ///< it stands against ours: of another response where the study names ours, else foreign
+    bool ours = false;       ///< its response is the one that the study names as `ours`
     bool control = false;    ///< a method of it holds the others to account: told last, never ranked
     bool reference = false;  ///< its detector is the one that ratios are taken to
     int scenes = 0;          ///< scenes it was planned on and that could be run
@@ -71,12 +70,8 @@ Verdict make_verdict(const Results& results, const std::string& reference, const
 Table verdict_table(const Verdict& verdict, const std::string& caption, double noise_floor);
 /// Verdict::partial, sorted by scenes and error; without rows when there is none.
 Table partial_table(const Verdict& verdict, const std::string& caption, double noise_floor);
-/// Empty when no row has both a time and an error.
-std::string verdict_chart(const Verdict& verdict);
-/// The best row of ours against the best of another: of another response where the study names ours, else the best
-/// foreign row; each the first of its kind in the table.
-std::string verdict_sentence(const Verdict& verdict, const std::string& where, const std::string& reference);
-
+/// Without series when no row has both a time and an error.
+ScatterChart verdict_chart(const Verdict& verdict);
 /// "12.3 [11.9–12.8]"; without brackets for one process.
 std::string estimate_text(const Estimate& interval, double scale);
 

@@ -1,4 +1,4 @@
-// What page 1 prints of a verdict: its tables, its chart and its sentence.
+// What is printed of a verdict: its tables and its chart.
 #include "report/verdict.hpp"
 
 #include <fmt/format.h>
@@ -17,13 +17,6 @@ constexpr double us = 1.0e-3;  // ns to µs
 constexpr double mm = 1.0e3;   // m to mm
 
 std::string method_name(const std::string& text) { return text.substr(0, text.find(':')); }
-
-std::string kind_text(const VerdictRow& row) {
-    if (row.control) return "control";
-    if (row.reference) return "reference";
-    if (row.ours) return "own";
-    return row.own ? "rival, our code" : "foreign";
-}
 
 /// An answer that a limit cut is unknown, never free of contact: told wherever missed pairs are.
 std::string cut_text(const VerdictRow& row) {
@@ -131,7 +124,6 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
     table.caption = caption;
     table.columns = {{"row", true},
                      {closed_loop ? "detector + response (contact source)" : "detector", false, true},
-                     {"kind", false},
                      {"pairs missed / extra of true", true},
                      {"depth error, median / worst (mm)", true},
                      {"error over scenes (mm)", true},
@@ -139,20 +131,19 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
                      {"force error, equal k / hard (N RMS)", true},
                      {"tick p50 (µs)", true},
                      {"tick p99 (µs)", true},
-                     {"ratio to reference", true},
+                     {"ratio of medians", true},
                      {"ticks over 1 ms", true},
                      {"failures", true}};
     const bool between = looks_between(rows);
-    if (between) table.columns.insert(table.columns.begin() + 4, {"contacts between frames never told", true});
+    if (between) table.columns.insert(table.columns.begin() + 3, {"contacts between frames never told", true});
     if (name_scenes) table.columns.insert(table.columns.begin() + 1, {"scenes", false});
     const std::vector<int> numbers = numbers_of(rows);
     for (std::size_t i = 0; i < rows.size(); ++i) {
         const VerdictRow& row = rows[i];
         if (row.identical_to >= 0) continue;
-        std::vector<std::string> cells{std::to_string(numbers[i]) + (row.dominated ? "†" : "")};
+        std::vector<std::string> cells{std::to_string(numbers[i])};
         if (name_scenes) cells.push_back(fmt::format("{}", fmt::join(row.scene_names, ", ")));
         std::vector<std::string> figures{who_text(row.contestant) + twins_text(rows, i),
-                                         kind_text(row),
                                          pairs_text(row),
                                          two_numbers(row.depth_error_p50, row.depth_error_max, mm),
                                          std::isnan(row.error) ? "n/a" : format_number(row.error * mm),
@@ -163,7 +154,7 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
                                          ratio_text(row, noise_floor),
                                          fmt::format("{:.0f} of {:.0f}", row.deadline_misses, row.timed_ticks),
                                          failures_text(row)};
-        if (between) figures.insert(figures.begin() + 3, between_text(row));
+        if (between) figures.insert(figures.begin() + 2, between_text(row));
         cells.insert(cells.end(), figures.begin(), figures.end());
         table.rows.push_back({.cells = std::move(cells)});
         TableRow& printed = table.rows.back();
@@ -200,7 +191,7 @@ Table partial_table(const Verdict& verdict, const std::string& caption, double n
     return table;
 }
 
-std::string verdict_chart(const Verdict& verdict) {
+ScatterChart verdict_chart(const Verdict& verdict) {
     const bool depth = verdict.error_is_depth();
     const bool p99 = std::all_of(verdict.rows.begin(), verdict.rows.end(), [](const VerdictRow& row) {
         return std::isnan(row.p50.value) || !std::isnan(row.p99.value);
@@ -215,11 +206,11 @@ std::string verdict_chart(const Verdict& verdict) {
     std::map<Key, ChartSeries> series;
     std::map<std::string, int> colours;
     std::map<std::string, int> shapes;
-    // Own rows first, so that the first colours are the same in every study.
+    // Those of `ours` first, so that the first colours are the same in every study.
     int next = 0;
-    for (const bool own : {true, false}) {
+    for (const bool ours : {true, false}) {
         for (const VerdictRow& row : verdict.rows) {
-            if (row.ours != own) continue;
+            if (row.ours != ours) continue;
             if (colours.emplace(method_name(row.contestant.detector), next).second) ++next;
             shapes.emplace(row.contestant.response, 0);
         }
@@ -251,7 +242,6 @@ std::string verdict_chart(const Verdict& verdict) {
                               .label = std::to_string(number)});
         all.emplace_back(time, y);
     }
-    if (all.empty()) return {};
     for (auto& [key, one] : series) {
         std::sort(one.points.begin(), one.points.end(),
                   [](const ChartPoint& a, const ChartPoint& b) { return std::pair(a.x, a.y) < std::pair(b.x, b.y); });
@@ -269,76 +259,7 @@ std::string verdict_chart(const Verdict& verdict) {
                                                   : "pairs missed + extra";
     chart.x_limit = 1000.0;
     chart.x_limit_name = "1 ms";
-    return draw(chart);
-}
-
-std::string verdict_sentence(const Verdict& verdict, const std::string& where, const std::string& reference) {
-    const bool depth = verdict.error_is_depth();
-    const VerdictRow* own = nullptr;
-    const VerdictRow* foreign = nullptr;
-    for (const VerdictRow& row : verdict.rows) {
-        if (row.control || std::isnan(row.p50.value) || std::isnan(error_of(row, depth))) continue;
-        if (row.ours && own == nullptr) own = &row;
-        if (row.rival && foreign == nullptr) foreign = &row;
-    }
-    const bool by_response = std::any_of(verdict.rows.begin(), verdict.rows.end(),
-                                         [](const VerdictRow& row) { return row.rival && row.own; });
-    const std::string best = by_response ? "the best response that is not ours" : "the best foreign row";
-    const auto tell = [depth](const VerdictRow& row) {
-        const std::string time = std::isnan(row.p99.value) ? format_number(row.p50.value * us) + " µs median per tick"
-                                                           : format_number(row.p99.value * us) + " µs p99 per tick";
-        if (depth) {
-            // A detector that misses pairs can leave less behind by luck: the reader gets both in one breath.
-            const std::string missed = std::isnan(row.missing)
-                                           ? std::string()
-                                           : fmt::format(" with {:.0f} of {:.0f} true pairs missed{}", row.missing,
-                                                         row.true_pairs, cut_text(row));
-            const std::string torn =
-                row.torn_in.empty() ? std::string() : fmt::format(" (torn in {}, and told as rupture)", row.torn_in);
-            const std::string due =
-                row.due_tears.empty()
-                    ? std::string()
-                    : fmt::format(" (apart from {}, where hard contact tears too: {} mm, told as rupture)",
-                                  fmt::join(row.due_tears, ", "), format_number(row.due_tear_max * mm));
-            return fmt::format("leaves {} mm in the median and {} mm at worst{}{}{}, at {}",
-                               format_number(row.left_p50 * mm), format_number(row.left_max * mm), torn, due, missed,
-                               time);
-        }
-        const std::string untold =
-            std::isnan(row.contacts_between)
-                ? std::string()
-                : fmt::format(", never tells of {} contacts that begin between frames", between_text(row));
-        return fmt::format("misses {:.0f} and adds {:.0f} of {:.0f} true pairs{}{}, at {}", row.missing, row.extra,
-                           row.true_pairs, cut_text(row), untold, time);
-    };
-    const auto total = [](const VerdictRow& row) {
-        return row.failed_runs == 0 ? std::string() : fmt::format(" ({} of {} runs failed)", row.failed_runs, row.runs);
-    };
-    if (own == nullptr && foreign == nullptr) return {};
-    std::string text = "On " + where + ", ";
-    if (own != nullptr) text += "`" + own->contestant.label() + "` " + tell(*own) + total(*own);
-    // Two rows move alike when they refer to the same first row of that motion.
-    const auto motion = [&verdict](const VerdictRow& row) {
-        return row.identical_to >= 0 ? static_cast<std::ptrdiff_t>(row.identical_to) : &row - verdict.rows.data();
-    };
-    if (own != nullptr && foreign != nullptr && motion(*own) == motion(*foreign)) {
-        const bool tail = !std::isnan(foreign->p99.value);
-        text += fmt::format(
-            "; {}, `{}`, moves identically, bit by bit, at {} µs {} per tick", best, foreign->contestant.label(),
-            format_number((tail ? foreign->p99.value : foreign->p50.value) * us), tail ? "p99" : "median");
-    } else if (foreign != nullptr) {
-        text += (own != nullptr ? "; " + best + ", `" : "`") + foreign->contestant.label() + "`, " + tell(*foreign) +
-                total(*foreign);
-    }
-    if (own != nullptr && foreign != nullptr) {
-        const double ratio = foreign->p50.value / own->p50.value;
-        text += fmt::format("; median tick {} times that of ours", format_number(ratio));
-    }
-    if (own != nullptr && !reference.empty() && !std::isnan(own->ratio.value) &&
-        (foreign == nullptr || foreign->contestant.detector != reference)) {
-        text += fmt::format(" (ours: {} of `{}`)", format_number(own->ratio.value), reference);
-    }
-    return text + ".";
+    return chart;
 }
 
 }  // namespace trocar

@@ -139,7 +139,7 @@ TEST_F(StudyCommand, ReportsEveryRunAndRebuildsTheReportToTheByte) {
 
 TEST_F(StudyCommand, DetectorsThatMoveTissueAlikeStandInOneRow) {
     (void)run_json();
-    EXPECT_NE(read_file(output() / "report.md").find(", moving alike: "), std::string::npos);
+    EXPECT_NE(read_file(output() / "report.html").find(", moving alike: "), std::string::npos);
 }
 
 TEST_F(StudyCommand, PlanRunsNothing) {
@@ -168,7 +168,7 @@ TEST_F(StudyCommand, SceneWithoutItsDataIsARow) {
     const ProgramResult result = run_program(arguments() + " --json");
     EXPECT_EQ(result.status, 0) << result.err;
     EXPECT_EQ(nlohmann::json::parse(result.out)["outcomes"]["unsupported"], 1);
-    EXPECT_NE(read_file(output() / "report.md").find("unsupported (no data)"), std::string::npos);
+    EXPECT_NE(read_file(output() / "report.html").find("unsupported (no data)"), std::string::npos);
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ Record hard_case(const std::string& name, const std::string& detector, OutcomeKi
     return record;
 }
 
-std::string page_of(const std::vector<Record>& records) { return make_report(records).files.at("report.md"); }
+std::string page_of(const std::vector<Record>& records) { return test::whole(make_report(records)); }
 
 TEST(HardCaseSection, EveryAnswerHasItsWord) {
     const std::string page =

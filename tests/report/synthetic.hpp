@@ -6,6 +6,7 @@
 
 #include "measure/metrics.hpp"
 #include "measure/record.hpp"
+#include "report/report.hpp"
 
 namespace trocar::test {
 
@@ -82,5 +83,8 @@ inline Record synthetic(const SyntheticRun& run) {
     record.summary = summarize(record.rows, {.mode = run.mode});
     return record;
 }
+
+/// All that a report tells, page 1 and what stands behind it, as Markdown.
+inline std::string whole(const Report& report) { return to_markdown(report.document); }
 
 }  // namespace trocar::test

@@ -1,0 +1,153 @@
+// The rows of page 1, from the results of the runs; page_one_tables.cpp prints them.
+#include "report/page_one.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <tuple>
+
+namespace trocar {
+namespace {
+
+double or_last(double value) { return std::isnan(value) ? std::numeric_limits<double>::infinity() : value; }
+
+void take_larger(double& largest, double value) {
+    if (!std::isnan(value) && !(value <= largest)) largest = value;
+}
+
+void keep_known(std::vector<double>& values, double value) {
+    if (!std::isnan(value)) values.push_back(value);
+}
+
+/// The detector that most contestants have: the one that page 1 need not name.
+std::map<std::string, int> count_by_detector(const std::vector<Contestant>& contestants) {
+    std::map<std::string, int> count;
+    for (const Contestant& contestant : contestants) ++count[contestant.detector];
+    return count;
+}
+
+ResponseRow make_row(const Results& results, const Contestant& contestant, const std::vector<std::string>& scenes) {
+    ResponseRow row;
+    row.who = {contestant};
+    row.setting = results.fact(contestant, "response.setting");
+    row.ours = contestant.response == results.fact(contestant, "study.ours");
+    row.control = results.fact(contestant, "response.control") == "yes";
+    std::vector<double> depths;
+    std::vector<double> forces;
+    std::vector<double> places;
+    for (const std::string& scene : scenes) {
+        const SceneResult* result = results.find(contestant, scene);
+        if (result == nullptr || result->not_applicable()) {
+            ++row.not_run;
+            continue;
+        }
+        for (const RunFigures& run : result->runs) {
+            ++row.runs;
+            row.failed += run.ok() ? 0 : 1;
+        }
+        // What a run did before it failed is no answer; the row is told as failed.
+        if (!result->ok()) continue;
+        const RunFigures& first = result->runs.front();
+        keep_known(depths, first.left_p50);
+        if (!std::isnan(first.left_max) && !(first.left_max <= row.depth_worst)) {
+            row.depth_worst = first.left_max;
+            row.worst_on = scene;
+            row.worst_is_due = first.tears_when_due();
+        }
+        if (!first.tears_when_due()) take_larger(row.depth_worst_else, first.left_max);
+        keep_known(forces, first.force_error_hard);
+        keep_known(places, summary_of(*first.record, "position_error_rms_hard"));
+        take_larger(row.force_jump, first.force_jump_max);
+        take_larger(row.tick_p99, result->of(&RunFigures::tick_p99).value);
+    }
+    row.depth_median = quantile(depths, 0.5);
+    row.force_error = quantile(forces, 0.5);
+    row.position_error = quantile(places, 0.5);
+    return row;
+}
+
+/// On every scene of either.
+bool same_bits(const Results& results, const Contestant& a, const Contestant& b,
+               const std::vector<std::string>& scenes) {
+    bool any = false;
+    for (const std::string& scene : scenes) {
+        const SceneResult* first = results.find(a, scene);
+        const SceneResult* second = results.find(b, scene);
+        if ((first == nullptr) != (second == nullptr)) return false;
+        if (first == nullptr) continue;
+        if (!first->ok() || !second->ok() || !same_motion(first->runs.front(), second->runs.front())) return false;
+        any = true;
+    }
+    return any;
+}
+
+}  // namespace
+
+std::vector<ResponseRow> response_rows(const Draft& draft) {
+    const Results& results = draft.results;
+    std::vector<std::string> scenes;
+    for (const std::string& scene : results.scenes("closed_loop")) {
+        if (!scene.empty()) scenes.push_back(scene);
+    }
+    std::vector<Contestant> contestants;
+    for (const Contestant& contestant : results.contestants("closed_loop")) {
+        if (contestant.response.empty() || results.fact(contestant, "detector.control") == "yes") continue;
+        contestants.push_back(contestant);
+    }
+    const std::map<std::string, int> common = count_by_detector(contestants);
+    std::stable_sort(contestants.begin(), contestants.end(), [&common](const Contestant& a, const Contestant& b) {
+        return common.at(a.detector) > common.at(b.detector);
+    });
+    std::vector<ResponseRow> rows;
+    for (const Contestant& contestant : contestants) {
+        const auto twin = std::find_if(rows.begin(), rows.end(), [&](const ResponseRow& row) {
+            return same_bits(results, row.who.front(), contestant, scenes);
+        });
+        if (twin != rows.end()) {
+            twin->who.push_back(contestant);
+            continue;
+        }
+        ResponseRow row = make_row(results, contestant, scenes);
+        if (row.runs > 0) rows.push_back(std::move(row));
+    }
+    const auto rank = [](const ResponseRow& row) {
+        return std::tuple(row.failed > 0, row.not_run > 0, or_last(as_printed(row.depth_worst)), or_last(row.tick_p99),
+                          row.who.front());
+    };
+    std::sort(rows.begin(), rows.end(),
+              [&rank](const ResponseRow& a, const ResponseRow& b) { return rank(a) < rank(b); });
+    return rows;
+}
+
+std::vector<std::size_t> rows_that_matter(const std::vector<ResponseRow>& rows) {
+    std::set<std::size_t> shown;
+    std::set<std::string> methods;
+    for (std::size_t i = 0; i < rows.size() && shown.size() < page_one_rows; ++i) {
+        if (methods.insert(rows[i].method()).second) shown.insert(i);
+    }
+    for (std::size_t i = 0; i < rows.size() && shown.size() < page_one_rows; ++i) shown.insert(i);
+    return {shown.begin(), shown.end()};
+}
+
+Headline headline_of(const std::vector<ResponseRow>& rows) {
+    const auto usable = [](const ResponseRow& row) {
+        return !row.control && row.failed == 0 && row.not_run == 0 && !std::isnan(row.depth_worst);
+    };
+    Headline headline;
+    for (const ResponseRow& row : rows) {
+        if (headline.first == nullptr && row.ours && !std::isnan(row.depth_worst)) headline.first = &row;
+    }
+    headline.named = headline.first != nullptr;
+    for (const ResponseRow& row : rows) {
+        if (headline.first == nullptr && usable(row)) headline.first = &row;
+    }
+    if (headline.first == nullptr) return headline;
+    for (const ResponseRow& row : rows) {
+        const bool same = &row == headline.first || (headline.named && row.method() == headline.first->method());
+        if (headline.other == nullptr && usable(row) && !same) headline.other = &row;
+    }
+    return headline;
+}
+
+}  // namespace trocar

@@ -1,0 +1,70 @@
+// Page 1 of a report: what a reader takes away in two minutes. One sentence, a table of detectors, a table of responses
+// and a picture, each of at most ten rows and eight columns; everything else stands behind it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "report/sections.hpp"
+
+namespace trocar {
+
+inline constexpr std::size_t page_one_rows = 10;
+inline constexpr std::size_t page_one_columns = 8;
+
+/// One response, with its settings, over all scenes of the closed loop. Of several contestants that moved alike, bit by
+/// bit on every scene, the first is told and names the others; times are the first one's.
+struct ResponseRow {
+    std::vector<Contestant> who;          ///< the first is the one that is told
+    std::string setting;                  ///< "default", "recommended" or "tuned", as the study says
+    bool ours = false;                    ///< the study names its response as `ours`
+    bool control = false;                 ///< its response is there to hold the others to account
+    double depth_median = not_known;      ///< m, median over scenes of the median over ticks
+    double depth_worst = not_known;       ///< m, of every scene and judged tick
+    std::string worst_on;                 ///< scene of it
+    bool worst_is_due = false;            ///< there hard contact tears too, and the response told the rupture
+    double depth_worst_else = not_known;  ///< m, the worst of the scenes where no tear is due
+    double force_error = not_known;       ///< N, against hard contact, RMS below 30 Hz, median over scenes
+    double position_error = not_known;    ///< m, against hard contact, RMS, median over scenes
+    double force_jump = not_known;        ///< N, worst of every scene, tick to tick
+    double tick_p99 = not_known;          ///< ns, of the slowest scene
+    int runs = 0;
+    int failed = 0;
+    int not_run = 0;  ///< scenes of the study on which it was not planned, or could not be run
+    [[nodiscard]] std::string method() const { return method_name(who.front().response); }
+};
+
+/// Sorted by the worst depth, faster first among equals; then those that were not run on every scene, then those that
+/// failed on one. Contestants with a detector that is a control take no part.
+std::vector<ResponseRow> response_rows(const Draft& draft);
+
+/// Positions of the rows that page 1 shows, ascending: the best setting of every response, then the next rows, ten in
+/// all.
+std::vector<std::size_t> rows_that_matter(const std::vector<ResponseRow>& rows);
+
+/// The two rows that the sentence speaks of. Where the study names a response as `ours`: its first row, and the first
+/// row of another response that is no control, ran everywhere and failed nowhere. Else the first two such rows.
+struct Headline {
+    const ResponseRow* first = nullptr;
+    const ResponseRow* other = nullptr;
+    bool named = false;  ///< the study names the first one
+};
+Headline headline_of(const std::vector<ResponseRow>& rows);
+
+/// "Over N scenes `hold` left x mm at worst, the best other response y mm at z times the time; n failed."; empty
+/// without a depth.
+std::string response_sentence(const Draft& draft, const std::vector<ResponseRow>& rows);
+/// The same of detectors on replayed frames, for a study without responses.
+std::string detector_sentence(const Verdict& verdict, const Draft& draft);
+
+/// Without rows when nothing was replayed.
+Table detectors_table(const Draft& draft);
+Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows);
+
+/// p99 tick against worst depth, a line per method over its settings; failed rows stand on a rail of their own.
+ScatterChart depth_against_time(const std::vector<ResponseRow>& rows);
+
+/// The row in one word for a table: "`penalty:k=1000` (tracked)"; with its detector where `detector` is another one.
+std::string name_of_row(const ResponseRow& row, const std::string& detector);
+
+}  // namespace trocar

@@ -1,0 +1,174 @@
+// Page 1 put together.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "report/page_one.hpp"
+
+namespace trocar {
+namespace {
+
+constexpr const char* thesis_named =
+    "`thesis` is what Jitesh Butala describes in \"Collision Response for Virtual Laparoscopic Surgery\", M.S. thesis "
+    "in "
+    "Electrical Engineering, The University of Texas at Arlington, August 2005";
+
+bool names_thesis(const Draft& draft) {
+    return std::any_of(draft.records.begin(), draft.records.end(),
+                       [](const Record& record) { return method_name(record.spec.response) == "thesis"; });
+}
+
+/// One hash over the frame hashes of all replayed scenes, in order of their names.
+std::string frames_digest(const Draft& draft) {
+    std::map<std::string, std::string> by_scene;
+    for (const Record& record : draft.records) {
+        if (!record.frames_hash.empty()) by_scene[record.spec.scene] = record.frames_hash;
+    }
+    if (by_scene.empty()) return {};
+    std::uint64_t hash = 0xCBF29CE484222325ULL;
+    for (const auto& [scene, frames] : by_scene) {
+        for (const char c : scene + frames) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3ULL;
+    }
+    return fmt::format("{:016x}", hash);
+}
+
+/// Where the numbers come from, and how to have them again.
+std::string origin(const Draft& draft) {
+    std::string text =
+        fmt::format("Study {}, commit {}, {}, seed {}, {} runs.", code(draft.study),
+                    code(common_fact(draft.records, "commit").substr(0, 12)), common_fact(draft.records, "cpu"),
+                    draft.records.front().spec.seed, draft.records.size());
+    const std::string frames = frames_digest(draft);
+    if (!frames.empty()) text += " Frames " + code(frames) + ".";
+    text += " This page again: " + code("trocar report reports/" + draft.study) +
+            "; the records anew: " + code("trocar study " + common_fact(draft.records, "study.file")) + ".";
+    if (names_thesis(draft)) text += " " + std::string(thesis_named) + ".";
+    return text;
+}
+
+void warnings(Draft& draft) {
+    if (common_fact(draft.records, "dirty").find("yes") != std::string::npos) {
+        draft.paragraph("The source tree had uncommitted changes: these numbers belong to no commit.",
+                        Paragraph::Style::warning);
+    }
+    if (draft.results.noise_floor() > 1.25) {
+        draft.paragraph(
+            fmt::format("Noisy machine: two processes of the same contestant differ by up to a factor {} in "
+                        "their medians (95 % of all pairs of processes). Smaller ratios mean nothing here.",
+                        format_number(draft.results.noise_floor())),
+            Paragraph::Style::warning);
+    }
+    bool mixed = false;
+    for (const char* key : {"binary", "cpu", "kernel"}) (void)common_fact(draft.records, key, &mixed);
+    if (mixed) {
+        draft.paragraph("The records come from more than one binary or machine; see the environment.",
+                        Paragraph::Style::warning);
+    }
+}
+
+/// The first rows and columns of a table that is told in full behind page 1.
+Table first_of(Table table, const std::string& where) {
+    const std::size_t rows = table.rows.size();
+    if (table.columns.size() > page_one_columns) table.columns.resize(page_one_columns);
+    if (rows > page_one_rows) {
+        table.rows.resize(page_one_rows);
+        table.note = fmt::format("The first {} of {} rows; all of them under \"{}\".", page_one_rows, rows, where);
+    }
+    for (TableRow& row : table.rows) row.cells.resize(std::min(row.cells.size(), page_one_columns));
+    return table;
+}
+
+/// What page 1 shows: its sentence goes into the draft.
+std::vector<Table> tables_of(const Draft& draft) {
+    std::vector<Table> tables{detectors_table(draft), responses_table(draft, response_rows(draft))};
+    std::erase_if(tables, [](const Table& table) { return table.rows.empty(); });
+    if (!tables.empty()) return tables;
+    for (const bool responses : {false, true}) {
+        tables.push_back(first_of(hard_case_tally(draft, responses), "Hard cases"));
+    }
+    tables.push_back(first_of(ablation_table(draft), "What each switch changes"));
+    std::erase_if(tables, [](const Table& table) { return table.rows.empty(); });
+    return tables;
+}
+
+std::string sentence_of(const Draft& draft) {
+    std::string text = response_sentence(draft, response_rows(draft));
+    if (text.empty() && !draft.results.scenes("replay").empty()) {
+        text = detector_sentence(make_verdict(draft.results, draft.reference, "replay", draft.results.scenes("replay")),
+                                 draft);
+    }
+    if (text.empty()) text = ablation_sentence(draft);
+    if (text.empty()) text = hard_case_sentence(draft);
+    return text.empty() ? work_precision_sentence(draft) : text;
+}
+
+std::string without_code(std::string text) {
+    std::erase(text, '`');
+    return text;
+}
+
+/// The table as lines for a terminal.
+std::string plain_table(const Table& table) {
+    std::vector<std::vector<std::string>> lines(1);
+    for (const Column& column : table.columns) lines.front().push_back(without_code(column.header));
+    for (const TableRow& row : table.rows) {
+        std::vector<std::string> line;
+        for (const std::string& cell : row.cells) line.push_back(without_code(cell));
+        lines.push_back(std::move(line));
+    }
+    std::vector<std::size_t> widths(table.columns.size());
+    const auto width_of = [](const std::string& cell) {
+        return static_cast<std::size_t>(std::count_if(
+            cell.begin(), cell.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+    };
+    for (const auto& line : lines) {
+        for (std::size_t i = 0; i < line.size(); ++i) widths.at(i) = std::max(widths.at(i), width_of(line[i]));
+    }
+    std::string text;
+    for (const auto& line : lines) {
+        for (std::size_t i = 0; i < line.size(); ++i) {
+            const std::string padding(widths.at(i) - width_of(line[i]), ' ');
+            const bool left_aligned = !table.columns[i].number;
+            const bool last = i + 1 == line.size();
+            text += left_aligned ? line[i] + (last ? "" : padding) : padding + line[i];
+            text += last ? "\n" : "  ";
+        }
+    }
+    return text;
+}
+
+}  // namespace
+
+void add_page_one(Draft& draft, const std::string& worst_tick) {
+    draft.sentence = sentence_of(draft);
+    if (!draft.sentence.empty()) draft.paragraph(draft.sentence, Paragraph::Style::quote);
+    warnings(draft);
+    const std::vector<Table> tables = tables_of(draft);
+    for (const Table& table : tables) draft.add(table);
+    const bool planned = std::any_of(draft.records.begin(), draft.records.end(), [](const Record& record) {
+        return record.spec.mode == "closed_loop" || record.spec.mode == "replay";
+    });
+    if (tables.empty() && planned) {
+        draft.paragraph("No run of a detector or response could be made; see the failures and what is absent.");
+    }
+    const std::vector<ResponseRow> rows = response_rows(draft);
+    draft.figure(
+        "depth_time", depth_against_time(rows),
+        "What accuracy costs: the 99 % tick of the slowest scene against the worst depth, a line per method over "
+        "its settings. Right of 1 ms no haptic loop can follow; what failed on a scene stands on the rail.");
+    add_worst_tick(draft, worst_tick);
+    draft.paragraph(origin(draft), Paragraph::Style::small);
+    draft.document.page_one = draft.document.blocks.size();
+}
+
+std::string terminal_text(const Draft& draft) {
+    std::string text = draft.sentence.empty() ? std::string() : without_code(draft.sentence) + "\n";
+    for (const Table& table : tables_of(draft)) {
+        text += "\n" + without_code(table.caption) + "\n" + plain_table(table);
+    }
+    return text;
+}
+
+}  // namespace trocar

@@ -1,0 +1,283 @@
+// Page 1 in words: its sentence and its two tables.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "report/page_one.hpp"
+
+namespace trocar {
+namespace {
+
+constexpr double ms = 1.0e-6;  // ns to ms
+
+std::string count_failed(int failed, int runs, int not_run) {
+    std::string text = fmt::format("{} of {}", failed, runs);
+    if (not_run > 0) text += fmt::format(", {} not run", not_run);
+    return text;
+}
+
+/// What is next to nothing is told as such, without an exponent.
+std::string small_text(double value) {
+    constexpr double next_to_nothing = 1.0e-4;
+    return value > 0.0 && value < next_to_nothing ? std::string("< 0.0001") : scaled(value);
+}
+
+/// "`penalty:k=1000` (tracked) by `implicit`"
+std::string response_name(const Contestant& who) {
+    std::string text = code(who.response) + " (" + who.contacts + ")";
+    if (!who.stepper.empty()) text += " by " + code(who.stepper);
+    return text;
+}
+
+std::string in_code(const std::vector<Contestant>& list, std::string Contestant::*part) {
+    std::vector<std::string> names;
+    for (const Contestant& one : list) {
+        std::string name = code(one.*part);
+        if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(std::move(name));
+    }
+    return joined(names);
+}
+
+/// The detector of most rows; the caption names it once.
+std::string common_detector(const std::vector<ResponseRow>& rows) {
+    std::map<std::string, int> count;
+    for (const ResponseRow& row : rows) ++count[row.who.front().detector];
+    const auto most =
+        std::max_element(count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    return most == count.end() ? std::string() : most->first;
+}
+
+std::vector<std::string> closed_loop_scenes(const Draft& draft) {
+    std::vector<std::string> scenes;
+    for (const std::string& scene : draft.results.scenes("closed_loop")) {
+        if (!scene.empty()) scenes.push_back(scene);
+    }
+    return scenes;
+}
+
+std::string scenes_text(std::size_t count) { return fmt::format("{} scene{}", count, count == 1 ? "" : "s"); }
+
+std::int64_t widest_stride(const Draft& draft, const std::string& mode) {
+    std::int64_t stride = 1;
+    for (const Record& record : draft.records) {
+        if (record.spec.mode == mode) stride = std::max(stride, record.spec.truth_stride);
+    }
+    return stride;
+}
+
+/// Where the rows stand that page 1 has no room for.
+std::string others_text(const std::vector<ResponseRow>& rows, const std::vector<std::size_t>& shown,
+                        const std::string& detector) {
+    std::vector<std::string> others;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        if (std::find(shown.begin(), shown.end(), i) != shown.end()) continue;
+        const ResponseRow& row = rows[i];
+        others.push_back(name_of_row(row, detector) + " " + scaled(row.depth_worst, mm) + " mm" +
+                         (row.failed > 0 ? fmt::format(", {} failed", row.failed) : ""));
+    }
+    return others.empty() ? std::string() : fmt::format(" Not shown, at worst: {}.", fmt::join(others, "; "));
+}
+
+/// Replayed scenes that no response was run on, for whoever reads "every response on every scene".
+std::string replayed_only(const Draft& draft) {
+    const std::vector<std::string> closed = closed_loop_scenes(draft);
+    std::vector<std::string> names;
+    for (const std::string& scene : draft.results.scenes("replay")) {
+        if (!scene.empty() && std::find(closed.begin(), closed.end(), scene) == closed.end()) names.push_back(scene);
+    }
+    return names.empty() ? std::string() : fmt::format(" Not run with responses, detectors only: {}.", joined(names));
+}
+
+std::string ratio_header(const Draft& draft) {
+    const int processes = draft.most_processes("replay");
+    const std::string interval = processes >= processes_for_interval ? " [95 %]"
+                                 : processes > 1                     ? fmt::format(" [min–max of {}]", processes)
+                                                                     : "";
+    return "time / " + code(draft.reference) + interval;
+}
+
+}  // namespace
+
+std::string name_of_row(const ResponseRow& row, const std::string& detector) {
+    std::vector<Contestant> first;  // those of the same response as the first, which differ by detector alone
+    std::vector<std::string> others;
+    for (const Contestant& who : row.who) {
+        if (response_name(who) == response_name(row.who.front())) {
+            first.push_back(who);
+        } else if (std::find(others.begin(), others.end(), response_name(who)) == others.end()) {
+            others.push_back(response_name(who));
+        }
+    }
+    std::string text = response_name(row.who.front());
+    if (row.setting != "default" && !row.setting.empty()) text += ", " + row.setting;
+    if (first.size() > 1 || first.front().detector != detector) {
+        text += " with " + in_code(first, &Contestant::detector);
+    }
+    if (!others.empty()) text += " = " + joined(others);
+    return text;
+}
+
+std::string response_sentence(const Draft& draft, const std::vector<ResponseRow>& rows) {
+    const auto [first, other, named] = headline_of(rows);
+    if (first == nullptr) return {};
+    const std::string detector = common_detector(rows);
+    const auto name = [&](const ResponseRow& row) {
+        const bool alone = std::none_of(rows.begin(), rows.end(), [&row](const ResponseRow& some) {
+            return &some != &row && some.method() == row.method();
+        });
+        return alone ? code(row.who.front().response) : name_of_row(row, detector);
+    };
+    std::string text = fmt::format("Over {} {} left {} mm at worst", scenes_text(closed_loop_scenes(draft).size()),
+                                   name(*first), scaled(first->depth_worst, mm));
+    if (first->worst_is_due) {
+        text += fmt::format(" (on {}, where hard contact tears too; {} mm elsewhere)", first->worst_on,
+                            scaled(first->depth_worst_else, mm));
+    }
+    if (other != nullptr) {
+        text += fmt::format(", {}, {}, {} mm", named ? "the best other response" : "the next", name(*other),
+                            scaled(other->depth_worst, mm));
+        const double ratio = other->tick_p99 / first->tick_p99;
+        if (!std::isnan(ratio)) text += fmt::format(" at {} times the time", format_number(ratio));
+    }
+    int failed = 0;
+    int runs = 0;
+    for (const ResponseRow& row : rows) {
+        failed += row.failed;
+        runs += row.runs;
+    }
+    return text + fmt::format("; {} of {} runs failed.", failed, runs);
+}
+
+std::string detector_sentence(const Verdict& verdict, const Draft& draft) {
+    const VerdictRow* first = nullptr;
+    const VerdictRow* other = nullptr;
+    int failed = 0;
+    int runs = 0;
+    for (const VerdictRow& row : verdict.rows) {
+        if (row.control) continue;
+        failed += row.failed_runs;
+        runs += row.runs;
+        if (row.failed_runs > 0 || std::isnan(row.p50.value) || std::isnan(row.wrong())) continue;
+        if (first == nullptr) {
+            first = &row;
+        } else if (other == nullptr) {
+            other = &row;
+        }
+    }
+    if (first == nullptr) return {};
+    const auto tell = [](const VerdictRow& row) {
+        std::string told = fmt::format("{} missed {:.0f} and added {:.0f} of {:.0f} pairs",
+                                       code(row.contestant.detector), row.missing, row.extra, row.true_pairs);
+        if (!std::isnan(row.contacts_between)) {
+            told += fmt::format(" and missed {:.0f} of {:.0f} contacts between frames", row.contacts_untold,
+                                row.contacts_between);
+        }
+        return told;
+    };
+    std::string text = fmt::format("Over {} {}", scenes_text(draft.results.scenes("replay").size()), tell(*first));
+    if (other != nullptr) {
+        text += fmt::format(", the next, {}, at {} times the time", tell(*other),
+                            format_number(other->p50.value / first->p50.value));
+    }
+    return text + fmt::format("; {} of {} runs failed.", failed, runs);
+}
+
+Table detectors_table(const Draft& draft) {
+    Table table;
+    const std::vector<std::string> scenes = draft.results.scenes("replay");
+    if (scenes.empty()) return table;
+    const Verdict verdict = make_verdict(draft.results, draft.reference, "replay", scenes);
+    std::vector<const VerdictRow*> rows;
+    for (const VerdictRow& row : verdict.rows) rows.push_back(&row);
+    for (const VerdictRow& row : verdict.partial) rows.push_back(&row);
+    std::erase_if(rows, [](const VerdictRow* row) { return row->control; });
+    const bool between =
+        std::any_of(rows.begin(), rows.end(), [](const VerdictRow* row) { return !std::isnan(row->contacts_between); });
+    const bool ratio = !draft.reference.empty();
+    table.caption = fmt::format("Detectors on the same frames, {}", scenes_text(verdict.scenes.size()));
+    table.columns = {{"detector", false, true}, {"missed of N", true}, {"extra", true}};
+    if (between) table.columns.push_back({"missed between frames, of N", true});
+    table.columns.insert(table.columns.end(), {{"µs p50", true}, {"µs p99", true}});
+    if (ratio) table.columns.push_back({ratio_header(draft), true});
+    table.columns.push_back({"failed", true});
+    std::vector<std::string> left_out;
+    for (const VerdictRow* row : rows) {
+        const std::string name = code(row->contestant.detector);
+        if (table.rows.size() == page_one_rows) {
+            left_out.push_back(name);
+            continue;
+        }
+        const bool everywhere = row->scenes == static_cast<int>(verdict.scenes.size());
+        const bool timed = everywhere && row->failed_runs == 0;
+        const auto time = [timed](const Estimate& estimate) {
+            return timed ? scaled(estimate.value, us) : std::string("n/a");
+        };
+        TableRow line;
+        line.cells = {
+            everywhere ? name : name + " (" + joined(row->scene_names) + " only)",
+            std::isnan(row->true_pairs)
+                ? "n/a"
+                : fmt::format(
+                      "{:.0f} of {:.0f}{}", row->missing, row->true_pairs,
+                      row->truncated_ticks > 0.0 ? fmt::format(", cut in {:.0f} ticks", row->truncated_ticks) : ""),
+            count_text(row->extra)};
+        if (between) {
+            line.cells.push_back(std::isnan(row->contacts_between)
+                                     ? "n/a"
+                                     : fmt::format("{:.0f} of {:.0f}", row->contacts_untold, row->contacts_between));
+        }
+        line.cells.push_back(time(row->p50));
+        line.cells.push_back(time(row->p99));
+        if (ratio) line.cells.push_back(row->failed_runs > 0 ? "n/a" : estimate_text(row->ratio, 1.0));
+        line.cells.push_back(
+            count_failed(row->failed_runs, row->runs, static_cast<int>(verdict.scenes.size()) - row->scenes));
+        if (row->failed_runs > 0) line.style = TableRow::Style::failed;
+        table.rows.push_back(std::move(line));
+    }
+    table.note = "Times over scenes are geometric means.";
+    if (const std::int64_t stride = widest_stride(draft, "replay"); stride > 1) {
+        table.note += fmt::format(" Pairs were judged on every {}th tick only.", stride);
+    }
+    if (!left_out.empty()) table.note += " Behind these: " + joined(left_out) + ".";
+    return table;
+}
+
+Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows) {
+    Table table;
+    if (rows.empty()) return table;
+    const std::string detector = common_detector(rows);
+    const std::vector<std::size_t> shown = rows_that_matter(rows);
+    table.caption =
+        fmt::format("Responses, {}, with {}", scenes_text(closed_loop_scenes(draft).size()), code(detector));
+    table.columns = {{"response", false, true},        {"depth median (mm)", true},   {"depth worst (mm)", true},
+                     {"force error median (N)", true}, {"position error (mm)", true}, {"force jump worst (N)", true},
+                     {"tick p99 (ms)", true},          {"failed of N", true}};
+    for (const std::size_t i : shown) {
+        const ResponseRow& row = rows[i];
+        TableRow line;
+        line.cells = {name_of_row(row, detector),     scaled(row.depth_median, mm),
+                      scaled(row.depth_worst, mm),    scaled(row.force_error),
+                      scaled(row.position_error, mm), small_text(row.force_jump),
+                      scaled(row.tick_p99, ms),       count_failed(row.failed, row.runs, row.not_run)};
+        line.command = run_command(draft, row.who.front());
+        if (row.failed > 0) {
+            line.style = TableRow::Style::failed;
+        } else if (row.ours) {
+            line.style = TableRow::Style::own;
+        }
+        table.rows.push_back(std::move(line));
+    }
+    const std::int64_t stride = widest_stride(draft, "closed_loop");
+    table.note =
+        "Sorted by worst depth, failed rows last; a failed row tells of the scenes it finished. Errors are against "
+        "hard "
+        "contact, median over scenes; p99 is of the slowest scene. " +
+        (stride > 1 ? fmt::format("Depths were judged on every {}th tick only.", stride)
+                    : std::string("Depths are of every tick.")) +
+        others_text(rows, shown, detector) + replayed_only(draft);
+    return table;
+}
+
+}  // namespace trocar

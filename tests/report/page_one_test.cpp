@@ -1,0 +1,257 @@
+#include "report/page_one.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "geometry/input_error.hpp"
+#include "report/worst_tick.hpp"
+#include "synthetic.hpp"
+
+namespace trocar {
+namespace {
+
+using test::synthetic;
+
+/// Two scenes. hold: 0.2 and 0.5 mm in 300 µs; rival: 1 and 2 mm in 600 µs; twin moves as rival does, bit by bit;
+/// loser fails on b.
+std::vector<Record> four_responses() {
+    std::vector<Record> records{
+        synthetic({.scene = "a", .response = "hold", .first_tick_us = 300, .left_mm = 0.2, .state_hash = "1"}),
+        synthetic({.scene = "b", .response = "hold", .first_tick_us = 250, .left_mm = 0.5, .state_hash = "2"}),
+        synthetic({.scene = "a", .response = "rival", .first_tick_us = 600, .left_mm = 1.0, .state_hash = "3"}),
+        synthetic({.scene = "b", .response = "rival", .first_tick_us = 500, .left_mm = 2.0, .state_hash = "4"}),
+        synthetic({.scene = "a", .response = "twin", .first_tick_us = 90, .left_mm = 1.0, .state_hash = "3"}),
+        synthetic({.scene = "b", .response = "twin", .first_tick_us = 90, .left_mm = 2.0, .state_hash = "4"}),
+        synthetic({.scene = "a", .response = "loser", .left_mm = 0.1, .state_hash = "5"}),
+        synthetic({.scene = "b", .response = "loser", .outcome = {OutcomeKind::unstable, "tick 7"}})};
+    for (Record& record : records) record.environment["study.ours"] = "hold";
+    return records;
+}
+
+std::vector<std::string> names(const std::vector<ResponseRow>& rows) {
+    std::vector<std::string> list;
+    for (const ResponseRow& row : rows) list.push_back(name_of_row(row, "mine"));
+    return list;
+}
+
+TEST(PageOne, TheSentenceSetsTheNamedResponseAgainstTheBestOther) {
+    const std::vector<Record> records = four_responses();
+    const Draft draft(records);
+    EXPECT_EQ(
+        response_sentence(draft, response_rows(draft)),
+        "Over 2 scenes `hold` left 0.500 mm at worst, the best other response, `rival`, 2.00 mm at 2.00 times the "
+        "time; 1 of 6 runs failed.");
+}
+
+TEST(PageOne, AStudyThatNamesNobodySetsItsRowsAgainstEachOther) {
+    std::vector<Record> records = four_responses();
+    for (Record& record : records) record.environment.erase("study.ours");
+    const Draft draft(records);
+    const std::string sentence = response_sentence(draft, response_rows(draft));
+    EXPECT_EQ(sentence.find("Over 2 scenes `hold` left 0.500 mm at worst, the next, `rival`, 2.00 mm"), 0U) << sentence;
+}
+
+TEST(PageOne, RowsOfTheSameBitsStandOnceAndFailedOnesLast) {
+    const std::vector<Record> records = four_responses();
+    const Draft draft(records);
+    EXPECT_EQ(names(response_rows(draft)),
+              (std::vector<std::string>{"`hold` (canonical)", "`rival` (canonical) = `twin` (canonical)",
+                                        "`loser` (canonical)"}));
+}
+
+TEST(PageOne, NumbersAreWorstOverScenesAndMediansOverScenes) {
+    std::vector<Record> records = four_responses();
+    records[0].summary["force_error_rms_hard"] = 0.1;
+    records[1].summary["force_error_rms_hard"] = 0.3;
+    records[0].summary["position_error_rms_hard"] = 1e-3;
+    const Draft draft(records);
+    const Table table = responses_table(draft, response_rows(draft));
+    EXPECT_EQ(table.rows.at(0).cells, (std::vector<std::string>{"`hold` (canonical)", "0.350", "0.500", "0.200", "1.00",
+                                                                "2.00", "0.300", "0 of 2"}));
+    EXPECT_EQ(table.rows.at(2).cells.back(), "1 of 2");
+    EXPECT_EQ(table.rows.at(0).command,
+              "for scene in a.json b.json; do trocar run $scene --detector mine --response hold --contacts canonical "
+              "--ticks 1110; done");
+}
+
+TEST(PageOne, ASceneThatAResponseDidNotRunOnIsTold) {
+    std::vector<Record> records = four_responses();
+    records.erase(records.begin() + 1);  // hold on b
+    const Draft draft(records);
+    const std::vector<ResponseRow> rows = response_rows(draft);
+    const auto hold = std::find_if(rows.begin(), rows.end(), [](const ResponseRow& row) { return row.ours; });
+    ASSERT_NE(hold, rows.end());
+    EXPECT_NE(hold, rows.begin()) << "what ran on every scene stands first";
+    const Table table = responses_table(draft, rows);
+    EXPECT_EQ(table.rows.at(static_cast<std::size_t>(hold - rows.begin())).cells.back(), "0 of 1, 1 not run");
+}
+
+TEST(PageOne, OfMoreThanTenRowsTheBestOfEveryResponseAreShownAndTheRestIsTold) {
+    std::vector<Record> records;
+    for (int k = 1; k <= 12; ++k) {
+        records.push_back(synthetic(
+            {.response = "soft:k=" + std::to_string(k), .left_mm = 0.1 * k, .state_hash = "s" + std::to_string(k)}));
+    }
+    records.push_back(synthetic({.response = "late", .left_mm = 9.0, .state_hash = "late"}));
+    const Draft draft(records);
+    const std::vector<ResponseRow> rows = response_rows(draft);
+    ASSERT_EQ(rows.size(), 13U);
+    const Table table = responses_table(draft, rows);
+    ASSERT_EQ(table.rows.size(), page_one_rows);
+    EXPECT_LE(table.columns.size(), page_one_columns);
+    EXPECT_EQ(table.rows.front().cells.front(), "`soft:k=1` (canonical)");
+    EXPECT_EQ(table.rows.back().cells.front(), "`late` (canonical)");
+    EXPECT_NE(table.note.find("Not shown, at worst: `soft:k=10` (canonical) 1.00 mm; `soft:k=11` (canonical) 1.10 mm; "
+                              "`soft:k=12` (canonical) 1.20 mm."),
+              std::string::npos)
+        << table.note;
+}
+
+TEST(PageOne, ADetectorThatHidesContactsIsNoContestant) {
+    std::vector<Record> records = four_responses();
+    records.push_back(
+        synthetic({.scene = "a", .detector = "blind", .response = "hold", .left_mm = 0.0, .state_hash = "9"}));
+    records.back().environment["detector.control"] = "yes";
+    const Draft draft(records);
+    EXPECT_EQ(response_rows(draft).size(), 3U);
+}
+
+TEST(PageOne, ATearThatIsDueIsToldBesideTheWorst) {
+    std::vector<Record> records = four_responses();
+    records[1].summary["ruptures"] = 1;
+    records[1].summary["reference_clears_hard"] = 0;
+    const Draft draft(records);
+    const std::string sentence = response_sentence(draft, response_rows(draft));
+    EXPECT_NE(sentence.find("`hold` left 0.500 mm at worst (on b, where hard contact tears too; 0.200 mm elsewhere)"),
+              std::string::npos)
+        << sentence;
+}
+
+TEST(PageOne, WordsThatTakeSidesAreInNoTable) {
+    std::vector<Record> records = four_responses();
+    for (const char* detector : {"mine", "theirs"}) {
+        records.push_back(synthetic({.mode = "replay", .detector = detector, .own = detector == std::string("mine")}));
+    }
+    const Report report = make_report(records);
+    for (const Block& block : report.document.blocks) {
+        const auto* table = std::get_if<Table>(&block);
+        if (table == nullptr) continue;
+        std::vector<std::string> texts;
+        for (const Column& column : table->columns) texts.push_back(column.header);
+        for (const TableRow& row : table->rows) texts.insert(texts.end(), row.cells.begin(), row.cells.end());
+        for (const std::string& text : texts) {
+            for (const char* word : {"own", "foreign", "reference", "ratio to reference"}) EXPECT_NE(text, word);
+            EXPECT_EQ(text.find("best of ours"), std::string::npos);
+        }
+    }
+}
+
+TEST(PageOne, DetectorsAreToldOnTheSameFrames) {
+    std::vector<Record> records;
+    for (const std::int64_t process : {0, 1}) {
+        records.push_back(synthetic({.mode = "replay", .repetition = process, .first_tick_us = 50}));
+        records.push_back(synthetic(
+            {.mode = "replay", .detector = "theirs", .repetition = process, .first_tick_us = 100, .missing = 1}));
+    }
+    const Draft draft(records);
+    const Table table = detectors_table(draft);
+    ASSERT_EQ(table.columns.size(), 7U);
+    EXPECT_EQ(table.columns.at(5).header, "time / `theirs` [min–max of 2]");
+    EXPECT_EQ(table.rows.at(0).cells,
+              (std::vector<std::string>{"`mine`", "0 of 4440", "0", "50.0", "50.0", "0.500 [0.500–0.500]", "0 of 2"}));
+    EXPECT_EQ(table.rows.at(1).cells.at(1), "1110 of 4440");
+    EXPECT_EQ(
+        make_report(records).page_one.find("Over 1 scene mine missed 0 and added 0 of 4440 pairs, the next, theirs "
+                                           "missed 1110 and added 0 of 4440 pairs, at 2.00 times the time; 0 of "
+                                           "4 runs failed."),
+        0U)
+        << make_report(records).page_one;
+}
+
+TEST(PageOne, WhatFailedStandsOnARailOfItsOwn) {
+    const std::vector<Record> records = four_responses();
+    const Draft draft(records);
+    const ScatterChart chart = depth_against_time(response_rows(draft));
+    ASSERT_EQ(chart.series.size(), 3U);
+    EXPECT_FALSE(chart.series.at(0).points.at(0).failed);
+    EXPECT_NEAR(chart.series.at(0).points.at(0).x, 0.3, 1e-12) << "ms, of the slower scene";
+    EXPECT_NEAR(chart.series.at(0).points.at(0).y, 0.5, 1e-12) << "mm, of the worse scene";
+    EXPECT_TRUE(chart.series.at(2).points.at(0).failed);
+    EXPECT_NE(draw(chart).find(">failed</text>"), std::string::npos);
+    EXPECT_NE(draw(chart).find("1 ms"), std::string::npos);
+    EXPECT_NE(interactive(chart).find("\"name\":\"failed\""), std::string::npos);
+}
+
+TEST(PageOne, MarkdownIsPageOneAndLinksToTheRest) {
+    const Report report = make_report(four_responses());
+    const std::string& page = report.files.at("report.md");
+    EXPECT_LT(page.size(), 10'000U);
+    EXPECT_EQ(page.find("## Environment"), std::string::npos);
+    EXPECT_NE(page.find("* [Environment](report.html#environment)"), std::string::npos) << page;
+    EXPECT_NE(report.files.at("report.html").find("<h2 id=\"environment\">"), std::string::npos);
+    EXPECT_NE(test::whole(report).find("## Environment"), std::string::npos);
+}
+
+TEST(PageOne, TheThesisIsNamedInFullWhereItTakesPart) {
+    std::vector<Record> records = four_responses();
+    const char* const named =
+        "Jitesh Butala describes in \"Collision Response for Virtual Laparoscopic Surgery\", M.S. "
+        "thesis in Electrical Engineering, The University of Texas at Arlington, August 2005";
+    EXPECT_EQ(make_report(records).files.at("report.md").find(named), std::string::npos);
+    records.push_back(synthetic({.scene = "a", .response = "thesis:profile=faithful", .state_hash = "8"}));
+    EXPECT_NE(make_report(records).files.at("report.md").find(named), std::string::npos);
+}
+
+WorstTick seen() {
+    WorstTick seen;
+    seen.scene = "b";
+    seen.tick = 7;
+    seen.time = 0.007;
+    WorstTick::State state;
+    state.name = "`hold`";
+    state.state_hash = "2";
+    state.depth = 0.5;
+    state.bodies = {{.name = "sheet", .kind = "tissue", .segments = {{.ends = {-5, 0, 5, 0}, .depth = 0.0}}},
+                    {.name = "tool", .kind = "instrument", .segments = {{.ends = {-1, 5, 0, -0.5}, .depth = 0.25}}}};
+    state.points = {{0.0, 0.1}};
+    seen.states = {state};
+    seen.force = {{.name = "`hold`", .points = {{0.0, 0.0}, {0.007, 1.5}}}};
+    return seen;
+}
+
+TEST(WorstTick, IsReadAsItWasWritten) {
+    const std::string text = to_json(seen());
+    const WorstTick again = worst_tick_from_json(text, "f");
+    EXPECT_EQ(to_json(again), text);
+    EXPECT_EQ(again.states.at(0).bodies.at(1).segments.at(0).ends, (std::array<double, 4>{-1, 5, 0, -0.5}));
+    EXPECT_EQ(again.force.at(0).points.at(1), (std::pair{0.007, 1.5}));
+    EXPECT_THROW((void)worst_tick_from_json("{}", "f"), InputError);
+    EXPECT_THROW((void)worst_tick_from_json(R"({"format":"another"})", "f"), InputError);
+}
+
+TEST(WorstTick, IsDrawnOnPageOneAndWithoutItThePageSaysHowToHaveIt) {
+    const Report without = make_report(four_responses());
+    EXPECT_NE(without.files.at("report.md").find("`trocar report reports/made_up --picture`"), std::string::npos);
+    const Report with = make_report(four_responses(), to_json(seen()));
+    EXPECT_EQ(with.files.at("report.md").find("--picture"), std::string::npos);
+    EXPECT_NE(with.files.at("report.md").find("(charts/worst_tick.svg)"), std::string::npos);
+    const std::string& picture = with.files.at("charts/worst_tick.svg");
+    EXPECT_NE(picture.find("0.500 mm deep."), std::string::npos);
+    EXPECT_NE(picture.find("depth 0 to 0.500 mm"), std::string::npos);
+    EXPECT_TRUE(with.files.contains("charts/worst_tick_force.svg"));
+}
+
+TEST(WorstTick, ShowsTheSceneWhereTheBestOtherResponseIsDeepest) {
+    const auto runs = worst_tick_runs(four_responses());
+    ASSERT_TRUE(runs.has_value());
+    EXPECT_EQ(runs->first->spec.response, "hold");
+    EXPECT_EQ(runs->other->spec.response, "rival");
+    EXPECT_EQ(runs->other->spec.scene, "b");
+    std::vector<Record> records = four_responses();
+    records[2].summary["force_error_rms_hard"] = 0.1;  // of b there is no solution to set them against
+    EXPECT_EQ(worst_tick_runs(records)->other->spec.scene, "a");
+}
+
+}  // namespace
+}  // namespace trocar
