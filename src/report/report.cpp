@@ -1,5 +1,6 @@
 #include "report/report.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <stdexcept>
 #include <variant>
@@ -53,14 +54,19 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
     add_rebuild(draft);
     add_commands(draft);
     draft.document.command = "trocar study " + common_fact(draft.records, "study.file");
-    draft.document.charts_js = charts_file;
+    const bool interactive =
+        std::any_of(draft.document.blocks.begin(), draft.document.blocks.end(), [](const Block& block) {
+            const auto* figure = std::get_if<Figure>(&block);
+            return figure != nullptr && !figure->chart.empty();
+        });
+    if (interactive) draft.document.charts_js = charts_file;
 
     Report report;
     for (const Block& block : draft.document.blocks) {
         if (const auto* figure = std::get_if<Figure>(&block)) report.files[figure->file] = figure->svg;
     }
     report.files["report.md"] = page_one_to_markdown(draft.document, "report.html");
-    report.files[charts_file] = web::charts_script();
+    if (interactive) report.files[charts_file] = web::charts_script();
     report.files["report.html"] = to_html(draft.document);
     report.files["report.tex"] = to_latex(draft.document);
     report.files["results.csv"] = results_csv(draft);
@@ -108,7 +114,8 @@ Report write_report(const std::filesystem::path& directory) {
         std::filesystem::exists(seen) ? read_whole(seen, "what a study saw at its worst tick") : std::string());
     std::filesystem::create_directories(directory / "charts");
     for (const auto& entry : std::filesystem::directory_iterator(directory / "charts")) {
-        if (entry.path().extension() == ".svg" &&
+        const std::filesystem::path extension = entry.path().extension();
+        if ((extension == ".svg" || extension == ".js") &&
             !report.files.contains("charts/" + entry.path().filename().string())) {
             std::filesystem::remove(entry.path());
         }

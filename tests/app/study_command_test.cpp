@@ -172,7 +172,10 @@ TEST_F(StudyCommand, ThePictureOfTheWorstTickIsOfTheRecordsAndMadeAgainToTheByte
     std::filesystem::remove(picture);
     EXPECT_EQ(run_program("report " + output().string()).status, 0);
     EXPECT_NE(read_file(output() / "report.md").find("--picture"), std::string::npos);
-    const ProgramResult again = run_program("report --picture " + output().string());
+    const ProgramResult lost = run_program("report --picture " + output().string());
+    EXPECT_EQ(lost.status, 2) << "records do not tell where a study outside this folder lies";
+    EXPECT_NE(lost.err.find("--study"), std::string::npos) << lost.err;
+    const ProgramResult again = run_program("report --picture --study " + file().string() + " " + output().string());
     EXPECT_EQ(again.status, 0) << again.err;
     EXPECT_EQ(read_file(picture), before);
     EXPECT_EQ(read_file(output() / "report.md").find("--picture"), std::string::npos);
