@@ -71,14 +71,20 @@ int compare(const CommonOptions& common, const ReportOptions& options) {
     return found.same() ? done : comparison_failed;
 }
 
-/// Scenes are found from the folder in which the study was run.
-void take_picture(const CommonOptions& common, const std::filesystem::path& directory) {
+/// Scenes are named from the study's file.
+void take_picture(const CommonOptions& common, const ReportOptions& options) {
+    const std::filesystem::path& directory = options.directory;
     const std::vector<Record> records = records_of(directory);
-    const auto study = records.front().environment.find("study.file");
-    if (study == records.front().environment.end()) {
-        throw InputError((directory / "records.jsonl").string(), "/environment", "the study's file", "none");
+    std::filesystem::path study = options.study.value_or(std::filesystem::path());
+    if (!options.study) {
+        const auto named = records.front().environment.find("study.file");
+        if (named != records.front().environment.end()) study = named->second;
     }
-    const auto seen = see_worst_tick(records, std::filesystem::path(study->second).parent_path(), common.data);
+    if (!std::filesystem::exists(study)) {
+        throw InputError(directory.string(), "--study", "the file of the study that made these records",
+                         "no file '" + study.string() + "' here");
+    }
+    const auto seen = see_worst_tick(records, study.parent_path(), common.data);
     if (!seen) {
         throw InputError(directory.string(), "--picture", "a study with a closed loop that ended well", "none");
     }
@@ -89,7 +95,7 @@ void take_picture(const CommonOptions& common, const std::filesystem::path& dire
 
 int report(const CommonOptions& common, const ReportOptions& options) {
     if (options.against) return compare(common, options);
-    if (options.picture) take_picture(common, options.directory);
+    if (options.picture) take_picture(common, options);
     const Report written = write_report(options.directory);
     if (common.json) {
         Json document{{"directory", options.directory.string()}, {"files", Json::array()}};

@@ -119,6 +119,7 @@ struct ReportOptions {
     std::optional<std::filesystem::path> against;  ///< compare with these records instead of writing a report
     double tolerance = 1.0e-9;                     ///< relative, for --against
     bool picture = false;                          ///< run the picture's two runs once more and keep what they show
+    std::optional<std::filesystem::path> study;    ///< its file, where the records do not name it from here
 };
 int report(const CommonOptions& common, const ReportOptions& options);
 

@@ -158,8 +158,9 @@ int run_command(int argc, char** argv) {
     sub->add_option("--tolerance", report_options.tolerance, "Relative change that counts as none, with --against")
         ->capture_default_str();
     sub->add_flag("--picture", report_options.picture,
-                  "Run the two runs of page 1's picture once more, from the folder that the study was run in, and keep "
-                  "what they show in worst_tick.json");
+                  "Run the two runs of page 1's picture once more and keep what they show in worst_tick.json");
+    sub->add_option("--study", report_options.study,
+                    "The study's file, with --picture, where the records do not name it from this folder");
     line.on(sub, report_options, report);
 
     TableOptions table_options;

@@ -87,7 +87,10 @@ WorstTick::Body slice(const Topology& topology, const BodyRange& body, const Pla
             depth += 0.5 * mm * (at_a + share * (at_b - at_a));
             ++crossed;
         }
-        if (crossed == 2) slice.segments.push_back({.ends = ends, .depth = depth});
+        // A vertex on the plane makes slices without a length.
+        constexpr double shortest = 1.0e-3;  // mm
+        if (crossed == 2 && std::hypot(ends[2] - ends[0], ends[3] - ends[1]) > shortest)
+            slice.segments.push_back({.ends = ends, .depth = depth});
     }
     return slice;
 }

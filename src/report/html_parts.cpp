@@ -52,7 +52,7 @@ figure .chart { height: 500px; } figure .chart svg { max-width: none; }
 figcaption { color: var(--soft); font-size: 13px; max-width: 120ch; }
 @media (max-width: 1000px) {
   body { display: block; } main { padding: 8px 14px 48px; }
-  nav { position: static; max-height: 8.5em; columns: 2; padding: 10px 14px; border-bottom: 1px solid var(--line); }
+  nav { position: static; max-height: none; columns: 2; padding: 10px 14px; border-bottom: 1px solid var(--line); }
 }
 @media print {
   body { display: block; font-size: 9.5pt; } main { max-width: none; padding: 0; } h2 { break-after: avoid; }

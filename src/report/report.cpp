@@ -1,5 +1,6 @@
 #include "report/report.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <stdexcept>
 #include <variant>
@@ -57,14 +58,19 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
     add_rebuild(draft);
     add_commands(draft);
     draft.document.command = "trocar study " + common_fact(draft.records, "study.file");
-    draft.document.charts_js = charts_file;
+    const bool interactive =
+        std::any_of(draft.document.blocks.begin(), draft.document.blocks.end(), [](const Block& block) {
+            const auto* figure = std::get_if<Figure>(&block);
+            return figure != nullptr && !figure->chart.empty();
+        });
+    if (interactive) draft.document.charts_js = charts_file;
 
     Report report;
     for (const Block& block : draft.document.blocks) {
         if (const auto* figure = std::get_if<Figure>(&block)) report.files[figure->file] = figure->svg;
     }
     report.files["report.md"] = page_one_to_markdown(draft.document, "report.html");
-    report.files[charts_file] = web::charts_script();
+    if (interactive) report.files[charts_file] = web::charts_script();
     report.files["report.html"] = to_html(draft.document);
     report.files["report.tex"] = to_latex(draft.document);
     report.files.merge(latex_tables(draft.document));

@@ -61,7 +61,9 @@ void remove_what_is_left(const std::filesystem::path& directory, const std::map<
             if (!files.contains(name.generic_string())) left.push_back(entry.path());
         }
     };
-    look("charts", [](const auto& name) { return name.extension() == ".svg" || name.extension() == ".pdf"; });
+    look("charts", [](const auto& name) {
+        return name.extension() == ".svg" || name.extension() == ".pdf" || name.extension() == ".js";
+    });
     look("tables", [](const auto& name) { return name.extension() == ".tex"; });
     look("", [](const auto& name) {
         return name.extension() == ".csv" && name.filename().string().starts_with("results_");

@@ -8,6 +8,8 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
 #include <thread>
 
 #include "support/program.hpp"
@@ -21,7 +23,7 @@ class StudyCommand : public ::testing::Test {
 protected:
     StudyCommand() {
         const std::filesystem::path scenes = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes";
-        for (const char* name : {"i2t_poke.json", "i2i_cross.json"}) {
+        for (const char* name : {"i2t_poke.json", "i2i_cross.json", "i2t_stab.json"}) {
             std::filesystem::copy_file(scenes / name, folder_.path() / name);
         }
         write_study(40);
@@ -140,6 +142,43 @@ TEST_F(StudyCommand, ReportsEveryRunAndRebuildsTheReportToTheByte) {
 TEST_F(StudyCommand, DetectorsThatMoveTissueAlikeStandInOneRow) {
     (void)run_json();
     EXPECT_NE(read_file(output() / "report.html").find(", moving alike: "), std::string::npos);
+}
+
+TEST_F(StudyCommand, ThePictureOfTheWorstTickIsOfTheRecordsAndMadeAgainToTheByte) {
+    const nlohmann::json study{{"format", "trocar-study-1"},
+                               {"name", "stabs"},
+                               {"closed_loop",
+                                {{"scenes", {"i2t_stab.json"}},
+                                 {"detectors", {"ohc"}},
+                                 {"responses", {"penalty", "impulse"}},
+                                 {"contacts", {"canonical"}},
+                                 {"ticks", 120}}}};
+    std::ofstream(file()) << study.dump();
+    (void)run_json();
+    const std::filesystem::path picture = output() / "worst_tick.json";
+    const std::string before = read_file(picture);
+    const nlohmann::json seen = nlohmann::json::parse(before);
+    std::set<std::string> hashes;  // of the records on that scene
+    std::istringstream records(read_file(output() / "records.jsonl"));
+    for (std::string line; std::getline(records, line);) {
+        const nlohmann::json record = nlohmann::json::parse(line);
+        if (record["spec"]["scene"] == seen["scene"]) hashes.insert(record["state_hash"].get<std::string>());
+    }
+    ASSERT_EQ(seen["states"].size(), 3U) << "two responses, and that there is no stored solution";
+    for (const int state : {0, 1}) {
+        EXPECT_TRUE(hashes.contains(seen["states"][state]["state_hash"].get<std::string>())) << state;
+        EXPECT_FALSE(seen["states"][state]["bodies"].empty()) << state;
+    }
+    std::filesystem::remove(picture);
+    EXPECT_EQ(run_program("report " + output().string()).status, 0);
+    EXPECT_NE(read_file(output() / "report.md").find("--picture"), std::string::npos);
+    const ProgramResult lost = run_program("report --picture " + output().string());
+    EXPECT_EQ(lost.status, 2) << "records do not tell where a study outside this folder lies";
+    EXPECT_NE(lost.err.find("--study"), std::string::npos) << lost.err;
+    const ProgramResult again = run_program("report --picture --study " + file().string() + " " + output().string());
+    EXPECT_EQ(again.status, 0) << again.err;
+    EXPECT_EQ(read_file(picture), before);
+    EXPECT_EQ(read_file(output() / "report.md").find("--picture"), std::string::npos);
 }
 
 TEST_F(StudyCommand, PlanRunsNothing) {

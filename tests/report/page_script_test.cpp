@@ -1,0 +1,89 @@
+// The script of a report's page, in a browser: what a reader clicks does what it says.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "report/report.hpp"
+#include "support/program.hpp"
+#include "synthetic.hpp"
+
+namespace trocar {
+namespace {
+
+/// Runs `probe` after the page's own script and gives back what it put into the page's title.
+std::string title_after(const std::vector<Record>& records, const std::string& probe) {
+    const test::TemporaryFolder folder;
+    const Report report = make_report(records);
+    std::filesystem::create_directories(folder.path() / "charts");
+    for (const auto& [name, content] : report.files) std::ofstream(folder.path() / name) << content;
+    std::string page = report.files.at("report.html");
+    page.insert(page.find("</body>"), "<script>" + probe + "</script>");
+    std::ofstream(folder.path() / "probe.html") << page;
+    const std::string command =
+        "chromium --headless=new --no-sandbox --disable-gpu --user-data-dir=" + (folder.path() / "browser").string() +
+        " --virtual-time-budget=2000 --dump-dom file://" + (folder.path() / "probe.html").string() + " > " +
+        (folder.path() / "dom").string() + " 2> /dev/null";
+    if (std::system(command.c_str()) != 0) return "the browser failed";
+    const std::string dom = test::read_file(folder.path() / "dom");
+    const std::size_t from = dom.find("<title>") + 7;
+    return dom.substr(from, dom.find("</title>") - from);
+}
+
+bool no_browser() { return std::system("command -v chromium > /dev/null 2>&1") != 0; }
+
+/// Eleven rows of 1.1 to 0.1 mm and rising times, so that no two columns sort alike.
+std::vector<Record> eleven() {
+    std::vector<Record> records;
+    for (int k = 1; k <= 11; ++k) {
+        records.push_back(test::synthetic({.response = "r" + std::to_string(k),
+                                           .first_tick_us = 10 * k,
+                                           .left_mm = 1.2 - 0.1 * k,
+                                           .state_hash = "s" + std::to_string(k)}));
+    }
+    return records;
+}
+
+TEST(PageScript, SortsFiltersAndShowsCommands) {
+    if (no_browser()) GTEST_SKIP() << "no chromium";
+    const std::string title = title_after(eleven(), R"(
+        var out = [], table = document.querySelectorAll("main table")[0];
+        var first = function () { return table.tBodies[0].rows[0].cells[0].textContent; };
+        out.push(first());
+        table.tHead.rows[0].cells[6].click(); out.push(first());
+        table.tHead.rows[0].cells[6].click(); out.push(first());
+        table.querySelector("td.again button").click();
+        out.push(table.tBodies[0].rows[1].textContent);
+        table.querySelector("td.again button").click();
+        out.push(table.querySelectorAll("tr.command").length);
+        var filter = document.querySelector("input.filter"), all = filter.nextElementSibling.querySelector("table");
+        filter.value = "r7"; filter.dispatchEvent(new Event("input"));
+        out.push(Array.from(all.tBodies[0].rows).filter(function (row) { return !row.hidden; }).length);
+        document.title = out.join("; ");)");
+    EXPECT_EQ(title,
+              "r11 (canonical); r2 (canonical); r11 (canonical); trocar run poke.json --detector mine --response r11 "
+              "--contacts canonical --ticks 1110; 0; 1");
+}
+
+TEST(PageScript, EveryChartHasADescriptionThatTheScriptBesideThePageDraws) {
+    if (no_browser()) GTEST_SKIP() << "no chromium";
+    EXPECT_EQ(title_after(eleven(), R"(
+        var figures = Array.from(document.querySelectorAll("figure[data-chart]"));
+        document.title = figures.length > 0 && figures.every(function (figure) {
+            var option = window.trocarCharts.chartOption(JSON.parse(figure.dataset.chart));
+            return option.series.length > 0 && option.series[0].data.length > 0;
+        });)"),
+              "true");
+}
+
+TEST(PageScript, EveryRowHasACommandAndHeadersOfFiguresAreExplained) {
+    if (no_browser()) GTEST_SKIP() << "no chromium";
+    EXPECT_EQ(title_after(eleven(), R"(
+        document.title = document.querySelectorAll("td.again button").length ===
+            document.querySelectorAll("tbody tr").length &&
+            document.querySelector("th:nth-child(3) abbr").title.indexOf("residual_max_m in m") > 0;)"),
+              "true");
+}
+
+}  // namespace
+}  // namespace trocar
