@@ -13,7 +13,7 @@ rival_packages=(libembree-dev libbullet-dev libcgal-dev)
 # Checks beyond the tests.
 check_packages=(clang-format-14 clang-tidy-14)
 # ./test.sh full
-full_packages=(clang-16 libclang-rt-16-dev)
+full_packages=(clang-16 libclang-rt-16-dev chromium chromium-driver python3)
 
 say() { printf '\n== %s\n' "$*"; }
 
