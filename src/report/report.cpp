@@ -62,7 +62,7 @@ Report compose(const std::vector<Record>& records) {
 
 }  // namespace
 
-Report make_report(const std::vector<Record>& records) {
+Report make_report(const std::vector<Record>& records, const std::set<std::string>& with_page) {
     if (records.empty()) {
         const Document document{.title = "trocar study",
                                 .blocks = {Paragraph{"There are no records.", Paragraph::Style::normal}}};
@@ -71,7 +71,9 @@ Report make_report(const std::vector<Record>& records) {
                           {"report.tex", to_latex(document)}},
                 .page_one = "There are no records.\n"};
     }
-    return compose(records);
+    Report report = compose(records);
+    add_view_links(records, with_page, report.files);
+    return report;
 }
 
 std::vector<Record> read_records(const std::filesystem::path& file) {
@@ -92,9 +94,7 @@ Report write_report(const std::filesystem::path& directory) {
     if (!std::filesystem::is_directory(directory)) {
         throw InputError(directory.string(), "", "a folder that holds records.jsonl", "no such folder");
     }
-    const std::vector<Record> records = read_records(directory / "records.jsonl");
-    Report report = make_report(records);
-    add_view_links(records, directory, report.files);
+    Report report = make_report(read_records(directory / "records.jsonl"), scenes_with_pages(directory));
     std::filesystem::create_directories(directory / "charts");
     for (const auto& entry : std::filesystem::directory_iterator(directory / "charts")) {
         if (entry.path().extension() == ".svg" &&

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,8 @@ struct Report {
     std::string page_one;                      ///< sentence and verdict table as plain text, for a terminal
 };
 
-/// Pure. An empty list gives a report that says so.
-Report make_report(const std::vector<Record>& records);
+/// Pure. An empty list gives a report that says so. `with_page`: scenes whose replay page lies beside (view_links.hpp).
+Report make_report(const std::vector<Record>& records, const std::set<std::string>& with_page = {});
 
 /// Reads a records.jsonl; throws InputError with the line.
 std::vector<Record> read_records(const std::filesystem::path& file);

@@ -55,7 +55,9 @@ ViewedFrame RunCapture::kept(const PlayedFrame& frame) const {
     }
     sink_into_tissue(frame, view.depth);
     for (const PlayedContact& contact : frame.contacts) {
-        if (!contact.point.allFinite()) continue;
+        // What a source told of two features that are apart is no contact to look at.
+        const bool apart = contact.kind == ActingKind::found && !(contact.depth > 0.0);
+        if (apart || !contact.point.allFinite()) continue;
         view.contacts.push_back(
             {.point = contact.point, .force = contact.force.allFinite() ? contact.force : Vector3::Zero()});
     }
