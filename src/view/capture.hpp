@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,8 @@ struct ViewedFrame {
     std::vector<double> depth;
     std::vector<double> strain;  ///< 1, likewise, >= 0: by size
     std::vector<ViewedContact> contacts;
+    /// m, world: mean of the contacts of the tool by their force; NaN where none has one.
+    Vector3 tool_point = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
 };
 
 struct WorstTick {
@@ -54,8 +57,8 @@ struct ViewedRun {
 class RunCapture {
 public:
     /// Every `stride`-th tick is kept. `judged`: the depth left is the row's, else the deepest vertex'. The topology
-    /// outlives the object.
-    RunCapture(const Topology& topology, std::int64_t stride, bool judged);
+    /// outlives the object. `tool`: body whose force is shown; -1: none.
+    RunCapture(const Topology& topology, std::int64_t stride, bool judged, Index tool = -1);
     /// To be fed every tick.
     void see(const PlayedFrame& frame);
     /// The run without label, outcome and note.
@@ -67,6 +70,7 @@ private:
 
     std::int64_t stride_;
     bool judged_;
+    Index tool_;
     std::vector<Index> tissue_;  ///< vertex numbers
     std::vector<Index> others_;  ///< vertex numbers of what is no tissue
     ViewedRun run_;
