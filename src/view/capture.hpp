@@ -42,16 +42,16 @@ struct ViewedRun {
     std::string outcome = "ok";
     std::string message;
     std::string note;  ///< what a reader must know first, e.g. that frames are not those of the record; may be empty
-    std::vector<ViewedFrame> frames;  ///< ascending ticks
-    std::vector<Vector3> force;       ///< N, on the tool, every tick; NaN: none
-    std::vector<double> depth;        ///< m, left after every tick; NaN: none
-    std::vector<std::int64_t> contacts;
-    WorstTick worst_depth;           ///< m, over every tick
-    WorstTick worst_force;           ///< N, likewise
-    double depth_max = 0.0;          ///< m, of a tissue vertex, over every tick
-    double strain_max = 0.0;         ///< 1, by size, likewise
-    double displacement_max = 0.0;   ///< m, likewise
-    double contact_force_max = 0.0;  ///< N, of one contact, likewise
+    std::vector<ViewedFrame> frames;     ///< ascending ticks
+    std::vector<Vector3> force;          ///< N, on the tool, every tick; NaN: none
+    std::vector<double> depth;           ///< m, left after every tick; NaN: none
+    std::vector<std::int64_t> contacts;  ///< told by the source, every tick; -1: nobody was asked
+    WorstTick worst_depth;               ///< m, over every tick
+    WorstTick worst_force;               ///< N, likewise
+    double depth_max = 0.0;              ///< m, of a tissue vertex, over every tick
+    double strain_max = 0.0;             ///< 1, by size, likewise
+    double displacement_max = 0.0;       ///< m, likewise
+    double contact_force_max = 0.0;      ///< N, of one contact, likewise
 };
 
 class RunCapture {
