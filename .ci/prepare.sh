@@ -12,8 +12,8 @@ base_packages=(
 rival_packages=(libembree-dev libbullet-dev libcgal-dev)
 # Checks beyond the tests.
 check_packages=(clang-format-14 clang-tidy-14)
-# ./test.sh full; VTK's own reader reads what `trocar export` writes
-full_packages=(clang-16 libclang-rt-16-dev python3-vtk9)
+# ./test.sh full; VTK's own reader reads what `trocar export` writes, a browser opens the pages
+full_packages=(clang-16 libclang-rt-16-dev python3-vtk9 chromium chromium-driver python3)
 
 say() { printf '\n== %s\n' "$*"; }
 

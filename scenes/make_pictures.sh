@@ -13,7 +13,7 @@ picture() { # page, file: what the page itself draws and puts as WebP into its d
     "$browser" --headless=new --no-sandbox --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader \
         --enable-logging=stderr --hide-scrollbars --force-device-scale-factor=1 --disable-background-networking \
         --disable-component-update --disable-sync --no-first-run --user-data-dir="$work/profile" \
-        --virtual-time-budget=20000 --window-size=480,320 \
+        --virtual-time-budget=20000 --window-size=600,600 \
         --dump-dom "file://$1#picture=1&field=displacement" >"$work/dom" 2>"$work/browser.log"
     if grep -q CONSOLE "$work/browser.log" || ! grep -q 'data-picture="data:image/webp' "$work/dom"; then
         echo "$1: the page draws no picture" >&2

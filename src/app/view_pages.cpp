@@ -47,6 +47,10 @@ std::size_t write_view_pages(const std::filesystem::path& directory, const std::
         std::string why;
         if (!file) {
             why = fmt::format("{} is not there", chosen.front()->spec.scene_file);
+        } else if (lacks_data(*file, std::nullopt)) {
+            // A report is handed on; who has the meshes may make the page for himself.
+            why = fmt::format("its meshes are not the project's to hand on; `trocar view {} --scene {}` makes one",
+                              directory.string(), scene);
         } else {
             const IsolatedResult result = call_isolated(
                 [&]() -> std::string {

@@ -191,7 +191,8 @@ void add_run(const Scene& scene, const RunSpec& spec, const Record* record, cons
         RunSpec judged = spec;
         judged.truth_stride = 1;  // curves are of every tick
         judged.detail_stride = std::max<std::int64_t>(1, scene.ticks);
-        RunCapture capture(scene.topology, viewed_stride, true);
+        const Index tool = page.tool_vertex < 0 ? -1 : scene.topology.body_of_vertex(page.tool_vertex);
+        RunCapture capture(scene.topology, viewed_stride, true, tool);
         RunLimits limits;
         limits.progress = [&](std::int64_t done) {
             if (progress) progress(spec.response, done);

@@ -82,7 +82,8 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
 
 }  // namespace
 
-Report make_report(const std::vector<Record>& records, const std::string& worst_tick) {
+Report make_report(const std::vector<Record>& records, const std::string& worst_tick,
+                   const std::set<std::string>& with_page) {
     if (records.empty()) {
         const Document document{.title = "trocar study",
                                 .blocks = {Paragraph{"There are no records.", Paragraph::Style::normal}}};
@@ -92,7 +93,9 @@ Report make_report(const std::vector<Record>& records, const std::string& worst_
                 .page_one = "There are no records.\n",
                 .document = document};
     }
-    return compose(records, worst_tick);
+    Report report = compose(records, worst_tick);
+    add_view_links(records, with_page, report.files);
+    return report;
 }
 
 std::vector<Record> read_records(const std::filesystem::path& file) {
@@ -111,11 +114,10 @@ Report write_report(const std::filesystem::path& directory) {
         throw InputError(directory.string(), "", "a folder that holds records.jsonl", "no such folder");
     }
     const std::filesystem::path seen = directory / worst_tick_file;
-    const std::vector<Record> records = read_records(directory / "records.jsonl");
-    Report report =
-        make_report(records, std::filesystem::exists(seen) ? read_whole(seen, "what a study saw at its worst tick")
-                                                           : std::string());
-    add_view_links(records, directory, report.files);
+    Report report = make_report(
+        read_records(directory / "records.jsonl"),
+        std::filesystem::exists(seen) ? read_whole(seen, "what a study saw at its worst tick") : std::string(),
+        scenes_with_pages(directory));
     write_report_files(directory, report.files);
     return report;
 }

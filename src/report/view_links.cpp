@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <set>
-
 #include "report/document.hpp"
 
 namespace trocar {
@@ -39,15 +37,24 @@ std::vector<std::string> viewed_scenes(const std::vector<Record>& records) {
     return {scenes.begin(), scenes.end()};
 }
 
-void add_view_links(const std::vector<Record>& records, const std::filesystem::path& directory,
+std::set<std::string> scenes_with_pages(const std::filesystem::path& directory) {
+    std::set<std::string> scenes;
+    if (!std::filesystem::is_directory(directory / view_folder)) return scenes;
+    for (const auto& entry : std::filesystem::directory_iterator(directory / view_folder)) {
+        if (entry.path().extension() == ".html") scenes.insert(entry.path().stem().string());
+    }
+    return scenes;
+}
+
+void add_view_links(const std::vector<Record>& records, const std::set<std::string>& with_page,
                     std::map<std::string, std::string>& files) {
     const std::vector<std::string> scenes = viewed_scenes(records);
     if (scenes.empty()) return;
     std::string markdown;
     std::string html;
     for (const std::string& scene : scenes) {
+        if (!with_page.contains(scene)) continue;
         const std::string page = fmt::format("{}/{}.html", view_folder, scene);
-        if (!std::filesystem::is_regular_file(directory / page)) continue;
         const char* const between = markdown.empty() ? "" : " · ";
         markdown += fmt::format("{}[{}]({})", between, scene, page);
         html += fmt::format("{}<a href=\"{}\">{}</a>", between, escape_xml(page), escape_xml(scene));

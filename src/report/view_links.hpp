@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -20,9 +21,12 @@ bool can_be_viewed(const Record& record);
 /// The scenes of such records, sorted.
 std::vector<std::string> viewed_scenes(const std::vector<Record>& records);
 
-/// Puts one line under the title of report.md and report.html: a link to every scene's page that exists in the
-/// directory, or how to make them. Nothing when no scene can have one. To be called on the finished files.
-void add_view_links(const std::vector<Record>& records, const std::filesystem::path& directory,
+/// The scenes whose pages lie in a report's directory.
+std::set<std::string> scenes_with_pages(const std::filesystem::path& directory);
+
+/// Puts one line under the title of report.md and report.html: a link to the page of every scene that has one, or how
+/// to make them. Nothing when no scene can have one. Pure; to be called on the finished files.
+void add_view_links(const std::vector<Record>& records, const std::set<std::string>& with_page,
                     std::map<std::string, std::string>& files);
 
 }  // namespace trocar

@@ -15,8 +15,8 @@ std::vector<Index> tissue_vertices(const Topology& topology) {
     return vertices;
 }
 
-RunCapture::RunCapture(const Topology& topology, std::int64_t stride, bool judged)
-    : stride_(stride), judged_(judged), tissue_(tissue_vertices(topology)) {
+RunCapture::RunCapture(const Topology& topology, std::int64_t stride, bool judged, Index tool)
+    : stride_(stride), judged_(judged), tool_(tool), tissue_(tissue_vertices(topology)) {
     for (const BodyRange& body : topology.bodies) {
         if (body.kind == BodyKind::tissue) continue;
         for (Index vertex = body.vertices.first; vertex < body.vertices.end(); ++vertex) others_.push_back(vertex);
@@ -54,11 +54,20 @@ ViewedFrame RunCapture::kept(const PlayedFrame& frame) const {
         view.strain.push_back(std::abs(frame.strain[static_cast<std::size_t>(vertex)]));
     }
     sink_into_tissue(frame, view.depth);
+    Vector3 pushed = Vector3::Zero();
+    double force = 0.0;
     for (const PlayedContact& contact : frame.contacts) {
-        if (!contact.point.allFinite()) continue;
+        // What a source told of two features that are apart is no contact to look at.
+        const bool apart = contact.kind == ActingKind::found && !(contact.depth > 0.0);
+        if (apart || !contact.point.allFinite()) continue;
+        if (tool_ >= 0 && (contact.body == tool_ || contact.other == tool_) && contact.force.allFinite()) {
+            pushed += contact.force.norm() * contact.point;
+            force += contact.force.norm();
+        }
         view.contacts.push_back(
             {.point = contact.point, .force = contact.force.allFinite() ? contact.force : Vector3::Zero()});
     }
+    if (force > 0.0) view.tool_point = pushed / force;
     return view;
 }
 
@@ -76,7 +85,7 @@ void RunCapture::see(const PlayedFrame& frame) {
     const double force = frame.row.tool_force.norm();
     run_.depth.push_back(depth);
     run_.force.push_back(frame.row.tool_force);
-    run_.contacts.push_back(frame.row.contacts);
+    run_.contacts.push_back(judged_ ? frame.row.contacts : -1);
     if (depth > run_.worst_depth.value || (run_.worst_depth.tick < 0 && std::isfinite(depth))) {
         run_.worst_depth = {frame.tick, depth};
         deepest_ = view;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,8 @@ struct ViewedFrame {
     std::vector<double> depth;
     std::vector<double> strain;  ///< 1, likewise, >= 0: by size
     std::vector<ViewedContact> contacts;
+    /// m, world: mean of the contacts of the tool by their force; NaN where none has one.
+    Vector3 tool_point = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
 };
 
 struct WorstTick {
@@ -39,23 +42,23 @@ struct ViewedRun {
     std::string outcome = "ok";
     std::string message;
     std::string note;  ///< what a reader must know first, e.g. that frames are not those of the record; may be empty
-    std::vector<ViewedFrame> frames;  ///< ascending ticks
-    std::vector<Vector3> force;       ///< N, on the tool, every tick; NaN: none
-    std::vector<double> depth;        ///< m, left after every tick; NaN: none
-    std::vector<std::int64_t> contacts;
-    WorstTick worst_depth;           ///< m, over every tick
-    WorstTick worst_force;           ///< N, likewise
-    double depth_max = 0.0;          ///< m, of a tissue vertex, over every tick
-    double strain_max = 0.0;         ///< 1, by size, likewise
-    double displacement_max = 0.0;   ///< m, likewise
-    double contact_force_max = 0.0;  ///< N, of one contact, likewise
+    std::vector<ViewedFrame> frames;     ///< ascending ticks
+    std::vector<Vector3> force;          ///< N, on the tool, every tick; NaN: none
+    std::vector<double> depth;           ///< m, left after every tick; NaN: none
+    std::vector<std::int64_t> contacts;  ///< told by the source, every tick; -1: nobody was asked
+    WorstTick worst_depth;               ///< m, over every tick
+    WorstTick worst_force;               ///< N, likewise
+    double depth_max = 0.0;              ///< m, of a tissue vertex, over every tick
+    double strain_max = 0.0;             ///< 1, by size, likewise
+    double displacement_max = 0.0;       ///< m, likewise
+    double contact_force_max = 0.0;      ///< N, of one contact, likewise
 };
 
 class RunCapture {
 public:
     /// Every `stride`-th tick is kept. `judged`: the depth left is the row's, else the deepest vertex'. The topology
-    /// outlives the object.
-    RunCapture(const Topology& topology, std::int64_t stride, bool judged);
+    /// outlives the object. `tool`: body whose force is shown; -1: none.
+    RunCapture(const Topology& topology, std::int64_t stride, bool judged, Index tool = -1);
     /// To be fed every tick.
     void see(const PlayedFrame& frame);
     /// The run without label, outcome and note.
@@ -67,6 +70,7 @@ private:
 
     std::int64_t stride_;
     bool judged_;
+    Index tool_;
     std::vector<Index> tissue_;  ///< vertex numbers
     std::vector<Index> others_;  ///< vertex numbers of what is no tissue
     ViewedRun run_;

@@ -61,12 +61,18 @@ Json run_json(const ViewedRun& run, const std::vector<const ViewedFrame*>& frame
     std::vector<std::size_t> counts;
     std::vector<std::uint16_t> points;
     std::vector<std::int16_t> forces;
+    std::vector<std::uint16_t> tool_points;
+    constexpr std::uint16_t nowhere = 65535;  // no coordinate is as large
     for (const ViewedFrame* frame : frames) {
         ticks.push_back(frame->tick);
         positions.push_back(quantised(frame->position, quantiser));
         add_bytes(frame->depth, run.depth_max, depth);
         add_bytes(frame->strain, run.strain_max, strain);
         counts.push_back(frame->contacts.size());
+        for (int axis = 0; axis < 3; ++axis) {
+            tool_points.push_back(frame->tool_point.allFinite() ? quantiser.number(frame->tool_point[axis], axis)
+                                                                : nowhere);
+        }
         for (const ViewedContact& contact : frame->contacts) {
             for (int axis = 0; axis < 3; ++axis) {
                 points.push_back(quantiser.number(contact.point[axis], axis));
@@ -93,6 +99,7 @@ Json run_json(const ViewedRun& run, const std::vector<const ViewedFrame*>& frame
             {"contacts_per_frame", counts},
             {"points", deflated_numbers(points)},
             {"forces", deflated_numbers(forces)},
+            {"tool_points", deflated_numbers(tool_points)},
             {"force_step", force_step},
             {"contact_force_max", run.contact_force_max},
             {"curves",

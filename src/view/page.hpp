@@ -27,7 +27,7 @@ struct ViewPage {
     std::int64_t ticks = 0;
     Topology topology;
     Matrix3X rest;           ///< 3×N, m, world, before the first tick
-    Index tool_vertex = -1;  ///< where the force on the tool is drawn; -1: no tool
+    Index tool_vertex = -1;  ///< where the force on the tool is drawn when no contact has one; -1: no tool
     std::vector<ViewedRun> runs;
     std::vector<ViewedReference> references;
 };

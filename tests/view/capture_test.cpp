@@ -64,6 +64,26 @@ TEST(RunCapture, ATipBeyondASheetIsPaintedOnTheNearestTissueVertex) {
     EXPECT_DOUBLE_EQ(run.depth_max, 3e-3);
 }
 
+TEST(RunCapture, TheToolIsPushedWhereItsContactsAreByTheirForce) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    const auto contact = [](Index other, double x, double force) {
+        PlayedContact one;
+        one.kind = ActingKind::pushed;
+        one.body = 1;
+        one.other = other;
+        one.point = Vector3(x, 0.0, 0.0);
+        one.force = Vector3(0.0, 0.0, -force);
+        return one;
+    };
+    PlayedFrame frame = frame_at(scene, 0, 0.0, 1.0);
+    frame.contacts = {contact(0, 0.1, 3.0), contact(0, 0.5, 1.0), contact(2, 9.0, 5.0)};
+    RunCapture capture(scene.topology, 8, true, 0);
+    capture.see(frame);
+    const ViewedRun run = capture.finish();
+    EXPECT_DOUBLE_EQ(run.frames.front().tool_point.x(), (3.0 * 0.1 + 1.0 * 0.5) / 4.0);
+    EXPECT_DOUBLE_EQ(run.contact_force_max, 5.0);
+}
+
 TEST(RunCapture, WithoutAJudgeTheDepthIsThatOfTheDeepestVertex) {
     const Scene scene = test::scene_from_text(test::poke_text());
     PlayedFrame frame = frame_at(scene, 0, std::nan(""), 0.0);

@@ -45,9 +45,9 @@ function frames(bytes, size, rest) {
 // One run, ready to be shown. `place(frame, out)` writes the positions of a frame in metres, x y z of every vertex.
 async function readRun(run, view) {
   const size = 3 * view.vertices;
-  const [positions, depth, strain, points, forces, force, worst, counts] = await Promise.all([
+  const [positions, depth, strain, points, forces, tool, force, worst, counts] = await Promise.all([
     inflate(run.positions), inflate(run.depth.values), inflate(run.strain.values), inflate(run.points),
-    inflate(run.forces), floats(run.curves.force), floats(run.curves.depth), floats(run.curves.contacts),
+    inflate(run.forces), inflate(run.tool_points), floats(run.curves.force), floats(run.curves.depth), floats(run.curves.contacts),
   ]);
   const starts = [0];
   for (const n of run.contacts_per_frame) starts.push(starts[starts.length - 1] + n);
@@ -59,6 +59,7 @@ async function readRun(run, view) {
     starts,
     points: new Uint16Array(points.buffer),
     forces: new Int16Array(forces.buffer),
+    toolPoints: new Uint16Array(tool.buffer), // 65535: no contact of the tool has a force
     force, // 3 per tick, N
     magnitude: Float32Array.from({ length: force.length / 3 }, (_, t) =>
       Math.hypot(force[3 * t], force[3 * t + 1], force[3 * t + 2])),

@@ -222,7 +222,9 @@ class Picture {
     const tick = run.frames[f];
     const force = new Vector3(...run.force.slice(3 * tick, 3 * tick + 3));
     const strong = view.tool && force.length() > 0.01 * look.toolForce;
-    const anchor = strong ? new Vector3().fromArray(this.positions, 3 * view.tool.vertex) : null;
+    const pushed = [0, 1, 2].map((c) => run.toolPoints[3 * f + c]);
+    const anchor = !strong ? null : pushed[0] === 65535 ? new Vector3().fromArray(this.positions, 3 * view.tool.vertex)
+      : new Vector3(...pushed.map((q, c) => view.low[c] + view.step[c] * q));
     this.toolArrow.set(look.forces && strong ? [[anchor, force.multiplyScalar(zoom * look.toolScale)]] : [], zoom);
   }
 }

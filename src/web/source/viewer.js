@@ -255,8 +255,8 @@ class Page {
       const done = run.magnitude.length;
       const at = this.tick < done ? this.tick : -1;
       cell.depth.textContent = at < 0 ? "–" : `${number(run.deepest[at] * 1e3)} mm`;
-      cell.force.textContent = at < 0 ? "–" : `${number(run.magnitude[at])} N`;
-      cell.contacts.textContent = at < 0 ? "–" : number(run.counts[at]);
+      cell.force.textContent = at < 0 ? "–" : number(run.magnitude[at]) + (Number.isFinite(run.magnitude[at]) ? " N" : "");
+      cell.contacts.textContent = at < 0 || run.counts[at] < 0 ? "–" : number(run.counts[at]);
       cell.failed.textContent = run.outcome === "ok" ? "" : this.tick >= done - 1
         ? `${run.outcome}: ${run.message}` : `ends ${run.outcome} at tick ${Math.max(0, done - 1)}`;
     });
