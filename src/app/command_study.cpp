@@ -131,7 +131,12 @@ int print_plan(const Study& study, const std::vector<PlannedRun>& plan, bool jso
 /// Copies a finished report (records, report, drawings) to reports/<study>, as a whole or not at all.
 std::filesystem::path publish(const Study& study, const std::filesystem::path& directory, const Report& report) {
     std::vector<std::string> names{"records.jsonl"};
-    for (const auto& [name, content] : report.files) names.push_back(name);
+    for (const auto& [name, content] : report.files) {
+        names.push_back(name);
+        std::filesystem::path pdf = name;
+        pdf.replace_extension(".pdf");
+        if (name.ends_with(".svg") && std::filesystem::exists(directory / pdf)) names.push_back(pdf.string());
+    }
     std::uintmax_t size = 0;
     for (const std::string& name : names) size += std::filesystem::file_size(directory / name);
     if (size > largest_published) {
