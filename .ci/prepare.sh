@@ -12,8 +12,14 @@ base_packages=(
 rival_packages=(libembree-dev libbullet-dev libcgal-dev)
 # Checks beyond the tests.
 check_packages=(clang-format-14 clang-tidy-14)
-# ./test.sh full; VTK's own reader reads what `trocar export` writes, a browser opens the pages
-full_packages=(clang-16 libclang-rt-16-dev python3-vtk9 chromium chromium-driver python3)
+# ./test.sh full; those behind the compiler read what trocar writes for others: VTK the exports, LaTeX the tables, R and
+# pandas the CSV, rsvg the charts; a browser opens the
+# pages
+full_packages=(
+    clang-16 libclang-rt-16-dev
+    python3-vtk9 texlive-latex-base texlive-latex-recommended librsvg2-bin r-base-core python3-pandas
+    chromium chromium-driver python3
+)
 
 say() { printf '\n== %s\n' "$*"; }
 

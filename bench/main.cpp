@@ -46,13 +46,19 @@ int tell(const BenchReport& report, const std::filesystem::path& directory) {
 }
 
 void publish(const std::filesystem::path& from, const BenchReport& report, const std::filesystem::path& to) {
-    for (const char* folder : {"charts", "tables"}) std::filesystem::remove_all(to / folder);
+    if (std::filesystem::exists(to) && std::filesystem::equivalent(from, to)) return;
+    std::filesystem::remove_all(to);
     const auto copy = [&](const std::string& name) {
         std::filesystem::create_directories((to / name).parent_path());
         std::filesystem::copy_file(from / name, to / name, std::filesystem::copy_options::overwrite_existing);
     };
     copy("records.jsonl");
-    for (const auto& [name, content] : report.files) copy(name);
+    for (const auto& [name, content] : report.files) {
+        copy(name);
+        std::filesystem::path pdf = name;
+        pdf.replace_extension(".pdf");
+        if (name.ends_with(".svg") && std::filesystem::exists(from / pdf)) copy(pdf.string());
+    }
 }
 
 int detection(const Options& options) {

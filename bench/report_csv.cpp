@@ -2,6 +2,7 @@
 // mean.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -160,7 +161,8 @@ void Writer::csv_files() {
     std::map<std::string, std::string> parameters;
     bool first = true;  // the main group where it was measured
     for (const auto& [group, rows] : groups) {
-        const std::string file = first ? "results.csv" : fmt::format("results_{}.csv", name_of(group));
+        std::string file = first ? "results.csv" : fmt::format("results_{}.csv", name_of(group));
+        std::replace(file.begin(), file.end(), ' ', '_');
         report_.files[file] = csv_of(rows, group == Group::bodies, parameters);
         first = false;
     }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cmath>
 #include <set>
 #include <string_view>
 #include <vector>
@@ -40,7 +39,7 @@ constexpr std::array special{Letter{"\\", "\\textbackslash{}", 4.3},
                              Letter{"<", "\\textless{}", 6.7},
                              Letter{">", "\\textgreater{}", 6.7},
                              Letter{"|", "\\textbar{}", 4.3},
-                             Letter{"\"", "\\textquotedbl{}", 4.3},
+                             Letter{"\"", "\\char34{}", 4.3},
                              Letter{"/", "/", 4.3, true},
                              Letter{":", ":", 4.3, true},
                              Letter{",", ",", 4.3, true},
@@ -85,13 +84,30 @@ struct Set {
     double width = 0.0;        ///< on one line
     double longest_run = 0.0;  ///< the widest piece that cannot be broken
 
+    /// Lines that it takes where a line is so wide, pt.
+    [[nodiscard]] int lines_in(double line) const {
+        int lines = 1;
+        double filled = 0.0;
+        for (const Run& run : runs_) {
+            const double blank = run.after_blank && filled > 0.0 ? blank_width : 0.0;
+            if (filled > 0.0 && filled + blank + run.width > line) {
+                ++lines;
+                filled = run.width;
+            } else {
+                filled += blank + run.width;
+            }
+        }
+        return lines;
+    }
+
     explicit Set(const std::string& text) {
         bool code = false;
-        double run = 0.0;
+        Run run;
         int together = 0;
-        const auto end_run = [&] {
-            longest_run = std::max(longest_run, run);
-            run = 0.0;
+        const auto end_run = [&](bool at_blank) {
+            longest_run = std::max(longest_run, run.width);
+            if (run.width > 0.0) runs_.push_back(run);
+            run = {.after_blank = at_blank};
             together = 0;
         };
         for (std::size_t at = 0; at < text.size();) {
@@ -103,31 +119,39 @@ struct Set {
             }
             if (text[at] == ' ' || text[at] == '\n') {
                 tex += ' ';
-                width += 2.9;
-                end_run();
+                width += blank_width;
+                end_run(true);
                 ++at;
                 continue;
             }
             const Letter letter = letter_at(text, at, code);
             if (together >= most_letters_together) {
                 tex += "\\allowbreak{}";
-                end_run();
+                end_run(false);
             }
             tex += letter.tex;
-            run += letter.width;
+            run.width += letter.width;
             width += letter.width;
             ++together;
             at += letter.text.size();
             if (letter.breaks && at < text.size() && text[at] != ' ') {
                 tex += "\\allowbreak{}";
-                end_run();
+                end_run(false);
             }
         }
         if (code) tex += "}";
-        end_run();
+        end_run(false);
     }
 
 private:
+    /// A piece that is not broken.
+    struct Run {
+        double width = 0.0;
+        bool after_blank = false;
+    };
+    static constexpr double blank_width = 2.9;
+    std::vector<Run> runs_;
+
     static Letter letter_at(const std::string& text, std::size_t at, bool code) {
         constexpr double typewriter = 4.3;
         for (const Letter& one : special) {
@@ -214,7 +238,7 @@ std::string row_text(const Panel& panel, const std::vector<std::string>& cells, 
     for (std::size_t i = 0; i < panel.columns.size(); ++i) {
         const std::size_t c = panel.columns[i];
         const Set cell(c < cells.size() ? cells[c] : "");
-        lines = std::max(lines, static_cast<int>(std::ceil(cell.width / std::max(1.0, panel.width[i]))));
+        lines = std::max(lines, cell.lines_in(panel.width[i]));
         // Behind the end of a row LaTeX would take a bracket or a star as its own.
         const bool taken = i == 0 && (cell.tex.starts_with('[') || cell.tex.starts_with('*'));
         text += (i == 0 ? taken ? "{}" : "" : " & ") + cell.tex;

@@ -24,10 +24,10 @@ namespace {
 std::size_t distance_between(const std::string& a, const std::string& b) {
     std::vector<std::size_t> row(b.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 0; i < a.size(); ++i) {
+    for (const char letter : a) {
         std::size_t before = row[0]++;
         for (std::size_t j = 0; j < b.size(); ++j) {
-            const std::size_t change = before + (a[i] == b[j] ? 0 : 1);
+            const std::size_t change = before + (letter == b[j] ? 0 : 1);
             before = row[j + 1];
             row[j + 1] = std::min({change, row[j] + 1, before + 1});
         }
@@ -110,7 +110,8 @@ std::string ascii_unit(const std::string& unit) {
 
 class Chooser {
 public:
-    explicit Chooser(const std::vector<Record>& records) : records_(records), table_(pointers(records)) {}
+    /// The records outlive the object.
+    explicit Chooser(const std::vector<Record>& records) : table_(pointers(records)) {}
 
     ChosenTable choose(const TableChoice& choice) {
         ChosenTable chosen;
@@ -141,6 +142,7 @@ public:
 private:
     static std::vector<const Record*> pointers(const std::vector<Record>& records) {
         std::vector<const Record*> list;
+        list.reserve(records.size());
         for (const Record& record : records) list.push_back(&record);
         return list;
     }
@@ -279,7 +281,6 @@ private:
         return columns;
     }
 
-    const std::vector<Record>& records_;
     RunTable table_;
     std::vector<std::size_t> rows_;
 };

@@ -65,6 +65,17 @@ TEST_F(Export, TakesRecordings) {
     EXPECT_TRUE(told["state_hash"].is_null());
 }
 
+TEST_F(Export, AnInterruptionLeavesNothingBehind) {
+    const std::string command = "timeout --preserve-status --signal=INT 2 " + std::string(TROCAR_PROGRAM) + " " +
+                                words("obj", "--ticks 10000000 --every 10000000") + " >/dev/null 2>&1";
+    const int status = std::system(command.c_str());
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 130);
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
+        EXPECT_EQ(entry.path().filename(), "poke.json") << "neither the folder nor a part of it";
+    }
+}
+
 TEST_F(Export, RefusesWithOneLineAndWritesNothing) {
     expect_refused(words("paraview", "--every 0"), "--every");
     expect_refused(words("paraview", "--tick 60"), "from 0 to 59");

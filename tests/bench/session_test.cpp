@@ -7,11 +7,13 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <set>
 #include <thread>
 
 #include "bench/bench_report.hpp"
 #include "bench/session.hpp"
 #include "geometry/input_error.hpp"
+#include "report/csv_text.hpp"
 #include "support/program.hpp"
 
 namespace trocar::bench {
@@ -39,6 +41,20 @@ TEST(BenchProgram, FinishedCellsAreKeptAndTheReportComesBackByteForByte) {
     ASSERT_TRUE(first.contains("report.md"));
     ASSERT_TRUE(first.contains("report.html"));
     ASSERT_TRUE(first.contains("results.csv"));
+    const auto rows = test::csv_rows(first.at("results.csv"));
+    EXPECT_GT(rows.size(), 1U);
+    EXPECT_EQ(std::set<std::string>(rows[0].begin(), rows[0].end()).size(), rows[0].size()) << "every header once";
+    std::set<std::string> explained;
+    for (const auto& row : test::csv_rows(first.at("figures.csv"))) explained.insert(row[0]);
+    for (const std::string& column : rows[0]) EXPECT_TRUE(explained.contains(column)) << column;
+    ASSERT_TRUE(first.contains("report.tex"));
+    std::size_t tables = 0;
+    for (const auto& [name, content] : first) {
+        if (!name.starts_with("tables/")) continue;
+        ++tables;
+        EXPECT_NE(first.at("report.tex").find("\\input{" + name + "}"), std::string::npos) << name;
+    }
+    EXPECT_GT(tables, 2U);
     ASSERT_TRUE(first.contains("charts/time_against_bodies.svg"));
     // Times never repeat to the nanosecond: the same records mean that nothing was measured again.
     ASSERT_EQ(run_bench(command), 0);

@@ -26,8 +26,8 @@ std::string log_of(const std::map<std::string, std::string>& tables, const std::
         body += "\\input{" + name + "}\n\n";
     }
     std::ofstream(folder.path() / "paper.tex")
-        << "\\documentclass[twocolumn," << font_size << "]{article}\n\\usepackage[T1]{fontenc}\n\\usepackage{"
-        << latex_table_packages << "}\n\\begin{document}\n"
+        << "\\documentclass[twocolumn," << font_size << "]{article}\n\\usepackage{" << latex_table_packages
+        << "}\n\\begin{document}\n"
         << body << "\\end{document}\n";
     const std::string command =
         "cd " + folder.path().string() + " && pdflatex -interaction=nonstopmode paper.tex >out 2>&1";
@@ -35,18 +35,17 @@ std::string log_of(const std::map<std::string, std::string>& tables, const std::
     return test::read_file(folder.path() / "paper.log");
 }
 
+/// Too wide for the column, or too high for the page.
 std::size_t overfull_boxes(const std::string& log) {
     std::size_t count = 0;
-    for (std::size_t at = log.find("Overfull \\hbox"); at != std::string::npos;
-         at = log.find("Overfull \\hbox", at + 1)) {
-        ++count;
-    }
+    for (std::size_t at = log.find("Overfull"); at != std::string::npos; at = log.find("Overfull", at + 1)) ++count;
     return count;
 }
 
 TEST(LatexTables, AnOverfullBoxWouldBeSeen) {
     if (!has_latex()) GTEST_SKIP() << no_latex;
     EXPECT_EQ(overfull_boxes(log_of({{"wide.tex", "\\noindent\\rule{300pt}{1pt}\n"}})), 1U);
+    EXPECT_EQ(overfull_boxes(log_of({{"high.tex", "\\noindent\\rule{1pt}{800pt}\n"}})), 1U);
 }
 
 TEST(LatexTables, NoneOfAReportIsTooWideForAJournalsColumn) {

@@ -148,7 +148,8 @@ cat(sprintf("%.17g", runs$residual_max_m[1]))
 }
 
 TEST(ResultsCsv, PandasOpensThemAsTheyStand) {
-    if (std::system("python3 -c 'import pandas' >/dev/null 2>&1") != 0) GTEST_SKIP() << "pandas is not installed";
+    if (std::system("/usr/bin/python3 -c 'import pandas' >/dev/null 2>&1") != 0)
+        GTEST_SKIP() << "python3-pandas is not installed";
     const test::TemporaryFolder folder;
     for (const auto& [name, content] : csv_files(mixed_records())) std::ofstream(folder.path() / name) << content;
     std::ofstream(folder.path() / "read.py") << R"(
@@ -158,7 +159,7 @@ what = pandas.read_csv("figures.csv")
 assert len(runs) == 3 and runs.columns.is_unique and set(runs.columns) <= set(what["name"])
 assert runs["residual_max_m"].dtype == float and runs["message"][2] == 'said "no", twice\nand left'
 )";
-    EXPECT_EQ(std::system(("cd " + folder.path().string() + " && python3 read.py >out 2>err").c_str()), 0)
+    EXPECT_EQ(std::system(("cd " + folder.path().string() + " && /usr/bin/python3 read.py >out 2>err").c_str()), 0)
         << test::read_file(folder.path() / "err");
 }
 
