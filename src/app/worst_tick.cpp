@@ -69,7 +69,7 @@ WorstTick::Body slice(const Topology& topology, const BodyRange& body, const Pla
     for (Index t = body.triangles.first; t < body.triangles.first + body.triangles.count; ++t) {
         std::array<double, 4> ends{};
         double depth = 0.0;
-        int crossed = 0;
+        std::size_t crossed = 0;
         for (int side = 0; side < 3 && crossed < 2; ++side) {
             const Index a = topology.triangles(side, t);
             const Index b = topology.triangles((side + 1) % 3, t);
@@ -80,8 +80,8 @@ WorstTick::Body slice(const Topology& topology, const BodyRange& body, const Pla
             const double share = from / (from - to);
             const auto place =
                 cut.place(Vector3(frame.position.col(a) + share * (frame.position.col(b) - frame.position.col(a))));
-            ends.at(static_cast<std::size_t>(2 * crossed)) = place[0];
-            ends.at(static_cast<std::size_t>(2 * crossed + 1)) = place[1];
+            ends.at(2 * crossed) = place[0];
+            ends.at(2 * crossed + 1) = place[1];
             const double at_a = frame.depth[static_cast<std::size_t>(a)];
             const double at_b = frame.depth[static_cast<std::size_t>(b)];
             depth += 0.5 * mm * (at_a + share * (at_b - at_a));
@@ -135,7 +135,7 @@ WorstTick::Curve force_of(const std::string& name, const Record& record) {
 
 /// Runs a record's specification again and hands back the frame that is wanted.
 Record run_again(const Scene& scene, const Record& record, const PlaybackChoice& choice, PlayedFrame& kept) {
-    const Record again = play(scene, record.spec, {}, choice, [&kept](const PlayedFrame& frame) { kept = frame; });
+    Record again = play(scene, record.spec, {}, choice, [&kept](const PlayedFrame& frame) { kept = frame; });
     if (again.state_hash != record.state_hash) {
         throw InputError(record.spec.scene_file, "/state_hash", record.state_hash + " as in the record",
                          again.state_hash + ": this program moves the scene otherwise");
