@@ -174,7 +174,7 @@ std::filesystem::path publish(const Study& study, const std::filesystem::path& d
     std::uintmax_t size = 0;
     for (const std::string& name : names) size += std::filesystem::file_size(directory / name);
     if (size > largest_published) {
-        throw InputError(directory.string(), "", "at most 10 MB to publish",
+        throw InputError(directory.string(), "", "at most 16 MB to publish",
                          fmt::format("{:.1f} MB", 1e-6 * static_cast<double>(size)));
     }
     std::filesystem::path target = std::filesystem::path("reports") / study.name;
