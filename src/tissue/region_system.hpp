@@ -74,7 +74,9 @@ private:
     void couple(const TickContacts& contacts);
     template <typename Solved>
     void find_pressing(double h, std::span<TickContact> contacts, const Solved& solved);
-    bool find_change(double tolerance, int iterations, const TickContacts& contacts);
+    template <typename Solved>
+    void press_deepest_first(double h, std::span<TickContact> contacts, const Solved& solved);
+    bool find_change(double tolerance, double within, int iterations, const TickContacts& contacts);
     void close_momentum();
     void hold_along(double h, std::size_t c, double part, TickContacts& contacts);
     void take_rows(double h, bool known, TickContacts& contacts);
