@@ -63,7 +63,7 @@ public:
                             std::vector<Wrench>& reaction) = 0;
 
     /// Before an advance whose frames the stepper need not look through. True: `from` has the tissue that the last
-    /// advance has written, and `to` that of the one before or of `from`. False, as at the start: it has to look.
+    /// advance has written, `to` the same or that of one of the two before. False, as at the start: it has to look.
     virtual void trust_frames(bool /*trusted*/) {}
 
     // Of the last advance.

@@ -233,12 +233,10 @@ void RegionSystem::couple(const TickContacts& contacts) {
     if (factor.info() != Eigen::Success) coupled_.clear();
 }
 
-/// The residual preconditioned. Gives their product.
-double RegionSystem::precondition(const TickContacts& contacts) {
-    for (std::size_t n = 0; n < awake_; ++n) {
-        const Eigen::Map<const Eigen::Matrix<double, 4, 3>> inverse(inverse_.data() + 12 * n);
-        preconditioned_.col(number(n)).noalias() = inverse * residual_.col(number(n)).head<3>();
-    }
+/// A step of that length along the direction; then the residual preconditioned. Gives their product.
+double RegionSystem::precondition(double by, const TickContacts& contacts) {
+    const double product = kernels_->improve(awake_, by, direction_.data(), image_.data(), inverse_.data(),
+                                             change_.data(), residual_.data(), preconditioned_.data());
     const auto count = number(coupled_.size());
     if (count > 0) {
         auto push = coupled_push_.head(count);
@@ -261,35 +259,31 @@ double RegionSystem::precondition(const TickContacts& contacts) {
             });
         }
     }
-    double sum = 0.0;
-    for (std::size_t n = 0; n < awake_; ++n) {
-        sum += preconditioned_.col(number(n)).head<3>().dot(residual_.col(number(n)).head<3>());
-    }
-    return sum;
+    return count > 0 ? kernels_->dot(awake_, preconditioned_.data(), residual_.data()) : product;
 }
 
 /// Preconditioned conjugate gradients from the change as it is, until the residual is below the tolerance or `within`
 /// of what it begins with. False where the numbers are not finite.
 bool RegionSystem::find_change(double tolerance, double within, int iterations, const TickContacts& contacts) {
     const auto count = number(awake_);
+    const auto turn_from = [&](const Matrix4X& to, double by) {
+        kernels_->turn(awake_, by, to.data(), inertia_.data(), direction_.data(), image_.data());
+    };
     residual_.leftCols(count) = right_side_.leftCols(count);
-    double small = tolerance * tolerance * std::max(precondition(contacts), reference_);
-    direction_.leftCols(count) = change_.leftCols(count);
+    for (Matrix4X* vector : {&direction_, &image_}) vector->leftCols(count).setZero();  // the last may not be finite
+    double small = tolerance * tolerance * std::max(precondition(0.0, contacts), reference_);
+    turn_from(change_, 0.0);
     multiply(contacts);
     residual_.leftCols(count) -= image_.leftCols(count);
-    double rho = precondition(contacts);
+    double rho = precondition(0.0, contacts);
     small = std::max(small, within * within * rho);
-    direction_.leftCols(count) = preconditioned_.leftCols(count);
+    turn_from(preconditioned_, 0.0);
     for (int iteration = 0; iteration < iterations && rho > small; ++iteration) {
         multiply(contacts);
-        double curvature = 0.0;
-        for (Eigen::Index n = 0; n < count; ++n) curvature += direction_.col(n).head<3>().dot(image_.col(n).head<3>());
+        const double curvature = kernels_->dot(awake_, direction_.data(), image_.data());
         if (!(curvature > 0.0)) break;
-        const double by = rho / curvature;
-        change_.leftCols(count) += by * direction_.leftCols(count);
-        residual_.leftCols(count) -= by * image_.leftCols(count);
-        const double next = precondition(contacts);
-        direction_.leftCols(count) = preconditioned_.leftCols(count) + (next / rho) * direction_.leftCols(count);
+        const double next = precondition(rho / curvature, contacts);
+        turn_from(preconditioned_, next / rho);
         rho = next;
     }
     return std::isfinite(rho);

@@ -22,7 +22,7 @@ WrittenVertices::WrittenVertices(const TissueState& state) {
 }
 
 void WrittenVertices::give_back(const MovingTissue& tissue, const Effect& effect, const Frame& from, Frame& to) {
-    constexpr std::int64_t behind = 2;  // ticks
+    constexpr std::int64_t behind = 3;  // ticks
     moved_.clear();
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
         if (changed_[b] + behind < tick_) continue;

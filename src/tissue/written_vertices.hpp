@@ -18,8 +18,8 @@ public:
     void next_tick() { ++tick_; }
     void mark(Index local) { changed_[of_vertex_[static_cast<std::size_t>(local)]] = tick_; }
     void mark_all() { changed_.assign(changed_.size(), tick_); }
-    /// Brings `to` up to date, which has what the tissue was one or two ticks ago or any that lies between: a vertex
-    /// that has changed in this tick or in one of the two before has another place, velocity or previous place.
+    /// Brings `to` up to date, which has what was given back at most three ticks ago: there a vertex that has changed
+    /// in this tick or in one of the three before has another place, velocity or previous place.
     void give_back(const MovingTissue& tissue, const Effect& effect, const Frame& from, Frame& to);
     /// Of the last give_back: changed in that tick, ascending, in numbers of the frame.
     [[nodiscard]] const std::vector<Range>& moved() const { return moved_; }
