@@ -80,7 +80,7 @@ struct Placement {
 /// Output of a response, input of tissue, operator and metrics.
 struct Effect {
     std::vector<LinearContact> contacts;
-    Matrix3X held_force;                ///< 3×N, N; constant over the tick. Sized by prepare, zeroed by clear.
+    Matrix3X held_force;                ///< 3×N, N; constant over the tick. Zeroed by clear. Empty: there are none.
     std::vector<Placement> placements;  ///< at most one per vertex
     std::vector<Wrench> wrench;  ///< per body: forces that no linear contact carries (reactions to placements …)
     std::int64_t skipped = 0;    ///< pairs without a response (touch, coplanar, degenerate, class not handled)

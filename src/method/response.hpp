@@ -18,6 +18,8 @@ public:
     Response& operator=(Response&&) = delete;
     virtual ~Response() = default;
 
+    /// False: it never writes Effect::held_force, which then may be empty.
+    [[nodiscard]] virtual bool holds_forces() const { return true; }
     /// Once per run. Topology and materials outlive the response's use of them.
     virtual void prepare(const Topology& topology, const Materials& materials) = 0;
     /// Once per tick. `contacts` holds what the run's contact source provides in contacts.contacts. loads[i]: what

@@ -62,7 +62,14 @@ public:
     virtual Outcome advance(const Effect& effect, double dt, const Frame& from, Frame& to,
                             std::vector<Wrench>& reaction) = 0;
 
+    /// Before an advance whose frames the stepper need not look through. True: `from` has the tissue that the last
+    /// advance has written, `to` the same or that of one of the two before. False, as at the start: it has to look.
+    virtual void trust_frames(bool /*trusted*/) {}
+
     // Of the last advance.
+    /// Ranges of vertices that it may have given another place in `to` than in `from`, ascending; null: any of the
+    /// tissue's.
+    [[nodiscard]] virtual const std::vector<Range>* moved() const { return nullptr; }
     /// One per contact of its effect; zero for contacts that no tissue takes part in.
     [[nodiscard]] virtual std::span<const ContactLoad> loads() const = 0;
     [[nodiscard]] virtual double max_strain() const = 0;           ///< largest of an edge, 1 = doubled length

@@ -43,6 +43,7 @@ class GlobalIntersection final : public Response {
 public:
     explicit GlobalIntersection(const Settings& settings) : settings_(settings) {}
 
+    [[nodiscard]] bool holds_forces() const override { return false; }
     void prepare(const Topology& topology, const Materials& materials) override {
         topology_ = &topology;
         materials_ = &materials;

@@ -23,6 +23,7 @@ class GodObjectResponse final : public Response {
 public:
     explicit GodObjectResponse(const Settings& settings) : settings_(settings) {}
 
+    [[nodiscard]] bool holds_forces() const override { return false; }
     void prepare(const Topology& topology, const Materials& materials) override {
         topology_ = &topology;
         materials_ = &materials;

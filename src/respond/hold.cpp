@@ -39,6 +39,7 @@ class Hold final : public Response {
 public:
     explicit Hold(const HoldSettings& settings) : settings_(settings) {}
 
+    [[nodiscard]] bool holds_forces() const override { return false; }
     void prepare(const Topology& topology, const Materials& materials) override {
         topology_ = &topology;
         materials_ = &materials;

@@ -42,6 +42,7 @@ class Thesis final : public Response {
 public:
     explicit Thesis(const ThesisSettings& settings) : state_(settings) {}
 
+    [[nodiscard]] bool holds_forces() const override { return false; }
     void prepare(const Topology& topology, const Materials& materials) override {
         state_.prepare(topology, materials);
         topology_ = &topology;

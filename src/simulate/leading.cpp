@@ -81,16 +81,18 @@ void Leading::place(Index body, const Pose& pose, bool keep_previous, Frame& fra
     frame.pose[at(body)] = pose;
 }
 
-void Leading::move(double time, Frame& frame) {
+void Leading::move(double time, const std::vector<Range>* tissue_moved, Frame& frame) {
     const Topology& topology = scene_->topology;
     if (!frame.moved) frame.moved.emplace();
     frame.moved->clear();
+    const std::vector<Range>& tissue = tissue_moved != nullptr ? *tissue_moved : free_tissue_;
+    std::size_t next = 0;
     for (Index body = 0; body < topology.body_count(); ++body) {
         const BodyRange& range = topology.bodies[at(body)];
         const bool led = at(body) < scene_->bodies.size() && scene_->bodies[at(body)].motion.has_value();
         if (!led) {
-            for (const Range& free : free_tissue_) {
-                if (range.vertices.contains(free.first)) frame.moved->push_back(free);
+            for (; next < tissue.size() && tissue[next].first < range.vertices.end(); ++next) {
+                frame.moved->push_back(tissue[next]);
             }
             continue;
         }

@@ -18,8 +18,8 @@ public:
 
     /// Before detection: every scripted body goes to its pose at `time`; a body led by an operator stays where the
     /// operator is and takes rotation and jaw from its script. Sets position, previous, velocity, pose and `moved` of
-    /// the frame (tissue that can move counts as moved).
-    void move(double time, Frame& frame);
+    /// the frame: of the tissue `tissue_moved`, ascending; null: all that can move.
+    void move(double time, const std::vector<Range>* tissue_moved, Frame& frame);
 
     /// After the response: operators move under hand and contact, and their bodies with them. `reaction` holds what
     /// tissue gave back per body (mean over the tick). Writes the mean load on every body to `load`; moments are about

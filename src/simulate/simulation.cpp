@@ -67,6 +67,12 @@ struct Simulation::State {
     Outcome prepared;            ///< how prepare ended
     Outcome outcome;             ///< of the last tick
     std::int64_t tick = 0;
+    bool frames_kept = false;  ///< the frames are as the stepper has left them
+
+    /// Of the tissue, since the last tick; null: nobody knows.
+    [[nodiscard]] const std::vector<Range>* tissue_moved() const {
+        return stepper && frames_kept ? stepper->moved() : nullptr;
+    }
 
     /// Runs one stage between two readings of the clock. A method that throws has failed, nothing more.
     template <typename Work>
@@ -110,6 +116,7 @@ struct Simulation::State {
         if (stepper) {
             const std::string not_taken = why_not_taken(stepper_entry, scene.topology, effect);
             if (!not_taken.empty()) outcome = {OutcomeKind::unsupported, not_taken};
+            stepper->trust_frames(frames_kept);
             if (outcome.ok()) outcome = stepper->advance(effect, scene.dt, seen, next, reaction);
             if (outcome.kind == OutcomeKind::unstable) explain_unstable();
             if (!outcome.ok()) return;
@@ -230,7 +237,7 @@ StepRow Simulation::step() {
     s.copy_led(s.seen, s.frame);
     s.seen.tick = row.tick;
     s.seen.time = row.time;
-    s.timed(Stage::move, row, [&] { s.leading.move(row.time, s.seen); });
+    s.timed(Stage::move, row, [&] { s.leading.move(row.time, s.tissue_moved(), s.seen); });
     if (row.tick == 0) s.seen.moved.reset();  // nobody has seen a frame to compare with
     s.check_finite(s.seen);
     row.reach = s.ask_reach(s.stepper ? s.stepper->largest_move() : 0.0);
@@ -254,6 +261,7 @@ StepRow Simulation::step() {
     }
     s.check_finite(s.next);
     s.watch();
+    s.frames_kept = s.outcome.ok();
     if (s.outcome.ok()) {
         std::swap(s.frame, s.next);
         ++s.tick;
@@ -290,7 +298,8 @@ Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, s
           settings.stepper.name.empty() ? registry().default_stepper() : registry().stepper(settings.stepper.name),
           settings)) {
     State& s = *state_;
-    s.effect.resize(scene.topology.vertex_count, scene.topology.body_count());
+    const bool holds_forces = !s.response || s.response->holds_forces();
+    s.effect.resize(holds_forces ? scene.topology.vertex_count : 0, scene.topology.body_count());
     // Room for a crowded tick, so that the first one does not ask for memory; more than this grows as it comes.
     const auto room = static_cast<std::size_t>(std::min<Index>(4096, scene.topology.triangle_count()));
     s.contacts.pairs.reserve(room);

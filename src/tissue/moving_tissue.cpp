@@ -155,12 +155,17 @@ void MovingTissue::release(const Effect& effect) {
 }
 
 void MovingTissue::give_back(const Effect& effect, const Frame& from, Frame& to) const {
-    for (const Range& range : state_.ranges) {
-        const Index local = state_.place[at(range.first)];
-        to.previous.middleCols(range.first, range.count) = from.position.middleCols(range.first, range.count);
-        kernels_->give_back(state_.position, local, range, to.position);
-        kernels_->give_back(state_.velocity, local, range, to.velocity);
-    }
+    for (const Range& range : state_.ranges) give_back_part(range, state_.place[at(range.first)], from, to);
+    give_back_placed(effect, to);
+}
+
+void MovingTissue::give_back_part(Range vertices, Index local, const Frame& from, Frame& to) const {
+    to.previous.middleCols(vertices.first, vertices.count) = from.position.middleCols(vertices.first, vertices.count);
+    kernels_->give_back(state_.position, local, vertices, to.position);
+    kernels_->give_back(state_.velocity, local, vertices, to.velocity);
+}
+
+void MovingTissue::give_back_placed(const Effect& effect, Frame& to) const {
     each_placed(effect, [&](const Placement& placement) { to.previous.col(placement.vertex) = placement.position; });
 }
 

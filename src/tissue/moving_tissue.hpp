@@ -38,6 +38,9 @@ public:
     void release(const Effect& effect);
     /// Writes position and velocity; previous becomes the place from which the tick started.
     void give_back(const Effect& effect, const Frame& from, Frame& to) const;
+    /// The same for a part of the vertices alone, from the place `local` in the state on; and what placements ask for.
+    void give_back_part(Range vertices, Index local, const Frame& from, Frame& to) const;
+    void give_back_placed(const Effect& effect, Frame& to) const;
 
     /// Strain limit (METHODS §4) on the positions as they are, and the strain that is left.
     void limit_strain();

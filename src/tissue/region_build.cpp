@@ -122,7 +122,8 @@ void share_out(const RegionLevel& coarse, const Vector3& place, std::span<const 
 
 }  // namespace
 
-RegionTissue::RegionTissue(MovingTissue& tissue, const Matrix3X& rest, std::size_t fewest) : tissue_(&tissue) {
+RegionTissue::RegionTissue(MovingTissue& tissue, WrittenVertices& written, const Matrix3X& rest, std::size_t fewest)
+    : tissue_(&tissue), written_(&written) {
     build_vertices(rest);
     std::size_t before = 0;
     while (levels_.size() < 2 || (levels_.back().size() > fewest && levels_.back().size() != before)) {

@@ -80,6 +80,7 @@ void RegionTissue::refresh(std::size_t level, Index node) {
     const Eigen::Vector4d now = anchor_.col(node) + displacement;
     furthest_ = std::max(furthest_, (now - place).norm());
     place = now;
+    written_->mark(node);
     ++put_;
     tissue_->state().velocity.col(node) = velocity;
 }
@@ -245,6 +246,7 @@ void RegionTissue::sleep(std::size_t level, Index node) {
     if (level == 0) {
         anchor_.col(node) = state.position.col(node) - displacement;
         state.velocity.col(node) = velocity;
+        written_->mark(node);
     } else {
         fine.velocity.col(node) = velocity;
     }
@@ -317,6 +319,7 @@ double RegionTissue::visit(Index vertex) {
         const Vector3 way = damped * whole.inverse() * force.head<3>();
         anchor_.col(vertex).head<3>() += way;
         state.position.col(vertex).head<3>() += way;
+        written_->mark(vertex);
         relaxed_ = std::max(relaxed_, way.norm());
     }
     for (std::size_t n = 0; n < around_.size(); ++n) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tissue/moving_tissue.hpp"
+#include "tissue/written_vertices.hpp"
 
 namespace trocar {
 
@@ -56,7 +57,8 @@ class RegionTissue {
 public:
     /// Builds the levels from the rest positions (3×N, of the frame): each has about a tenth of the nodes of the one
     /// before; the last one `fewest` or less. The tissue outlives the object.
-    RegionTissue(MovingTissue& tissue, const Matrix3X& rest, std::size_t fewest);
+    /// Vertices that are changed otherwise than by what is awake are marked in `written`, which outlives it too.
+    RegionTissue(MovingTissue& tissue, WrittenVertices& written, const Matrix3X& rest, std::size_t fewest);
 
     /// Everything sleeps, at the places of the state and at rest.
     void start();
@@ -108,6 +110,7 @@ private:
     void take_pull(std::uint32_t spring, const SymmetricBlock& stiffness);
 
     MovingTissue* tissue_;
+    WrittenVertices* written_;
     std::vector<RegionLevel> levels_;
     Matrix4X anchor_;  ///< m, per vertex: its place less what the level above moves it by
     Matrix4X pull_;    ///< N, per spring on its i: at displacement 0, by the stiffness at rest; of springs that sleep

@@ -1,6 +1,7 @@
 // How RegionSystem finds a step's velocities: conjugate gradients with the contacts that press and stick in the matrix,
 // within the search for which those are.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -13,6 +14,8 @@ namespace {
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 Eigen::Index number(std::size_t i) { return static_cast<Eigen::Index>(i); }
+
+bool is_free(const TickContact& contact) { return !contact.bilateral && !contact.adhesive; }
 
 Vector3 along_surface(const Vector3& vector, const TickContact& contact) {
     return vector - vector.dot(contact.normal) * contact.normal;
@@ -51,9 +54,9 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
             state.velocity.col(local).head<3>() = start_[at(contacts.spot(local))] + change;
         }
     };
-    const auto solved = [&] {
+    const auto solved = [&](double within) {
         take_rows(h, known, contacts);
-        const bool finite = find_change(tolerance, iterations, contacts);
+        const bool finite = find_change(tolerance, within, iterations, contacts);
         show_velocities();
         return finite;
     };
@@ -61,7 +64,7 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     constexpr double settled = 1e-4;  // of the largest force
     for (int round = 0; round < most_rounds; ++round) {
         if (known || all.empty()) {
-            solved();
+            solved(0.0);
         } else {
             find_pressing(h, all, solved);
         }
@@ -83,14 +86,43 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     for (const Index local : contacts.touched()) state.velocity.col(local).head<3>() = start_[at(contacts.spot(local))];
 }
 
-/// Many contacts that share few vertices may go round in circles. Then those that go deepest press first, few at a
-/// time; and if that does not settle either, those that would pull leave, one round after the other, and none joins.
+/// A guess needs no more of a solution than to be told from the next one: what presses is found on rough ones first,
+/// then confirmed or mended on exact ones. Many contacts that share few vertices may go round in circles. Then those
+/// that go deepest press first, few at a time, and the next search is on better solutions; and if none settles, those
+/// that would pull leave, one round after the other, and none joins.
 template <typename Solved>
 void RegionSystem::find_pressing(double h, std::span<TickContact> contacts, const Solved& solved) {
+    constexpr std::array<double, 2> rough{0.1, 0.01};  // of the residual that a guess begins with
     const TissueState& state = tissue_->state();
     const auto rate_of = [&state](const TickContact& contact) { return TickContacts::rate(contact, state); };
-    if (find_active(contacts, h, solved, rate_of)) return;
-    const auto is_free = [](const TickContact& contact) { return !contact.bilateral && !contact.adhesive; };
+    const auto settle = [&](double within) {
+        return find_active(
+            contacts, h, [&] { return solved(within); }, rate_of);
+    };
+    for (const double within : rough) {
+        if (settle(within)) break;
+        press_deepest_first(h, contacts, [&] { return solved(within); });
+    }
+    if (settle(0.0)) return;
+    for (bool settled = false; !settled;) {
+        solved(0.0);
+        settled = true;
+        for (TickContact& contact : contacts) {
+            if (contact.capped) continue;
+            const double force = force_of(contact, h, rate_of(contact));
+            contact.force = contact.on ? contact.within_limit(force) : 0.0;
+            if (!contact.on || !is_free(contact) || force >= 0.0) continue;
+            contact.on = false;
+            contact.force = 0.0;
+            settled = false;
+        }
+    }
+}
+
+template <typename Solved>
+void RegionSystem::press_deepest_first(double h, std::span<TickContact> contacts, const Solved& solved) {
+    const TissueState& state = tissue_->state();
+    const auto rate_of = [&state](const TickContact& contact) { return TickContacts::rate(contact, state); };
     const auto pulls = [&](const TickContact& contact) {
         return contact.on && is_free(contact) && force_of(contact, h, rate_of(contact)) < 0.0;
     };
@@ -119,19 +151,6 @@ void RegionSystem::find_pressing(double h, std::span<TickContact> contacts, cons
             deepens = true;
         }
         if (!deepens) break;
-    }
-    if (find_active(contacts, h, solved, rate_of)) return;
-    for (bool settled = false; !settled;) {
-        solved();
-        settled = true;
-        for (TickContact& contact : contacts) {
-            if (contact.capped) continue;
-            contact.force = contact.on ? contact.within_limit(force_of(contact, h, rate_of(contact))) : 0.0;
-            if (!pulls(contact)) continue;
-            contact.on = false;
-            contact.force = 0.0;
-            settled = false;
-        }
     }
 }
 
@@ -214,12 +233,10 @@ void RegionSystem::couple(const TickContacts& contacts) {
     if (factor.info() != Eigen::Success) coupled_.clear();
 }
 
-/// The residual preconditioned. Gives their product.
-double RegionSystem::precondition(const TickContacts& contacts) {
-    for (std::size_t n = 0; n < awake_; ++n) {
-        const Eigen::Map<const Eigen::Matrix<double, 4, 3>> inverse(inverse_.data() + 12 * n);
-        preconditioned_.col(number(n)).noalias() = inverse * residual_.col(number(n)).head<3>();
-    }
+/// A step of that length along the direction; then the residual preconditioned. Gives their product.
+double RegionSystem::precondition(double by, const TickContacts& contacts) {
+    const double product = kernels_->improve(awake_, by, direction_.data(), image_.data(), inverse_.data(),
+                                             change_.data(), residual_.data(), preconditioned_.data());
     const auto count = number(coupled_.size());
     if (count > 0) {
         auto push = coupled_push_.head(count);
@@ -242,33 +259,31 @@ double RegionSystem::precondition(const TickContacts& contacts) {
             });
         }
     }
-    double sum = 0.0;
-    for (std::size_t n = 0; n < awake_; ++n) {
-        sum += preconditioned_.col(number(n)).head<3>().dot(residual_.col(number(n)).head<3>());
-    }
-    return sum;
+    return count > 0 ? kernels_->dot(awake_, preconditioned_.data(), residual_.data()) : product;
 }
 
-/// Preconditioned conjugate gradients from the change as it is. False where the numbers are not finite.
-bool RegionSystem::find_change(double tolerance, int iterations, const TickContacts& contacts) {
+/// Preconditioned conjugate gradients from the change as it is, until the residual is below the tolerance or `within`
+/// of what it begins with. False where the numbers are not finite.
+bool RegionSystem::find_change(double tolerance, double within, int iterations, const TickContacts& contacts) {
     const auto count = number(awake_);
+    const auto turn_from = [&](const Matrix4X& to, double by) {
+        kernels_->turn(awake_, by, to.data(), inertia_.data(), direction_.data(), image_.data());
+    };
     residual_.leftCols(count) = right_side_.leftCols(count);
-    const double small = tolerance * tolerance * std::max(precondition(contacts), reference_);
-    direction_.leftCols(count) = change_.leftCols(count);
+    for (Matrix4X* vector : {&direction_, &image_}) vector->leftCols(count).setZero();  // the last may not be finite
+    double small = tolerance * tolerance * std::max(precondition(0.0, contacts), reference_);
+    turn_from(change_, 0.0);
     multiply(contacts);
     residual_.leftCols(count) -= image_.leftCols(count);
-    double rho = precondition(contacts);
-    direction_.leftCols(count) = preconditioned_.leftCols(count);
+    double rho = precondition(0.0, contacts);
+    small = std::max(small, within * within * rho);
+    turn_from(preconditioned_, 0.0);
     for (int iteration = 0; iteration < iterations && rho > small; ++iteration) {
         multiply(contacts);
-        double curvature = 0.0;
-        for (Eigen::Index n = 0; n < count; ++n) curvature += direction_.col(n).head<3>().dot(image_.col(n).head<3>());
+        const double curvature = kernels_->dot(awake_, direction_.data(), image_.data());
         if (!(curvature > 0.0)) break;
-        const double by = rho / curvature;
-        change_.leftCols(count) += by * direction_.leftCols(count);
-        residual_.leftCols(count) -= by * image_.leftCols(count);
-        const double next = precondition(contacts);
-        direction_.leftCols(count) = preconditioned_.leftCols(count) + (next / rho) * direction_.leftCols(count);
+        const double next = precondition(rho / curvature, contacts);
+        turn_from(preconditioned_, next / rho);
         rho = next;
     }
     return std::isfinite(rho);

@@ -1,69 +1,10 @@
-// Compiled once per instruction set by Highway, which includes this file again for each of them.
 #include "tissue/region_system.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "tissue/region_system.cpp"
-#include <hwy/foreach_target.h>
-// foreach_target.h must come first
-#include <hwy/highway.h>
-
-#include "geometry/simd_targets.hpp"
-#include "tissue/active_set.hpp"
-
-HWY_BEFORE_NAMESPACE();
-namespace trocar::HWY_NAMESPACE {
-
-void multiply_edges(std::span<const RegionEdge> edges, const double* direction, double* image) {
-#if HWY_MAX_BYTES >= 32
-    namespace hn = hwy::HWY_NAMESPACE;
-    const hn::FixedTag<double, 4> d;
-    const hn::FixedTag<float, 4> f;
-    for (const RegionEdge& edge : edges) {
-        const std::size_t i = 4 * static_cast<std::size_t>(edge.i);
-        const std::size_t j = 4 * static_cast<std::size_t>(edge.j);
-        const auto column = [&](std::size_t n) HWY_ATTR {
-            const auto block = hn::PromoteTo(d, hn::LoadU(f, edge.block.data() + 4 * n));
-            return hn::Mul(block, hn::Set(d, direction[i + n] - direction[j + n]));
-        };
-        const auto push = hn::Add(hn::Add(column(0), column(1)), column(2));
-        hn::StoreU(hn::Add(hn::LoadU(d, image + i), push), d, image + i);
-        hn::StoreU(hn::Sub(hn::LoadU(d, image + j), push), d, image + j);
-    }
-#else
-    for (const RegionEdge& edge : edges) {
-        const std::size_t i = 4 * static_cast<std::size_t>(edge.i);
-        const std::size_t j = 4 * static_cast<std::size_t>(edge.j);
-        double apart[3];
-        for (std::size_t n = 0; n < 3; ++n) apart[n] = direction[i + n] - direction[j + n];
-        for (std::size_t n = 0; n < 4; ++n) {
-            const auto of = [&](std::size_t c) { return static_cast<double>(edge.block[4 * c + n]) * apart[c]; };
-            const double push = (of(0) + of(1)) + of(2);
-            image[i + n] += push;
-            image[j + n] -= push;
-        }
-    }
-#endif
-}
-
-}  // namespace trocar::HWY_NAMESPACE
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
 namespace trocar {
-
-HWY_EXPORT(multiply_edges);
-
-const std::vector<RegionKernels>& region_kernels() {
-    static const std::vector<RegionKernels> kernels = versions_by_target([](const char* target) {
-        return RegionKernels{.multiply = &HWY_DYNAMIC_DISPATCH(multiply_edges), .target = target};
-    });
-    return kernels;
-}
-
 namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
@@ -206,8 +147,8 @@ void RegionSystem::list(double h) {
             const std::size_t to = no_part ? still : at(number_[level][at(other)]);
             if (to < n) continue;  // listed from there
             RegionEdge entry;
-            entry.i = static_cast<Index>(here.i[edge] == node ? n : to);
-            entry.j = static_cast<Index>(here.i[edge] == node ? to : n);
+            entry.own = static_cast<Index>(n);
+            entry.other = static_cast<Index>(to);
             if (level == 0) {
                 springs_.push_back(edge);
             } else {
@@ -215,8 +156,8 @@ void RegionSystem::list(double h) {
                 coarse_level_.push_back(static_cast<std::uint32_t>(level));
                 const Matrix3 block = h * full(here.damping[edge]) + h * h * full(here.stiffness[edge]);
                 take(block, entry);
-                far_block_[at(entry.i)] += block;
-                far_block_[at(entry.j)] += block;
+                far_block_[at(entry.own)] += block;
+                far_block_[at(entry.other)] += block;
             }
             edges_.push_back(entry);
         }
@@ -267,12 +208,13 @@ void RegionSystem::prepare(double h) {
                 u +
             beta * opening;
         RegionEdge& edge = edges_[s];
-        right.col(edge.i).head<3>() += push;
-        right.col(edge.j).head<3>() -= push;
+        const double sense = number_[0][at(i)] == edge.own ? 1.0 : -1.0;
+        right.col(edge.own).head<3>() += sense * push;
+        right.col(edge.other).head<3>() -= sense * push;
         const Matrix3 block = alpha * u * u.transpose() + beta * Matrix3::Identity();
         take(block, edge);
-        block_[at(edge.i)] += block;
-        block_[at(edge.j)] += block;
+        block_[at(edge.own)] += block;
+        block_[at(edge.other)] += block;
     }
     for (std::size_t e = 0; e < coarse_edges_.size(); ++e) {
         const RegionLevel& here = levels[coarse_level_[e]];
@@ -284,8 +226,9 @@ void RegionSystem::prepare(double h) {
         const Vector3 closing = (here.velocity.col(j) - here.velocity.col(i)).head<3>();
         const Matrix3 stiffness = h * full(here.stiffness[edge]);
         const Vector3 push = stiffness * (apart + h * closing) + h * (full(here.damping[edge]) * closing);
-        right.col(entry.i).head<3>() += push;
-        right.col(entry.j).head<3>() -= push;
+        const double sense = number_[coarse_level_[e]][at(i)] == entry.own ? 1.0 : -1.0;
+        right.col(entry.own).head<3>() += sense * push;
+        right.col(entry.other).head<3>() -= sense * push;
     }
     gather_up(right);
     for (const Ghost& ghost : ghosts_) {
@@ -332,10 +275,9 @@ void RegionSystem::gather_up(Matrix4X& vector) const {
     }
 }
 
-/// image_ = A direction_.
+/// image_ = A direction_, where image_ has what the inertia of the awake nodes makes of it.
 void RegionSystem::multiply(const TickContacts& contacts) {
     spread_down(direction_);
-    for (std::size_t n = 0; n < awake_; ++n) image_.col(number(n)) = inertia_[n] * direction_.col(number(n));
     for (std::size_t n = awake_; n <= nodes_.size(); ++n) image_.col(number(n)).setZero();
     kernels_->multiply(edges_, direction_.data(), image_.data());
     gather_up(image_);
@@ -352,4 +294,3 @@ void RegionSystem::multiply(const TickContacts& contacts) {
 }
 
 }  // namespace trocar
-#endif

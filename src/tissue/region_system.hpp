@@ -8,26 +8,11 @@
 #include <span>
 #include <vector>
 
+#include "tissue/region_kernels.hpp"
 #include "tissue/region_levels.hpp"
 #include "tissue/tick_contacts.hpp"
 
 namespace trocar {
-
-/// An edge of the system: block (4×3 by columns, kg) between two nodes.
-struct RegionEdge {
-    Index i = -1;
-    Index j = -1;
-    std::array<float, 12> block{};
-};
-
-struct RegionKernels {
-    /// image += Σ block (direction_i - direction_j) on i, its opposite on j; both four numbers a node.
-    void (*multiply)(std::span<const RegionEdge> edges, const double* direction, double* image);
-    const char* target;  ///< name of the instruction set
-};
-
-/// One version per instruction set of this CPU, the best one first; all give the same bits.
-const std::vector<RegionKernels>& region_kernels();
 
 class RegionSystem {
 public:
@@ -70,11 +55,13 @@ private:
     void spread_down(Matrix4X& vector) const;
     void gather_up(Matrix4X& vector) const;
     void multiply(const TickContacts& contacts);
-    double precondition(const TickContacts& contacts);
+    double precondition(double by, const TickContacts& contacts);
     void couple(const TickContacts& contacts);
     template <typename Solved>
     void find_pressing(double h, std::span<TickContact> contacts, const Solved& solved);
-    bool find_change(double tolerance, int iterations, const TickContacts& contacts);
+    template <typename Solved>
+    void press_deepest_first(double h, std::span<TickContact> contacts, const Solved& solved);
+    bool find_change(double tolerance, double within, int iterations, const TickContacts& contacts);
     void close_momentum();
     void hold_along(double h, std::size_t c, double part, TickContacts& contacts);
     void take_rows(double h, bool known, TickContacts& contacts);

@@ -13,6 +13,7 @@
 #include "tissue/region_levels.hpp"
 #include "tissue/region_system.hpp"
 #include "tissue/tick_contacts.hpp"
+#include "tissue/written_vertices.hpp"
 
 namespace trocar {
 namespace {
@@ -49,7 +50,9 @@ public:
         }
         contacts_.emplace(topology.vertex_count, tissue_->state().size());
         searches_.clear();
+        written_.emplace(tissue_->state());
         is_known_ = false;
+        is_trusted_ = false;
         is_filled_ = true;
         tick_ = 0;
         shown_ = visited_ = 0;
@@ -69,7 +72,10 @@ public:
         if (whole_) return whole_->advance(effect, dt, from, to, reaction);
         if (!region_) build(from);
         TissueState& state = tissue_->state();
-        const bool ours = is_ours(from);
+        const bool ours = is_known_ && (is_trusted_ || is_ours(from));
+        has_moved_ = false;
+        written_->next_tick();
+        if (!ours || !is_trusted_) written_->mark_all();
         if (ours) {
             tissue_->take_effect(effect, from);
         } else {
@@ -98,12 +104,16 @@ public:
             return outcome;
         }
         largest_move_ = std::max(longest_way(from), region_->take_way());
-        tissue_->give_back(effect, from, to);
+        for (const Index local : region_->levels()[0].awake_nodes) written_->mark(local);
+        written_->give_back(*tissue_, effect, from, to);
+        has_moved_ = true;
         contacts_->react(reaction);
         ++tick_;
         return outcome;
     }
 
+    void trust_frames(bool trusted) override { is_trusted_ = trusted; }
+    [[nodiscard]] const std::vector<Range>* moved() const override { return has_moved_ ? &written_->moved() : nullptr; }
     [[nodiscard]] std::span<const ContactLoad> loads() const override {
         return whole_ ? whole_->loads() : contacts_->loads();
     }
@@ -126,7 +136,7 @@ private:
     void build(const Frame& from) {
         tissue_->take_over(nothing_, from);
         constexpr std::size_t fewest = 1200;
-        region_.emplace(*tissue_, from.position, fewest);
+        region_.emplace(*tissue_, *written_, from.position, fewest);
         system_.emplace(*tissue_, *region_);
         for (const RegionLevel& level : region_->levels()) {
             Search& search = searches_.emplace_back();
@@ -139,7 +149,6 @@ private:
 
     /// The frame holds what this stepper has written last.
     [[nodiscard]] bool is_ours(const Frame& frame) const {
-        if (!is_known_) return false;
         const TissueState& state = tissue_->state();
         std::uint64_t differ = 0;
         const auto compare = [&differ](const double* a, const double* b) {
@@ -353,7 +362,10 @@ private:
     std::vector<Search> searches_;  ///< per level
     std::vector<Index> seeds_;
     std::size_t seed_count_ = 0;
+    std::optional<WrittenVertices> written_;
     bool is_known_ = false;
+    bool is_trusted_ = false;  ///< frames are as this stepper has left them
+    bool has_moved_ = false;   ///< `written_` has what the last advance moved
     bool is_filled_ = true;
     std::int64_t tick_ = 0;
     std::size_t shown_ = 0;

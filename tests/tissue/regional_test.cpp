@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include "measure/allocations.hpp"
 #include "method/registry.hpp"
@@ -42,6 +44,7 @@ struct Press {
     Effect effect = test::empty_effect(s.topology);
     std::vector<Wrench> reaction{1};
     double friction = 0.0;
+    int placed_from = -1;  ///< tick in which a vertex far from the tool is put somewhere, and held for two more
     int tick = 0;
 
     Press(const std::string& name, const Settings& settings) : stepper(make_stepper(name, settings)) {
@@ -67,6 +70,10 @@ struct Press {
             contact.surface_velocity = Vector3(goes, 0.0, -sinks);
             if (friction > 0.0) contact.slip_key = v;
             effect.contacts.push_back(contact);
+        }
+        if (placed_from >= 0 && tick >= placed_from && tick < placed_from + 3) {
+            const Index v = s.topology.vertex_count / 3;
+            effect.placements.push_back({v, s.frame.position.col(v) + Vector3(0.0, 0.0, 1e-4), Vector3::Zero(), true});
         }
         reaction.assign(1, {});
         const Outcome outcome = stepper->advance(effect, dt, s.frame, s.frame, reaction);
@@ -266,6 +273,60 @@ TEST(Regional, AsksForNoMemoryAfterWarmUp) {
         in_ticks += allocation_count() - before;
     }
     EXPECT_EQ(in_ticks, 0);
+}
+
+TEST(Regional, FramesThatAreKnownAreWrittenWhereTheyChangeAndComeOutTheSame) {
+    // One looks through its frame at every tick and writes all of it. The other is told that its frames, three that
+    // take turns as in a simulation, are as it has left them.
+    Press slow("regional", with("0.05"));
+    slow.placed_from = 60;
+    const test::TissueSample& s = disc();
+    const auto fast = make_stepper("regional", with("0.05"));
+    fast->prepare(s.topology, s.materials);
+    std::array<Frame, 3> frames{s.frame, s.frame, s.frame};
+    std::vector<Wrench> reaction(1);
+    constexpr int lost = 300;
+    Index least = s.topology.vertex_count;
+    for (int tick = 0; tick < 600; ++tick) {
+        ASSERT_NO_FATAL_FAILURE(slow.step());
+        const auto now = static_cast<std::size_t>(tick % 3);
+        const Frame& from = frames[now];
+        Frame& to = frames[(now + 1) % 3];
+        if (tick == lost) {  // as after a tick that failed: nobody knows what the other frames hold
+            for (const std::size_t other : {1U, 2U}) {
+                Frame& frame = frames[(now + other) % 3];
+                frame.position.setZero();
+                frame.previous.setZero();
+                frame.velocity.setZero();
+                for (Index v = 0; v < s.topology.vertex_count; ++v) {
+                    if (s.materials.pinned[static_cast<std::size_t>(v)] == 0) continue;
+                    frame.position.col(v) = frame.previous.col(v) = s.frame.position.col(v);
+                }
+            }
+        }
+        fast->trust_frames(tick > 0 && tick != lost);
+        reaction.assign(1, {});
+        ASSERT_TRUE(fast->advance(slow.effect, dt, from, to, reaction).ok());
+        ASSERT_TRUE(to.position == slow.s.frame.position) << tick;
+        ASSERT_TRUE(to.velocity == slow.s.frame.velocity) << tick;
+        ASSERT_TRUE(to.previous == slow.s.frame.previous) << tick;
+        ASSERT_EQ(fast->largest_move(), slow.stepper->largest_move()) << tick;
+        ASSERT_NE(fast->moved(), nullptr);
+        Index told = 0;
+        Index end = 0;
+        std::vector<std::uint8_t> in(static_cast<std::size_t>(s.topology.vertex_count), 0);
+        for (const Range& range : *fast->moved()) {
+            ASSERT_GE(range.first, end) << "ascending";
+            end = range.end();
+            told += range.count;
+            std::fill_n(in.begin() + range.first, range.count, std::uint8_t{1});
+        }
+        for (Index v = 0; v < s.topology.vertex_count; ++v) {
+            ASSERT_TRUE(in[static_cast<std::size_t>(v)] != 0 || to.position.col(v) == from.position.col(v)) << v;
+        }
+        least = std::min(least, told);
+    }
+    EXPECT_LT(least, s.topology.vertex_count / 2) << "most of the tissue sleeps";
 }
 
 TEST(Regional, AFrameOfOthersIsTakenAsItIs) {

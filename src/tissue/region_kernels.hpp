@@ -1,0 +1,38 @@
+// The inner loops of conjugate gradients on a region, once per instruction set. Vectors have four numbers a node, of
+// which the last is 0.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "geometry/types.hpp"
+
+namespace trocar {
+
+/// An edge of the system: block (4×3 by columns, kg) between two nodes. Edges of one `own` follow each other.
+struct RegionEdge {
+    Index own = -1;  ///< awake
+    Index other = -1;
+    std::array<float, 12> block{};
+};
+
+struct RegionKernels {
+    /// image += Σ block (direction_own - direction_other) on own, its opposite on other.
+    void (*multiply)(std::span<const RegionEdge> edges, const double* direction, double* image);
+    /// The first `count` nodes: change += by direction, residual -= by image, preconditioned = inverse residual, with
+    /// 12 numbers a node of the inverse (4×3 by columns). Gives residual · preconditioned.
+    double (*improve)(std::size_t count, double by, const double* direction, const double* image, const double* inverse,
+                      double* change, double* residual, double* preconditioned);
+    /// direction = preconditioned + by direction, image = inertia direction.
+    void (*turn)(std::size_t count, double by, const double* preconditioned, const double* inertia, double* direction,
+                 double* image);
+    double (*dot)(std::size_t count, const double* a, const double* b);
+    const char* target;  ///< name of the instruction set
+};
+
+/// One version per instruction set of this CPU, the best one first; all give the same bits.
+const std::vector<RegionKernels>& region_kernels();
+
+}  // namespace trocar
