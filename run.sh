@@ -5,6 +5,7 @@
 #   ./run.sh --rivals [command …]         the same with the optional rival libraries installed and built
 #   ./run.sh bench detection [--quick]    all detectors and rivals side by side; rebuilds reports/detection
 #                                         (--quick: under 10 minutes; with other options only build/reports/detection)
+#   ./run.sh docs                         the texts of docs as pages in build/docs
 #   ./run.sh bench far_field              a stepper that moves a part of the tissue against one that moves all of it
 set -euo pipefail
 caller=$PWD
@@ -15,6 +16,10 @@ rivals=
 if [ "${1:-}" = --rivals ]; then
     rivals=yes
     shift
+fi
+if [ "${1:-}" = docs ]; then
+    install_missing "${docs_packages[@]}" >&2
+    exec mkdocs build --strict --quiet -f docs/mkdocs.yml
 fi
 if [ "${1:-}" = bench ]; then
     shift

@@ -10,6 +10,8 @@ base_packages=(
 )
 # Optional rivals (./run.sh --rivals): several hundred megabytes, no default figure needs them.
 rival_packages=(libembree-dev libbullet-dev libcgal-dev)
+# ./run.sh docs
+docs_packages=(mkdocs mkdocs-material)
 # Checks beyond the tests.
 check_packages=(clang-format-14 clang-tidy-14)
 # ./test.sh full; those behind the compiler read what trocar writes for others: VTK the exports, LaTeX the tables, R and
@@ -71,12 +73,26 @@ build() {
     folder=$(folder_of "$1")
     shift
     say "building $preset"
-    local arguments=()
+    local arguments=() started=$SECONDS
     [ $# -gt 0 ] && arguments=(--target "$@")
     if [ -t 1 ]; then
         cmake --build --preset "$preset" "${arguments[@]}"
     else
-        cmake --build --preset "$preset" "${arguments[@]}" >"$folder/build.log" 2>&1 ||
+        # Nobody is left alone with a silent build: a line a minute with ninja's count of steps.
+        : >"$folder/build.log"
+        (
+            trap 'kill "$pause" 2>/dev/null; exit 0' TERM
+            while true; do
+                sleep 60 & pause=$!
+                wait "$pause"
+                echo "$preset: $((SECONDS - started)) s $(grep -oE '^\[[0-9]+/[0-9]+\]' "$folder/build.log" | tail -n 1)"
+            done
+        ) &
+        local telling=$! status=0
+        cmake --build --preset "$preset" "${arguments[@]}" >"$folder/build.log" 2>&1 || status=$?
+        kill "$telling" 2>/dev/null || true
+        wait "$telling" 2>/dev/null || true
+        [ "$status" -eq 0 ] ||
             { grep -vE '^\[[0-9]+/[0-9]+\] (Building|Linking)' "$folder/build.log" | tail -n 100 >&2; exit 1; }
     fi
 }

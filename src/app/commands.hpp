@@ -151,6 +151,13 @@ struct BaselineOptions {
 };
 int baseline(const CommonOptions& common, const BaselineOptions& options);
 
+struct ScenesOptions {
+    std::vector<std::filesystem::path> places;  ///< scene files, their names, and folders; empty: trocar's own
+    bool all = false;                           ///< of trocar's own also those that only studies use
+    bool names = false;                         ///< print names and nothing else; reads no scene
+};
+int scenes(const CommonOptions& common, const ScenesOptions& options);
+
 struct ListOptions {};
 int list(const CommonOptions& common, const ListOptions& options);
 

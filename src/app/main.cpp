@@ -10,6 +10,8 @@
 #include <system_error>
 
 #include "app/commands.hpp"
+#include "app/shell_words.hpp"
+#include "app/shipped.hpp"
 #include "geometry/input_error.hpp"
 
 namespace {
@@ -48,7 +50,9 @@ struct CommandLine {
     }
     static void add_methods(CLI::App* sub, MethodChoice& choice) {
         sub->add_option("--detector", choice.detector, "NAME[:key=value,...]")->capture_default_str();
-        sub->add_option("--response", choice.response, "NAME[:key=value,...]")->capture_default_str();
+        sub->add_option("--response", choice.response,
+                        "NAME[:key=value,...]; the default is what trocar recommends, thesis is the thesis' own")
+            ->capture_default_str();
         sub->add_option("--contacts", choice.contacts,
                         "Contact source: native, canonical, near or tracked (default: the response's own)");
         sub->add_option("--stepper", choice.stepper,
@@ -66,6 +70,12 @@ struct CommandLine {
     }
 };
 
+/// Of the commands only the one that was called has its file.
+std::filesystem::path find_if_given(const std::filesystem::path& given,
+                                    std::filesystem::path (*find)(const std::filesystem::path&)) {
+    return given.empty() ? given : find(given);
+}
+
 /// Throws what the command throws.
 int run_command(int argc, char** argv) {
     CommandLine line;
@@ -75,8 +85,10 @@ int run_command(int argc, char** argv) {
 
     RunOptions run_options;
     CLI::App* sub = line.add("run", "Run one scene with one detector and one response",
-                             "trocar run scenes/i2t_poke.json --detector ohc_clustered --response hold");
-    sub->add_option("scene", run_options.scene, "Scene file (JSON)")->required();
+                             "trocar run i2t_poke; trocar run i2t_poke --response thesis");
+    sub->add_option("scene", run_options.scene, "Scene file (JSON), or a name of trocar scenes")
+        ->required()
+        ->type_name("SCENE");
     CommandLine::add_methods(sub, run_options.methods);
     sub->add_option("--ticks", run_options.ticks, "Ticks to run instead of the scene's number");
     sub->add_option("--record", run_options.record, "Write the frames as a recording");
@@ -93,14 +105,15 @@ int run_command(int argc, char** argv) {
     line.on(sub, run_options, run);
 
     ViewOptions view_options;
-    sub = line.add("view",
-                   "Write a page that replays a scene, a recording, or runs of a report: 3D beside curves, one file, "
-                   "offline",
-                   "trocar view scenes/i2t_poke.json --response hold --response thesis; trocar view reports/default "
-                   "--scene i2t_poke");
+    sub = line.add(
+        "view",
+        "Write a page that replays a scene, a recording, or runs of a report: 3D beside curves, one file, "
+        "offline",
+        "trocar view i2t_poke --response hold --response thesis; trocar view reports/default --scene i2t_poke");
     sub->add_option("inputs", view_options.inputs,
-                    "A scene file (JSON), a recording, or folders of reports (their records are run once more)")
-        ->required();
+                    "A scene (file or name), a recording, or folders of reports (their records are run once more)")
+        ->required()
+        ->type_name("SCENE");
     sub->add_option("--response", view_options.responses,
                     "NAME[:key=value,...]; may be repeated: side by side (default: hold; of a report: ours and the "
                     "best other)")
@@ -118,8 +131,10 @@ int run_command(int argc, char** argv) {
 
     ExportOptions export_options;
     sub = line.add("export", "The frames of a scene's run or of a recording as files for ParaView, as glTF or as OBJ",
-                   "trocar export scenes/i2t_poke.json --to paraview --output poke");
-    sub->add_option("source", export_options.source, "Scene file (JSON) or recording")->required();
+                   "trocar export i2t_poke --to paraview --output poke");
+    sub->add_option("source", export_options.source, "Scene (file or name) or recording")
+        ->required()
+        ->type_name("SCENE");
     sub->add_option(
            "--to", export_options.to,
            "paraview: .pvd and .vtp with depth, strain, displacement, contacts and forces; gltf: one animation "
@@ -139,8 +154,10 @@ int run_command(int argc, char** argv) {
 
     StudyOptions study_options;
     sub = line.add("study", "Run a study (all its methods on all its scenes) and write its report",
-                   "trocar study bench/studies/default.json");
-    sub->add_option("file", study_options.file, "Study file (JSON)")->required();
+                   "trocar study default");
+    sub->add_option("file", study_options.file, "Study file (JSON), or the name of one that comes with trocar")
+        ->required()
+        ->type_name("STUDY");
     sub->add_option("--output", study_options.output, "Folder for records and report (default: build/reports/<study>)");
     sub->add_flag("--publish", study_options.publish, "Copy the finished report to reports/<study>");
     sub->add_flag("--plan", study_options.plan_only, "Print the list of runs and stop");
@@ -208,9 +225,10 @@ int run_command(int argc, char** argv) {
     line.on(sub, replay_options, replay);
 
     ExplainOptions explain_options;
-    sub = line.add("explain", "One tick of a scene, all detectors side by side",
-                   "trocar explain scenes/i2t_poke.json --tick 300");
-    sub->add_option("scene", explain_options.scene, "Scene file (JSON)")->required();
+    sub = line.add("explain", "One tick of a scene, all detectors side by side", "trocar explain i2t_poke --tick 300");
+    sub->add_option("scene", explain_options.scene, "Scene file (JSON), or a name of trocar scenes")
+        ->required()
+        ->type_name("SCENE");
     sub->add_option("--tick", explain_options.tick, "Tick to look at")->required();
     sub->add_option("--pair", explain_options.pair, "One triangle pair a,b (numbers of the scene's files)");
     sub->add_option("--response", explain_options.response, "Response that leads to the tick")->capture_default_str();
@@ -242,8 +260,10 @@ int run_command(int argc, char** argv) {
         "reference",
         "Make the stored references of scenes (minutes each; those this program has made are kept), or check them",
         "trocar reference scenes/i2t_poke.json scenes/i2t_drag.json");
-    sub->add_option("scenes", reference_options.scenes, "Scene files (JSON); written to reference/ beside them")
-        ->required();
+    sub->add_option("scenes", reference_options.scenes,
+                    "Scene files (JSON) or names of trocar scenes; written to reference/ beside them")
+        ->required()
+        ->type_name("SCENE");
     sub->add_flag("--check", reference_options.check, "Make nothing; status 1 when one is missing or stale");
     sub->add_option("--step", reference_options.time_step_ms, "Finest step in ms (default: by the script's speed)");
     sub->add_option("--k", reference_options.k,
@@ -258,7 +278,9 @@ int run_command(int argc, char** argv) {
     sub->add_option("what", baseline_options.what, "write: store the contacts; check: status 1 when one changed")
         ->required()
         ->check(CLI::IsMember({"write", "check"}));
-    sub->add_option("sources", baseline_options.sources, "Scene files (JSON) and recordings")->required();
+    sub->add_option("sources", baseline_options.sources, "Scene files (JSON), names of trocar scenes, and recordings")
+        ->required()
+        ->type_name("SCENE");
     sub->add_option("--detector", baseline_options.detectors, "NAME[:key=value,...] or all; may be repeated")
         ->take_all()
         ->allow_extra_args(false);
@@ -269,6 +291,15 @@ int run_command(int argc, char** argv) {
     sub->add_option("--time-limit", baseline_options.time_limit_s, "Seconds after which a detector is given up")
         ->capture_default_str();
     line.on(sub, baseline_options, baseline);
+
+    ScenesOptions scenes_options;
+    sub = line.add("scenes", "The scenes that come with trocar, or those of a folder, a line each",
+                   "trocar scenes; trocar scenes my/scenes --json");
+    sub->add_option("places", scenes_options.places, "Scene files, names, or folders (default: trocar's own)")
+        ->type_name("SCENE");
+    sub->add_flag("--all", scenes_options.all, "Also trocar's scenes that only studies use (seconds)");
+    sub->add_flag("--names", scenes_options.names, "Print the names and nothing else");
+    line.on(sub, scenes_options, scenes);
 
     ListOptions list_options;
     sub = line.add("list", "All methods with their parameters; absent ones with the reason", "trocar list --json");
@@ -282,6 +313,20 @@ int run_command(int argc, char** argv) {
         ->required()
         ->check(CLI::IsMember({"scene", "study", "recording", "baseline", "figures", "output"}));
     line.on(sub, schema_options, schema);
+
+    std::string shell;
+    sub = line.app.add_subcommand("completion",
+                                  "A completion script for a shell, or the man page, from these very commands");
+    sub->footer("Example:\n  trocar completion bash > ~/.local/share/bash-completion/completions/trocar");
+    sub->add_option("what", shell, "bash, zsh, fish or man")
+        ->required()
+        ->check(CLI::IsMember({"bash", "zsh", "fish", "man"}));
+    sub->callback([&line, &shell] {
+        line.command = [&line, &shell] {
+            std::fputs(shell_words(line.app, shell, exit_status_text, TROCAR_VERSION).c_str(), stdout);
+            return static_cast<int>(done);
+        };
+    });
 
     if (const std::string fault = line.command_fault(argc, argv); !fault.empty()) {
         std::fprintf(stderr, "trocar: command line: %s (see trocar --help)\n", trocar::printable_line(fault).c_str());
@@ -301,6 +346,13 @@ int run_command(int argc, char** argv) {
     } else if (const char* variable = std::getenv("TROCAR_DATA"); variable != nullptr && *variable != '\0') {
         line.common.data = variable;
     }
+    run_options.scene = find_if_given(run_options.scene, find_scene);
+    explain_options.scene = find_if_given(explain_options.scene, find_scene);
+    study_options.file = find_if_given(study_options.file, find_study);
+    for (std::filesystem::path& scene : reference_options.scenes) scene = find_scene(scene);
+    for (std::filesystem::path& source : baseline_options.sources) source = find_scene(source);
+    for (std::filesystem::path& input : view_options.inputs) input = find_scene(input);
+    export_options.source = find_if_given(export_options.source, find_scene);
     const int status = line.command();
     // A full disk or a closed pipe shows only when the last bytes leave.
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {

@@ -1,0 +1,148 @@
+// `trocar scenes`: what can be run, a line each, from the scene files' own words and counts.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <nlohmann/json.hpp>
+
+#include "app/commands.hpp"
+#include "app/shipped.hpp"
+#include "geometry/input_error.hpp"
+#include "geometry/whole_file.hpp"
+#include "scene/json_node.hpp"
+#include "scene/scene.hpp"
+#include "study/study.hpp"
+
+namespace trocar::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Up to the first full stop that ends a sentence.
+std::string first_sentence(const std::string& text) {
+    for (std::size_t i = 0; i + 2 < text.size(); ++i) {
+        const bool capital = std::isupper(static_cast<unsigned char>(text[i + 2])) != 0;
+        if (text[i] == '.' && text[i + 1] == ' ' && capital) return text.substr(0, i + 1);
+    }
+    return text;
+}
+
+/// Lies in bench/studies/scenes or below.
+bool is_of_studies(const std::filesystem::path& file) {
+    return file.generic_string().find("bench/studies/scenes/") != std::string::npos;
+}
+
+/// The given files, and the .json files of the given folders; without any, what comes with trocar.
+std::vector<std::filesystem::path> chosen_scenes(const ScenesOptions& options) {
+    std::vector<std::filesystem::path> files;
+    if (options.places.empty()) {
+        files = shipped_scenes();
+        if (!options.all) {
+            std::erase_if(files, is_of_studies);
+        }
+        if (files.empty()) {
+            throw InputError("scenes", "", "the folder of trocar's scenes beside the program or as $TROCAR_SHARE",
+                             "none");
+        }
+        return files;
+    }
+    for (const std::filesystem::path& place : options.places) {
+        if (!std::filesystem::is_directory(place)) {
+            files.push_back(find_scene(place));
+            continue;
+        }
+        std::vector<std::filesystem::path> here;
+        for (const auto& entry : std::filesystem::directory_iterator(place)) {
+            if (entry.path().extension() == ".json") here.push_back(entry.path());
+        }
+        if (here.empty()) throw InputError(place.string(), "", "a folder with scene files (*.json)", "none");
+        std::sort(here.begin(), here.end());
+        files.insert(files.end(), here.begin(), here.end());
+    }
+    return files;
+}
+
+/// What the file says that it shows; empty when it says nothing.
+std::string description_of(const std::filesystem::path& file) {
+    const trocar::Json document = parse_json(read_whole(file, "a scene file"), file.string());
+    const auto description = JsonNode(document, file.string()).find("description");
+    return description ? description->text() : std::string();
+}
+
+struct SceneLine {
+    std::string name;
+    std::filesystem::path file;
+    std::string pair_class;
+    std::int64_t bodies = -1;  ///< -1: not known, the data is missing
+    std::int64_t triangles = -1;
+    std::int64_t ticks = 0;
+    double dt = 0.0;  ///< s
+    std::string description;
+};
+
+SceneLine line_of(const std::filesystem::path& file, const CommonOptions& common) {
+    SceneLine line;
+    line.name = file.stem().string();
+    line.file = file;
+    line.description = description_of(file);
+    if (lacks_data(file, common.data)) return line;
+    const Scene scene = read_scene(file, common.data);
+    const SceneFacts facts = facts_of(scene);
+    line.pair_class = facts.pair_class;
+    line.bodies = scene.topology.body_count();
+    line.triangles = facts.triangles;
+    line.ticks = facts.ticks;
+    line.dt = facts.dt;
+    return line;
+}
+
+Json json_of(const SceneLine& line) {
+    const bool known = line.bodies >= 0;
+    return {{"name", line.name},
+            {"file", line.file.string()},
+            {"class", known ? Json(line.pair_class) : Json(nullptr)},
+            {"bodies", known ? Json(line.bodies) : Json(nullptr)},
+            {"triangles", known ? Json(line.triangles) : Json(nullptr)},
+            {"ticks", known ? Json(line.ticks) : Json(nullptr)},
+            {"dt", known ? Json(line.dt) : Json(nullptr)},
+            {"description", line.description}};
+}
+
+}  // namespace
+
+int scenes(const CommonOptions& common, const ScenesOptions& options) {
+    const std::vector<std::filesystem::path> files = chosen_scenes(options);
+    if (options.names) {
+        for (const std::filesystem::path& file : files) fmt::print("{}\n", file.stem().string());
+        return done;
+    }
+    std::vector<SceneLine> lines;
+    lines.reserve(files.size());
+    for (const std::filesystem::path& file : files) lines.push_back(line_of(file, common));
+    if (common.json) {
+        Json list = Json::array();
+        for (const SceneLine& line : lines) list.push_back(json_of(line));
+        fmt::print("{}\n", Json{{"scenes", list}}.dump());
+        return done;
+    }
+    std::size_t name_width = 4;
+    std::size_t class_width = 5;
+    for (const SceneLine& line : lines) {
+        name_width = std::max(name_width, line.name.size());
+        class_width = std::max(class_width, line.pair_class.size());
+    }
+    fmt::print("{:<{}}  {:<{}}  bodies  triangles  shows\n", "name", name_width, "class", class_width);
+    for (const SceneLine& line : lines) {
+        const std::string shows = first_sentence(line.description);
+        if (line.bodies < 0) {
+            fmt::print("{:<{}}  {:<{}}  {:>6}  {:>9}  {} (no data: --data or $TROCAR_DATA)\n", line.name, name_width,
+                       "-", class_width, "-", "-", shows);
+        } else {
+            fmt::print("{:<{}}  {:<{}}  {:>6}  {:>9}  {}\n", line.name, name_width, line.pair_class, class_width,
+                       line.bodies, line.triangles, shows);
+        }
+    }
+    return done;
+}
+
+}  // namespace trocar::app

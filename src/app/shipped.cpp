@@ -1,0 +1,130 @@
+#include "app/shipped.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <set>
+#include <utility>
+
+#include "geometry/input_error.hpp"
+
+namespace trocar::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Below a root: folders of scenes and of studies, in the order in which a name is looked up.
+constexpr const char* scene_folders[] = {"scenes", "bench/studies/scenes", "bench/studies/scenes/size"};
+constexpr const char* study_folders[] = {"bench/studies"};
+
+bool is_root(const fs::path& folder) {
+    std::error_code ignored;
+    return fs::is_directory(folder / "scenes", ignored) && fs::is_directory(folder / "bench" / "studies", ignored);
+}
+
+template <std::size_t count>
+std::vector<fs::path> files_in(const char* const (&folders)[count]) {
+    std::vector<fs::path> files;
+    std::set<std::string> seen;
+    for (const fs::path& root : shipped_roots()) {
+        for (const char* const folder : folders) {
+            std::vector<fs::path> here;
+            std::error_code ignored;
+            for (const auto& entry : fs::directory_iterator(root / folder, ignored)) {
+                if (entry.path().extension() == ".json") here.push_back(entry.path());
+            }
+            std::sort(here.begin(), here.end());
+            for (fs::path& file : here) {
+                if (seen.insert(file.stem().string()).second) files.push_back(std::move(file));
+            }
+        }
+    }
+    return files;
+}
+
+/// Levenshtein's distance: letters put in, left out or changed.
+std::size_t edits(const std::string& a, const std::string& b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+    for (std::size_t i = 1; i <= a.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i;
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            const std::size_t changed = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+            diagonal = row[j];
+            row[j] = std::min({changed, row[j] + 1, row[j - 1] + 1});
+        }
+    }
+    return row[b.size()];
+}
+
+fs::path find(const fs::path& given, const std::vector<fs::path>& files, const std::string& expected) {
+    std::error_code ignored;
+    if (fs::exists(given, ignored) && !fs::is_directory(given, ignored)) return given;
+    const bool bare = !given.has_parent_path() && (!given.has_extension() || given.extension() == ".json");
+    if (!bare) {
+        if (given.is_absolute()) return given;
+        for (const fs::path& root : shipped_roots()) {
+            if (fs::is_regular_file(root / given, ignored)) return root / given;
+        }
+        return given;
+    }
+    const std::string word = given.stem().string();
+    std::vector<std::string> names;
+    for (const fs::path& file : files) {
+        names.push_back(file.stem().string());
+        if (names.back() == word) return file;
+    }
+    const std::vector<std::string> near = near_names(word, names);
+    throw InputError(given.string(), "", expected,
+                     near.empty() ? "neither" : fmt::format("neither (near: {})", fmt::join(near, ", ")));
+}
+
+}  // namespace
+
+std::vector<fs::path> shipped_roots() {
+    std::vector<fs::path> candidates;
+    if (const char* share = std::getenv("TROCAR_SHARE"); share != nullptr && *share != '\0') {
+        candidates.emplace_back(share);
+    }
+    std::error_code ignored;
+    const fs::path folder = fs::read_symlink("/proc/self/exe", ignored).parent_path();
+    // build/PRESET/bin in a clone
+    constexpr int levels = 3;
+    fs::path above = folder;
+    for (int level = 0; level < levels; ++level) {
+        above = above.parent_path();
+        if (fs::is_regular_file(above / "CMakeLists.txt", ignored)) candidates.push_back(above);
+    }
+    candidates.push_back(folder.parent_path() / "share" / "trocar");
+    std::erase_if(candidates, [](const fs::path& candidate) { return !is_root(candidate); });
+    return candidates;
+}
+
+std::vector<fs::path> shipped_scenes() { return files_in(scene_folders); }
+
+fs::path find_scene(const fs::path& given) {
+    return find(given, shipped_scenes(), "a scene file, or a name that `trocar scenes` lists");
+}
+
+fs::path find_study(const fs::path& given) {
+    return find(given, files_in(study_folders), "a study file, or the name of a study that comes with trocar");
+}
+
+std::vector<std::string> near_names(const std::string& word, const std::vector<std::string>& names) {
+    std::vector<std::pair<std::size_t, std::string>> found;
+    for (const std::string& name : names) {
+        const std::size_t away = edits(word, name);
+        const std::size_t allowed = std::max<std::size_t>(2, std::max(word.size(), name.size()) / 3);
+        const bool holds = word.size() > 2 && name.find(word) != std::string::npos;
+        if (holds || away <= allowed) found.emplace_back(holds ? 0 : away, name);
+    }
+    std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<std::string> near;
+    constexpr std::size_t most = 3;
+    for (std::size_t i = 0; i < std::min(most, found.size()); ++i) near.push_back(found[i].second);
+    return near;
+}
+
+}  // namespace trocar::app
