@@ -6,6 +6,7 @@
 #include <set>
 
 #include "app/commands.hpp"
+#include "app/progress.hpp"
 #include "export/exporter.hpp"
 #include "geometry/input_error.hpp"
 #include "method/registry.hpp"
@@ -78,7 +79,7 @@ Written export_scene(const CommonOptions& common, const ExportOptions& options, 
     const auto exporter = make_exporter(format_of(options.to), scene.topology, scene.name, folder);
     Written written{.name = scene.name, .ticks = {}, .record = {}, .is_run = true};
     const InterruptHeld held;
-    const Progress progress(spec.ticks);
+    Progress progress("tick", spec.ticks);
     RunLimits limits;
     limits.progress = [&](std::int64_t done) {
         progress.show(done);
@@ -103,7 +104,7 @@ Written export_recording(const ExportOptions& options, const std::filesystem::pa
     Written written{.name = options.source.stem().string(), .ticks = {}, .record = {}};
     const auto exporter = make_exporter(format_of(options.to), reader.topology(), written.name, folder);
     const InterruptHeld held;
-    const Progress progress(ticks);
+    Progress progress("tick", ticks);
     play_recording(
         options.source, choice,
         [&](const PlayedFrame& frame) {

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "app/commands.hpp"
+#include "app/progress.hpp"
 #include "app/run_choice.hpp"
 #include "app/step_report.hpp"
 #include "geometry/input_error.hpp"
@@ -15,6 +16,7 @@
 #include "method/registry.hpp"
 #include "scene/recording.hpp"
 #include "scene/scene.hpp"
+#include "simulate/nearest.hpp"
 #include "simulate/runs.hpp"
 #include "simulate/simulation.hpp"
 #include "simulate/step_check.hpp"
@@ -54,7 +56,62 @@ Json row_json(const StepRow& row) {
             {"stage_ns", stages}};
 }
 
-void print_json(const Record& record) {
+/// Whether surfaces met or pushed each other. Contacts alone tell nothing: some sources have them at a distance.
+bool met(const StepRow& row) {
+    return row.true_pairs > 0 || (row.reach == 0.0 && row.pairs > 0) || !row.tool_force.isZero(0.0);
+}
+bool pushes(const Simulation& simulation) {
+    const std::vector<Wrench>& loads = simulation.body_loads();
+    return std::any_of(loads.begin(), loads.end(), [](const Wrench& load) { return !load.force.isZero(0.0); });
+}
+
+/// Of a run in which nothing met, made once more: the same bits. Paced runs are told of by the same loop without a
+/// clock.
+std::optional<NearestApproach> nearest_of(const Scene& scene, RunSpec spec, const Record& record) {
+    if (!record.outcome.ok() || std::any_of(record.rows.begin(), record.rows.end(), met)) return std::nullopt;
+    spec.mode = "closed_loop";
+    spec.truth_stride = 0;
+    NearestApproach nearest;
+    bool pushed = false;
+    RunLimits limits;
+    limits.allow_unstable_step = true;
+    limits.watched = false;
+    limits.observe = [&](const Simulation& simulation, const StepRow&) {
+        pushed = pushed || pushes(simulation);
+        if (!pushed) nearest.look(scene.topology, simulation.seen());
+    };
+    limits.progress = [&](std::int64_t) { return !pushed; };
+    run_closed_loop(scene, spec, limits);
+    if (pushed || nearest.tick < 0) return std::nullopt;
+    return nearest;
+}
+
+const std::string& name_of_body(const Scene& scene, Index body) {
+    return scene.topology.bodies[static_cast<std::size_t>(body)].name;
+}
+
+Json nearest_json(const Scene& scene, const std::optional<NearestApproach>& nearest) {
+    if (!nearest) return nullptr;
+    const auto box = [](const Box& one) { return Json::array({vector_json(one.min), vector_json(one.max)}); };
+    return {{"tick", nearest->tick},
+            {"distance_m", number(nearest->distance)},
+            {"bodies", Json::array({name_of_body(scene, nearest->body_a), name_of_body(scene, nearest->body_b)})},
+            {"boxes_m", Json::array({box(nearest->box_a), box(nearest->box_b)})}};
+}
+
+std::string nearest_text(const Scene& scene, const NearestApproach& nearest) {
+    const auto box = [&](Index body, const Box& one) {
+        const Vector3 from = one.min * 1e3;
+        const Vector3 to = one.max * 1e3;
+        return fmt::format("{} within x {:.4g} to {:.4g}, y {:.4g} to {:.4g}, z {:.4g} to {:.4g} mm",
+                           name_of_body(scene, body), from.x(), to.x(), from.y(), to.y(), from.z(), to.z());
+    };
+    return fmt::format("no contact {} and {} came nearest in tick {}: {:.4g} mm apart\n           {}\n           {}\n",
+                       name_of_body(scene, nearest.body_a), name_of_body(scene, nearest.body_b), nearest.tick,
+                       nearest.distance * 1e3, box(nearest.body_a, nearest.box_a), box(nearest.body_b, nearest.box_b));
+}
+
+void print_json(const Scene& scene, const Record& record, const std::optional<NearestApproach>& nearest) {
     Json rows = Json::array();
     for (const StepRow& row : record.rows) rows.push_back(row_json(row));
     Json summary = Json::object();
@@ -80,6 +137,7 @@ void print_json(const Record& record) {
     if (!record.spec.stepper.empty()) document["stepper"] = record.spec.stepper;
     const auto unstable_step = record.environment.find("run.unstable_step");
     if (unstable_step != record.environment.end()) document["unstable_step"] = unstable_step->second;
+    document["nearest"] = nearest_json(scene, nearest);
     fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
@@ -192,7 +250,7 @@ int run(const CommonOptions& common, const RunOptions& options) {
     Record record;
     {
         const InterruptHeld held;
-        const Progress progress(spec.ticks);
+        Progress progress("tick", spec.ticks);
         RunLimits limits;
         limits.allow_unstable_step = options.unstable_step == "allow";
         limits.progress = [&](std::int64_t done) {
@@ -209,16 +267,18 @@ int run(const CommonOptions& common, const RunOptions& options) {
         fmt::print(stderr, "trocar: {}\n", told);
         if (common.json) {
             record.outcome.message = told;
-            print_json(record);
+            print_json(scene, record, std::nullopt);
         }
         return interrupted;
     }
     if (recording) recording->finish();
     if (!more_substeps.empty()) record.environment["run.unstable_step"] = more_substeps;
+    const std::optional<NearestApproach> nearest = nearest_of(scene, spec, record);
     if (common.json) {
-        print_json(record);
+        print_json(scene, record, nearest);
     } else {
         print_text(scene, record);
+        if (nearest) fmt::print("{}", nearest_text(scene, *nearest));
     }
     if (record.outcome.ok()) return done;
     fmt::print(stderr, "trocar: {} + {} ended as {}: {}\n", spec.detector, spec.response, name_of(record.outcome.kind),

@@ -1,6 +1,5 @@
 // `trocar study`: plans, runs every run in a child process (this same program with --child-run), reports, publishes.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -8,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
+#include "app/progress.hpp"
 #include "app/view_pages.hpp"
 #include "app/worst_tick.hpp"
 #include "geometry/input_error.hpp"
@@ -194,7 +194,7 @@ std::filesystem::path publish(const Study& study, const std::filesystem::path& d
 }  // namespace
 
 int study(const CommonOptions& common, const StudyOptions& options) {
-    const Study study = read_study(options.file);
+    const Study study = read_study(options.file, options.with);
     if (options.child_run) return child(study, common, options);
     const std::vector<PlannedRun> plan = completed_plan(study, common);
     if (options.plan_only) return print_plan(study, plan, common.json);
@@ -208,26 +208,27 @@ int study(const CommonOptions& common, const StudyOptions& options) {
     }
     runner.binary = binary_identity();
     runner.time_limit_s = study.time_limit_s;
+    for (const std::string& method : options.with)
+        runner.child_command.insert(runner.child_command.end(), {"--with", method});
+    for (const std::string& note : reference_notes(study)) {
+        fmt::print(stderr, "trocar study: {}: {}\n", options.file.string(), note);
+    }
     const std::map<std::string, std::string> here = environment();
     runner.environment = [&study, &here](const PlannedRun& run) {
         std::map<std::string, std::string> facts = method_facts(study, run);
         facts.insert(here.begin(), here.end());
         return facts;
     };
-    if (isatty(STDERR_FILENO) != 0) {
-        runner.progress = [&plan](std::size_t position, const PlannedRun* run) {
-            const std::string text = run == nullptr
-                                         ? std::string()
-                                         : fmt::format("[{}/{}] {} {}: {}", position + 1, plan.size(), run->spec.mode,
-                                                       run->spec.scene, contestant(run->spec));
-            fmt::print(stderr, "\r{:<110.110}{}", text, run == nullptr ? "\r" : "");
-            std::fflush(stderr);
-        };
-    }
+    Progress progress("run", static_cast<std::int64_t>(plan.size()));
+    runner.progress = [&progress](std::size_t position, const PlannedRun* run) {
+        if (run == nullptr) return;
+        progress.show(static_cast<std::int64_t>(position),
+                      fmt::format("{} {}: {}", run->spec.mode, run->spec.scene, contestant(run->spec)));
+    };
     const RunnerResult result = run_plan(plan, runner);
+    progress.end();
     if (result.interrupted) {
-        fmt::print(stderr,
-                   "\ntrocar study: interrupted; {} of {} runs are kept in {}, the same command goes on there\n",
+        fmt::print(stderr, "trocar study: interrupted; {} of {} runs are kept in {}, the same command goes on there\n",
                    result.made + result.found, plan.size(), runner.directory.string());
         if (common.json) {
             const Json document{{"study", study.name}, {"directory", runner.directory.string()},

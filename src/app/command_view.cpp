@@ -1,13 +1,14 @@
 // `trocar view`: a replay page of a scene, of a recording, or of a report's records.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
+#include "app/progress.hpp"
 #include "app/view_pages.hpp"
 #include "app/view_runs.hpp"
 #include "geometry/input_error.hpp"
@@ -36,13 +37,10 @@ std::optional<std::filesystem::path> records_file(const std::filesystem::path& i
     return std::nullopt;
 }
 
-/// One line on a terminal, nothing anywhere else.
-ViewProgress terminal_progress(std::int64_t ticks) {
-    if (isatty(STDERR_FILENO) != 1) return {};
-    return [ticks](const std::string& run, std::int64_t done) {
-        if (done % 16 == 0) fmt::print(stderr, "\r\033[K{}: tick {} of {}", run, done, ticks);
-        if (done + 1 == ticks) fmt::print(stderr, "\r\033[K");
-        std::fflush(stderr);
+ViewProgress shared_progress(std::int64_t ticks) {
+    return [progress = std::make_shared<Progress>("tick", ticks), ticks](const std::string& run, std::int64_t done) {
+        progress->show(done, run);
+        if (done + 1 == ticks) progress->end();
     };
 }
 
@@ -92,7 +90,7 @@ ViewPage view_of_scene(const CommonOptions& common, const ViewOptions& options) 
     std::vector<RunSpec> specs;
     for (const std::string& response : responses) {
         specs.push_back(spec_of(scene, options, response));
-        add_run(scene, specs.back(), nullptr, terminal_progress(specs.back().ticks), page);
+        add_run(scene, specs.back(), nullptr, shared_progress(specs.back().ticks), page);
     }
     finish_page(specs, page);
     return page;
@@ -131,7 +129,7 @@ ViewPage view_of_records(const CommonOptions& common, const ViewOptions& options
             fmt::format("the file of {}, where {} does not lead to it", name, chosen.front()->spec.scene_file),
             "a name");
     }
-    return page_of_records(read_scene(*file, common.data), chosen, terminal_progress(chosen.front()->spec.ticks));
+    return page_of_records(read_scene(*file, common.data), chosen, shared_progress(chosen.front()->spec.ticks));
 }
 
 /// A page for every scene of one report, in its folder.

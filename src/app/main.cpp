@@ -160,6 +160,11 @@ int run_command(int argc, char** argv) {
         ->type_name("STUDY");
     sub->add_option("--output", study_options.output, "Folder for records and report (default: build/reports/<study>)");
     sub->add_flag("--publish", study_options.publish, "Copy the finished report to reports/<study>");
+    sub->add_option("--with", study_options.with,
+                    "NAME[:key=value,...]: a detector or response that takes part beside those of the file; may be "
+                    "repeated")
+        ->take_all()
+        ->allow_extra_args(false);
     sub->add_flag("--plan", study_options.plan_only, "Print the list of runs and stop");
     sub->add_option("--child-run", study_options.child_run)->group("");
     sub->add_option("--child-output", study_options.child_output)->group("");

@@ -21,6 +21,12 @@ constexpr auto keys = std::to_array<OutputKey>({
      "only present where --unstable-step substep or allow acted: the sub-steps taken instead, and why the steps asked "
      "for are "
      "unstable for certain"},
+    {"run", "nearest", "object or null",
+     "of a run in which nothing met: where two bodies came nearest; null: there was contact, or the run failed"},
+    {"run", "nearest.tick", "count", "in which they came nearest"},
+    {"run", "nearest.distance_m", "m", "between their surfaces"},
+    {"run", "nearest.bodies[]", "text", "names of the two"},
+    {"run", "nearest.boxes_m[][][]", "m", "of the two in that tick: least and largest x, y, z"},
     {"run", "rows[].tick", "count", "number of the tick, from 1; a tick that a run failed in may have no row"},
     {"run", "rows[].time", "s", "of the frame after the step"},
     {"run", "rows[].reach", "m",

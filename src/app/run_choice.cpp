@@ -1,9 +1,6 @@
 #include "app/run_choice.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
-
-#include <cstdio>
 
 #include "geometry/input_error.hpp"
 #include "method/device.hpp"
@@ -67,15 +64,5 @@ InterruptHeld::~InterruptHeld() {
     sigaction(SIGTERM, &old_terminate_, nullptr);
 }
 bool interrupt_asked() { return asked != 0; }
-
-Progress::Progress(std::int64_t ticks) : ticks_(ticks), visible_(isatty(STDERR_FILENO) == 1) {}
-Progress::~Progress() {
-    if (visible_) fmt::print(stderr, "\r\033[K");
-}
-void Progress::show(std::int64_t done) const {
-    if (!visible_ || done % 16 != 0) return;
-    fmt::print(stderr, "\rtick {} of {}", done, ticks_);
-    std::fflush(stderr);
-}
 
 }  // namespace trocar::app

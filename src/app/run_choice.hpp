@@ -1,5 +1,5 @@
-// What `run` and `export` share: the specification of one run from the words of the command line, and a run that tells
-// how far it is and can be interrupted.
+// What `run` and `export` share: the specification of one run from the words of the command line, and a run that can
+// be interrupted.
 #pragma once
 
 #include <csignal>
@@ -42,21 +42,5 @@ private:
 };
 /// True once the wish was there.
 bool interrupt_asked();
-
-/// One line on a terminal, nothing anywhere else.
-class Progress {
-public:
-    explicit Progress(std::int64_t ticks);
-    ~Progress();
-    Progress(const Progress&) = delete;
-    Progress& operator=(const Progress&) = delete;
-    Progress(Progress&&) = delete;
-    Progress& operator=(Progress&&) = delete;
-    void show(std::int64_t done) const;
-
-private:
-    std::int64_t ticks_;
-    bool visible_;
-};
 
 }  // namespace trocar::app

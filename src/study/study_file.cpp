@@ -20,14 +20,15 @@ constexpr const char* study_format = "trocar-study-1";
 
 /// What only a closed loop's lists know: which detectors run unjudged, and what each response runs with.
 void read_choices(const JsonNode& node, ClosedLoopPart& part) {
-    const std::vector<JsonNode> detectors = items_of(node.at("detectors"));
+    const auto items = [](const JsonNode& list) { return names_all(list) ? std::vector<JsonNode>() : items_of(list); };
+    const std::vector<JsonNode> detectors = items(node.at("detectors"));
     for (std::size_t i = 0; i < detectors.size(); ++i) {
         if (!detectors[i].is_text() && detectors[i].has("judged"))
             part.detectors[i].judged = detectors[i].at("judged").flag();
     }
     std::vector<std::string> names;
     for (const StudyMethod& detector : part.detectors) names.push_back(detector.text);
-    const std::vector<JsonNode> responses = items_of(node.at("responses"));
+    const std::vector<JsonNode> responses = items(node.at("responses"));
     for (std::size_t i = 0; i < responses.size(); ++i) {
         if (responses[i].is_text()) continue;
         StudyMethod& response = part.responses[i];
@@ -172,7 +173,7 @@ LoopPart read_certificate(const JsonNode& node, const std::filesystem::path& fil
 
 }  // namespace
 
-Study read_study(const std::filesystem::path& file) {
+Study read_study(const std::filesystem::path& file, const std::vector<std::string>& with) {
     const std::string file_name = file.string();
     const Json document = parse_json(read_whole(file, "a study file"), file_name);
     const JsonNode root(document, file_name);
@@ -276,6 +277,7 @@ Study read_study(const std::filesystem::path& file) {
             "cost_by_size, hard_cases, certificate",
             "none of them");
     }
+    for (const std::string& method : with) add_method(method, study);
     if (root.has("ours")) {
         study.ours = read_method(root.at("ours"), false).text;
         const auto& part = study.closed_loop;
@@ -295,6 +297,27 @@ Study read_study(const std::filesystem::path& file) {
         }
     }
     return study;
+}
+
+std::vector<std::string> reference_notes(const Study& study) {
+    std::vector<std::string> notes;
+    const auto look = [&](const auto& part, const char* name) {
+        if (!part) return;
+        const auto found = std::find_if(part->detectors.begin(), part->detectors.end(),
+                                        [&study](const StudyMethod& one) { return one.text == study.reference; });
+        const std::string what = found == part->detectors.end() ? "is not among the detectors"
+                                 : found->absent_reason ? "is absent from this build (" + *found->absent_reason + ")"
+                                 : !found->scenes.empty() && found->scenes.size() < part->scenes.size()
+                                     ? "runs on some scenes only"
+                                     : "";
+        if (what.empty()) return;
+        notes.push_back(fmt::format("{}: {}, which times are set against, {}: no ratios {}", name, study.reference,
+                                    what, what.starts_with("runs") ? "on the others" : "there"));
+    };
+    if (study.reference.empty()) return notes;
+    look(study.replay, "replay");
+    if (!study.replay) look(study.closed_loop, "closed_loop");
+    return notes;
 }
 
 }  // namespace trocar

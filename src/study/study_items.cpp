@@ -1,6 +1,7 @@
 #include "study/study_items.hpp"
 
 #include <fmt/format.h>
+#include <fnmatch.h>
 
 #include <algorithm>
 #include <map>
@@ -83,8 +84,74 @@ StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vecto
     return method;
 }
 
+namespace {
+
+/// Every contestant of the build, each as it comes; one that the build lacks has its reason.
+template <typename Entry>
+std::vector<StudyMethod> all_methods(const std::vector<Entry>& entries, const std::vector<AbsentMethod>& absent) {
+    std::vector<StudyMethod> methods;
+    for (const Entry& entry : entries) {
+        if (!entry.control) methods.push_back({.text = entry.name, .basis = {}, .scenes = {}, .absent_reason = {}});
+    }
+    for (const AbsentMethod& method : absent) {
+        methods.push_back({.text = method.name, .basis = {}, .scenes = {}, .absent_reason = method.reason});
+    }
+    return methods;
+}
+
+bool knows(const auto& entries, const std::vector<AbsentMethod>& absent, const std::string& name) {
+    const auto is_it = [&name](const auto& entry) { return entry.name == name; };
+    return std::any_of(entries.begin(), entries.end(), is_it) || std::any_of(absent.begin(), absent.end(), is_it);
+}
+
+void add_once(const StudyMethod& method, std::vector<StudyMethod>& methods) {
+    const auto is_it = [&method](const StudyMethod& one) { return one.text == method.text; };
+    if (std::none_of(methods.begin(), methods.end(), is_it)) methods.push_back(method);
+}
+
+}  // namespace
+
+bool names_all(const JsonNode& node) { return node.is_text() && node.text() == "all"; }
+
+void add_method(const std::string& text, Study& study) {
+    const Json value(text);
+    const JsonNode node(value, "--with");
+    const std::string name = text.substr(0, text.find(':'));
+    const bool is_detector = knows(registry().detectors(), registry().absent_detectors(), name);
+    if (!is_detector && !knows(registry().responses(), registry().absent_responses(), name)) {
+        throw InputError("--with", "", "a detector or response of trocar list", "'" + text + "'");
+    }
+    const StudyMethod method = read_method(node, is_detector);
+    bool taken = false;
+    const auto add = [&](auto& part, auto list) {
+        if (!part) return;
+        add_once(method, (*part).*list);
+        taken = true;
+    };
+    if (is_detector) {
+        add(study.replay, &ReplayPart::detectors);
+        add(study.closed_loop, &ClosedLoopPart::detectors);
+        add(study.hard_cases, &HardCasesPart::detectors);
+        add(study.certificate, &LoopPart::detectors);
+    } else {
+        add(study.closed_loop, &ClosedLoopPart::responses);
+        add(study.hard_cases, &HardCasesPart::responses);
+        add(study.certificate, &LoopPart::responses);
+    }
+    if (!taken) {
+        throw InputError("--with", "",
+                         is_detector ? "a study with replay, closed_loop, hard_cases or certificate"
+                                     : "a study with closed_loop, hard_cases or certificate",
+                         study.file.string());
+    }
+}
+
 std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes,
                                       const std::vector<std::string>& more_keys) {
+    if (names_all(node)) {
+        return is_detector ? all_methods(registry().detectors(), registry().absent_detectors())
+                           : all_methods(registry().responses(), registry().absent_responses());
+    }
     std::vector<StudyMethod> methods;
     std::set<std::string> seen;
     for (const JsonNode& item : items_of(node)) {
@@ -94,10 +161,37 @@ std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, co
     return methods;
 }
 
+namespace {
+
+/// Files of one folder whose names fit the shell's pattern behind the last slash, by name.
+std::vector<std::string> scenes_like(const JsonNode& item, const std::filesystem::path& study_file) {
+    const std::filesystem::path pattern = item.text();
+    const std::filesystem::path folder = pattern.parent_path();
+    std::vector<std::string> scenes;
+    std::error_code none;
+    for (const auto& entry : std::filesystem::directory_iterator(study_file.parent_path() / folder, none)) {
+        const std::string name = entry.path().filename().string();
+        if (!entry.is_regular_file() || fnmatch(pattern.filename().c_str(), name.c_str(), FNM_PERIOD) != 0) continue;
+        scenes.push_back((folder / name).generic_string());
+    }
+    if (scenes.empty())
+        item.fail("a pattern of scene files, relative to the study file", "'" + item.text() + "', which none fits");
+    std::sort(scenes.begin(), scenes.end());
+    return scenes;
+}
+
+}  // namespace
+
 std::vector<std::string> read_scenes(const JsonNode& node, const std::filesystem::path& study_file) {
     std::vector<std::string> scenes;
     std::set<std::string> seen;
     for (const JsonNode& item : items_of(node)) {
+        if (item.text().find_first_of("*?[") != std::string::npos) {
+            for (std::string& scene : scenes_like(item, study_file)) {
+                if (seen.insert(scene).second) scenes.push_back(std::move(scene));
+            }
+            continue;
+        }
         scenes.push_back(item.text());
         if (!seen.insert(scenes.back()).second) item.fail("each scene once", scenes.back() + " again");
         if (!std::filesystem::is_regular_file(study_file.parent_path() / scenes.back())) {

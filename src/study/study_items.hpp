@@ -24,14 +24,21 @@ std::int64_t count_of(const JsonNode& node);
 /// `more_keys` are the caller's.
 StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes = {},
                         const std::vector<std::string>& more_keys = {});
-/// A list of methods, each once.
+/// Whether "all" stands where a list of methods could.
+bool names_all(const JsonNode& node);
+/// A list of methods, each once; or "all": every contestant of the build, the absent ones too.
 std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes,
                                       const std::vector<std::string>& more_keys = {});
 /// Checks a parameter of every method of the list by making the method with it.
 void check_parameter(const JsonNode& node, const std::vector<StudyMethod>& methods, bool is_detector,
                      const std::string& key, const std::string& value);
 
-/// Scene files that are there, relative to the study file, each once.
+/// Adds a method that the command line names to the parts that take one of its kind: replay, closed loop, hard cases,
+/// certificate. Throws InputError for an unknown method, and for a study without such a part.
+void add_method(const std::string& text, Study& study);
+
+/// Scene files that are there, relative to the study file, each once; patterns of a shell behind the last slash stand
+/// for what fits them.
 std::vector<std::string> read_scenes(const JsonNode& node, const std::filesystem::path& study_file);
 /// Name of a contact source of this build.
 std::string read_source(const JsonNode& node);

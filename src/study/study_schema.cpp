@@ -121,8 +121,8 @@ std::string study_schema() {
         "repetitions": {"type": "integer", "minimum": 2, "default": 2, "description": "Fresh processes"}}}
   },
   "$defs": {
-    "scenes": {"type": "array", "minItems": 1, "uniqueItems": true, "items": {"type": "string", "minLength": 1}},
-    "methods": {"type": "array", "minItems": 1, "items": {"$ref": "#/$defs/method"}},
+    "scenes": {"type": "array", "minItems": 1, "uniqueItems": true, "items": {"type": "string", "minLength": 1}, "description": "Files; a name with *, ? or [...] stands for all of its folder that fit, as in a shell"},
+    "methods": {"oneOf": [{"const": "all", "description": "Every contestant of trocar list, absent ones too"}, {"type": "array", "minItems": 1, "items": {"$ref": "#/$defs/method"}}]},
     "method": {"oneOf": [
       {"type": "string", "minLength": 1},
       {"type": "object", "additionalProperties": false, "required": ["method"],

@@ -30,6 +30,21 @@ protected:
     std::string scene_;
 };
 
+TEST_F(RunCommand, WithoutAnyContactTellsWhereTheBodiesCameNearest) {
+    const std::string hover = std::string(TROCAR_SOURCE_DIR) + "/scenes/hover.json";
+    const test::ProgramResult told = run_program("run " + hover + " --ticks 5");
+    EXPECT_EQ(told.status, 0) << told.err;
+    EXPECT_NE(told.out.find("no contact tool and sheet came nearest in tick 0: 0.1 mm apart"), std::string::npos)
+        << told.out;
+    EXPECT_NE(told.out.find("sheet within x -50 to 50, y -50 to 50, z 0 to 0 mm"), std::string::npos) << told.out;
+    const Json nearest = Json::parse(run_program("run " + hover + " --ticks 5 --json").out).at("nearest");
+    EXPECT_NEAR(nearest.at("distance_m").get<double>(), 1e-4, 1e-12);
+    EXPECT_EQ(nearest.at("bodies"), (Json{"tool", "sheet"}));
+    const test::ProgramResult met =
+        run_program("run " + std::string(TROCAR_SOURCE_DIR) + "/scenes/i2t_deep_sheet.json --ticks 3 --json");
+    EXPECT_TRUE(Json::parse(met.out).at("nearest").is_null()) << met.out;
+}
+
 TEST_F(RunCommand, SteppersAreNamedWhereTheyAreNotTheDefault) {
     const test::ProgramResult named = run_program("run " + scene_ + " --ticks 5 --json --stepper semi_implicit");
     ASSERT_EQ(named.status, 0) << named.err;

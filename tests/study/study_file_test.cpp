@@ -43,6 +43,59 @@ constexpr const char* good = R"({"format":"trocar-study-1","name":"s","seed":5,"
    "contacts":["canonical","native"]},
  "triangle_pair":{"scenes":["b.json"],"response":"thesis"}})";
 
+TEST_F(StudyFile, AllStandsForEveryContestantAndAPatternForWhatFitsIt) {
+    std::ofstream(folder_.path() / "i2t_c.json") << "{}\n";
+    const Study study = read(R"({"format":"trocar-study-1","name":"s",
+ "replay":{"scenes":["[ab].json"],"detectors":"all"},
+ "closed_loop":{"scenes":["*_c.json","a.json"],"detectors":["ohc"],"responses":"all"}})");
+    EXPECT_EQ(study.replay->scenes, (std::vector<std::string>{"a.json", "b.json"}));
+    EXPECT_EQ(study.closed_loop->scenes, (std::vector<std::string>{"i2t_c.json", "a.json"}));
+    std::set<std::string> detectors;
+    for (const StudyMethod& method : study.replay->detectors) EXPECT_TRUE(detectors.insert(method.text).second);
+    for (const DetectorEntry& entry : registry().detectors()) EXPECT_EQ(detectors.contains(entry.name), !entry.control);
+    for (const AbsentMethod& absent : registry().absent_detectors()) EXPECT_TRUE(detectors.contains(absent.name));
+    std::set<std::string> responses;
+    for (const StudyMethod& method : study.closed_loop->responses) responses.insert(method.text);
+    for (const ResponseEntry& entry : registry().responses()) EXPECT_EQ(responses.contains(entry.name), !entry.control);
+    EXPECT_NE(
+        complaint(R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["x*.json"],"detectors":"all"}})")
+            .find("/replay/scenes/0: expected a pattern of scene files, relative to the study file, got 'x*.json'"),
+        std::string::npos);
+}
+
+TEST_F(StudyFile, AMethodOfTheCommandLineTakesPartOnceWhereItsKindDoes) {
+    const std::filesystem::path file = folder_.path() / "study.json";
+    std::ofstream(file) << good;
+    const auto texts = [](const std::vector<StudyMethod>& methods) {
+        std::vector<std::string> list;
+        for (const StudyMethod& method : methods) list.push_back(method.text);
+        return list;
+    };
+    const Study study = read_study(file, {"ohc_clustered", "hold", "ohc"});
+    EXPECT_EQ(texts(study.replay->detectors), (std::vector<std::string>{"ohc", "brute_force", "ohc_clustered"}));
+    EXPECT_EQ(texts(study.closed_loop->detectors), (std::vector<std::string>{"ohc", "ohc_clustered"}));
+    EXPECT_EQ(texts(study.closed_loop->responses),
+              (std::vector<std::string>{"thesis:profile=faithful", "penalty", "hold"}));
+    for (const char* wrong : {"holt", "hold:nothing=1", ""}) {
+        EXPECT_THROW((void)read_study(file, {wrong}), InputError) << wrong;
+    }
+}
+
+TEST_F(StudyFile, WhereTheReferenceDoesNotRunIsTold) {
+    const std::string start =
+        R"({"format":"trocar-study-1","name":"s","reference":"ohc","replay":{"scenes":["a.json","b.json"],)";
+    const std::string loop = R"(,"closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty"]}})";
+    EXPECT_TRUE(reference_notes(read(start + R"("detectors":["ohc"]})" + loop)).empty());
+    EXPECT_TRUE(reference_notes(read(good)).empty());  // none asked for
+    const auto elsewhere = reference_notes(read(start + R"("detectors":["brute_force"]})" + loop));
+    ASSERT_EQ(elsewhere.size(), 1U);
+    EXPECT_NE(elsewhere[0].find("replay: ohc, which times are set against, is not among the detectors"),
+              std::string::npos);
+    const auto some = reference_notes(read(start + R"("detectors":[{"method":"ohc","scenes":["a.json"]}]})" + loop));
+    ASSERT_EQ(some.size(), 1U);
+    EXPECT_NE(some[0].find("on some scenes only"), std::string::npos);
+}
+
 TEST_F(StudyFile, IsReadAsWritten) {
     const Study study = read(good);
     EXPECT_EQ(study.name, "s");
