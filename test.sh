@@ -87,7 +87,8 @@ if [ "$mode" != tests ]; then
 
     configure bare
     build bare trocar_program contract_test
-    run_tests bare -R Contract
+    # Of contract_test alone: programs that were built with the rivals still list them.
+    run_tests bare -R '(Detector|Reach)Contract'
     # It shares the folder of release, whose program must not be left without its rivals.
     configure release
     build release trocar_program

@@ -165,10 +165,17 @@ const char* const page_script = R"(
     if (spec.height) box.style.height = spec.height + "px";
     var option = window.trocarCharts.chartOption(spec);
     if (option.legend) option.legend.type = "scroll";
-    var chart = window.trocarCharts.echarts.init(box, null, { renderer: "svg" });
-    chart.setOption(option);
-    new ResizeObserver(function () { chart.resize(); }).observe(box);
+    try {
+      var chart = window.trocarCharts.echarts.init(box, null, { renderer: "svg" });
+      chart.setOption(option);
+      new ResizeObserver(function () { chart.resize(); }).observe(box);
+    } catch (fault) {  // the drawing tells the same
+      box.remove();
+      figure.querySelector("svg").style.display = "";
+      throw fault;
+    }
   };
+  window.trocarDraw = draw;
   // Drawn when they come into view: a report has dozens.
   var seen = new IntersectionObserver(function (entries) {
     entries.forEach(function (entry) {

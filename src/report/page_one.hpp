@@ -64,6 +64,9 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows);
 /// p99 tick against worst depth, a line per method over its settings; failed rows stand on a rail of their own.
 ScatterChart depth_against_time(const std::vector<ResponseRow>& rows);
 
+/// "`penalty:k=1000` (tracked) by `implicit`".
+std::string response_name(const Contestant& who);
+
 /// The row in one word for a table: "`penalty:k=1000` (tracked)"; with its detector where `detector` is another one.
 std::string name_of_row(const ResponseRow& row, const std::string& detector);
 

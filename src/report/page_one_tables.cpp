@@ -24,13 +24,6 @@ std::string small_text(double value) {
     return value > 0.0 && value < next_to_nothing ? std::string("< 0.0001") : scaled(value);
 }
 
-/// "`penalty:k=1000` (tracked) by `implicit`"
-std::string response_name(const Contestant& who) {
-    std::string text = code(who.response) + " (" + who.contacts + ")";
-    if (!who.stepper.empty()) text += " by " + code(who.stepper);
-    return text;
-}
-
 std::string in_code(const std::vector<Contestant>& list, std::string Contestant::*part) {
     std::vector<std::string> names;
     for (const Contestant& one : list) {
@@ -99,6 +92,12 @@ std::string ratio_header(const Draft& draft) {
 }
 
 }  // namespace
+
+std::string response_name(const Contestant& who) {
+    std::string text = code(who.response) + " (" + who.contacts + ")";
+    if (!who.stepper.empty()) text += " by " + code(who.stepper);
+    return text;
+}
 
 std::string name_of_row(const ResponseRow& row, const std::string& detector) {
     std::vector<Contestant> first;  // those of the same response as the first, which differ by detector alone

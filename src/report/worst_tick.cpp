@@ -166,11 +166,10 @@ std::optional<WorstTickRuns> worst_tick_runs(const std::vector<Record>& records)
         const std::pair rank{!std::isnan(theirs->runs.front().force_error_hard), depth};
         if (rank <= best) continue;
         best = rank;
-        const std::string detector = first.detector;
         chosen = WorstTickRuns{.first = ours->runs.front().record,
                                .other = headline.other == nullptr ? nullptr : theirs->runs.front().record,
-                               .first_name = name_of_row(*headline.first, detector),
-                               .other_name = headline.other == nullptr ? "" : name_of_row(*headline.other, detector)};
+                               .first_name = response_name(first),
+                               .other_name = headline.other == nullptr ? "" : response_name(other)};
     }
     return chosen;
 }

@@ -74,6 +74,14 @@ TEST(PageScript, EveryChartHasADescriptionThatTheScriptBesideThePageDraws) {
             return option.series.length > 0 && option.series[0].data.length > 0;
         });)"),
               "true");
+    // Words and marks of the drawn chart, and the still one put away.
+    EXPECT_EQ(title_after(eleven(), R"(
+        var figure = document.querySelector("figure[data-chart]");
+        window.trocarDraw(figure);
+        var drawn = figure.querySelector("div.chart svg"), still = figure.querySelector(":scope > svg");
+        document.title = drawn.querySelectorAll("text").length > 5 && drawn.querySelectorAll("path").length > 5 &&
+            still.style.display === "none";)"),
+              "true");
 }
 
 TEST(PageScript, EveryRowHasACommandAndHeadersOfFiguresAreExplained) {

@@ -1,10 +1,10 @@
 // charts.js: what a page gets that wants charts alone.
 import { BarChart, LineChart, ScatterChart } from "echarts/charts";
-import { GridComponent, LegendPlainComponent, MarkLineComponent, TooltipComponent } from "echarts/components";
+import { GridComponent, LegendComponent, MarkLineComponent, TooltipComponent } from "echarts/components";
 import { SVGRenderer } from "echarts/renderers";
 import { chartOption, draw, echarts, number, palette } from "./charts.js";
 
 echarts.use([
-  BarChart, LineChart, ScatterChart, GridComponent, LegendPlainComponent, MarkLineComponent, TooltipComponent, SVGRenderer,
+  BarChart, LineChart, ScatterChart, GridComponent, LegendComponent, MarkLineComponent, TooltipComponent, SVGRenderer,
 ]);
 window.trocarCharts = { chartOption, draw, echarts, number, palette };
