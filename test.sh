@@ -93,11 +93,12 @@ if [ "$mode" != tests ]; then
     configure release
     build release trocar_program
 
-    configure dev
     if [ "$mode" = full ]; then
+        configure dev -DTROCAR_CORE=OFF
         build dev
         run_tests dev
     else
+        configure dev -DTROCAR_CORE=ON
         build dev contract_test
         run_tests dev -R Contract
     fi

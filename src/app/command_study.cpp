@@ -208,6 +208,7 @@ int study(const CommonOptions& common, const StudyOptions& options) {
     }
     runner.binary = binary_identity();
     runner.time_limit_s = study.time_limit_s;
+    runner.jobs = options.jobs;
     for (const std::string& method : options.with)
         runner.child_command.insert(runner.child_command.end(), {"--with", method});
     for (const std::string& note : reference_notes(study)) {

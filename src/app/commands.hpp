@@ -105,6 +105,7 @@ int explain(const CommonOptions& common, const ExplainOptions& options);
 
 struct StudyOptions {
     std::filesystem::path file;
+    int jobs = 1;                                 ///< side by side, of runs that nobody times
     std::vector<std::string> with;                ///< methods that take part beside those of the file
     std::optional<std::filesystem::path> output;  ///< default build/reports/<study>
     bool publish = false;                         ///< copy the finished report to reports/<study>

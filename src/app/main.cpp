@@ -165,6 +165,11 @@ int run_command(int argc, char** argv) {
                     "repeated")
         ->take_all()
         ->allow_extra_args(false);
+    sub->add_option("--jobs", study_options.jobs,
+                    "So many runs side by side, of those that nobody times (hard cases, certificates); timed ones "
+                    "always run alone")
+        ->check(CLI::Range(1, 1024))
+        ->capture_default_str();
     sub->add_flag("--plan", study_options.plan_only, "Print the list of runs and stop");
     sub->add_option("--child-run", study_options.child_run)->group("");
     sub->add_option("--child-output", study_options.child_output)->group("");

@@ -8,20 +8,20 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
-#include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <fstream>
+#include <utility>
 
 #include "geometry/input_error.hpp"
 
 namespace trocar {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 sigset_t held_signals() {
     sigset_t set;
@@ -108,63 +108,68 @@ bool SignalsHeld::take_interruption() {
     return sigtimedwait(&set, nullptr, &at_once) > 0;
 }
 
-ChildEnd run_child_process(const std::vector<std::string>& command, const std::filesystem::path& log,
-                           double time_limit_s, const SignalsHeld& signals) {
-    ChildEnd end;
+bool SignalsHeld::wait(double seconds) {
+    const sigset_t held = held_signals();
+    const double whole = std::floor(std::max(seconds, 0.0));
+    const timespec time{static_cast<time_t>(whole), static_cast<long>(1e9 * (std::max(seconds, 0.0) - whole))};
+    const int signal = sigtimedwait(&held, nullptr, &time);
+    return signal == SIGINT || signal == SIGTERM;
+}
+
+ChildProcess::ChildProcess(const std::vector<std::string>& command, std::filesystem::path log, double time_limit_s,
+                           const SignalsHeld& signals)
+    : log_(std::move(log)) {
     std::vector<std::string> arguments = command;
     std::vector<std::string> environment = child_environment();
     const std::vector<char*> argument_list = pointers(arguments);
     const std::vector<char*> environment_list = pointers(environment);
-    const int log_file = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    const int log_file = open(log_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
     if (log_file < 0) {
-        end.code = errno;
-        end.error = "no log file " + log.string();
-        return end;
+        start_error_ = errno;
+        start_fault_ = "no log file " + log_.string();
+        return;
     }
     const pid_t parent = getpid();
-    const pid_t child = fork();
-    if (child == 0) become_child(argument_list.data(), environment_list.data(), log_file, parent, signals.before());
-    end.code = errno;
+    child_ = fork();
+    if (child_ == 0) become_child(argument_list.data(), environment_list.data(), log_file, parent, signals.before());
+    start_error_ = errno;
     close(log_file);
-    if (child < 0) return end;
-    setpgid(child, child);
+    if (child_ < 0) return;
+    setpgid(child_, child_);
+    deadline_ = Clock::now() +
+                std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(std::min(time_limit_s, 1e8)));
+}
 
-    const auto deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                             std::chrono::duration<double>(std::min(time_limit_s, 1e8)));
-    const auto kill_group = [child](int& status) {
-        kill(-child, SIGKILL);
-        waitpid(child, &status, 0);
-    };
-    const sigset_t held = held_signals();
+ChildProcess::~ChildProcess() {
+    if (child_ < 0) return;
+    kill_group();
+    waitpid(child_, nullptr, 0);
+}
+
+void ChildProcess::kill_group() const { kill(-child_, SIGKILL); }
+
+double ChildProcess::seconds_left() const {
+    if (child_ < 0) return 0.0;
+    return std::max(0.0, std::chrono::duration<double>(deadline_ - Clock::now()).count());
+}
+
+std::optional<ChildEnd> ChildProcess::end() {
+    if (child_ < 0) return ChildEnd{.code = start_error_, .error = start_fault_};
+    ChildEnd end;
     int status = 0;
-    while (true) {
-        if (waitpid(child, &status, WNOHANG) == child) {
-            if (WIFSIGNALED(status)) {
-                end.kind = ChildEnd::Kind::signalled;
-                end.code = WTERMSIG(status);
-            } else {
-                end.kind = ChildEnd::Kind::exited;
-                end.code = WEXITSTATUS(status);
-            }
-            kill(-child, SIGKILL);  // whatever the child left running
-            break;
-        }
-        const auto left = deadline - Clock::now();
-        if (left <= Clock::duration::zero()) {
-            kill_group(status);
-            end.kind = ChildEnd::Kind::timed_out;
-            break;
-        }
-        const auto nanoseconds = std::chrono::duration_cast<std::chrono::nanoseconds>(left).count();
-        const timespec wait{nanoseconds / 1'000'000'000, nanoseconds % 1'000'000'000};
-        const int signal = sigtimedwait(&held, nullptr, &wait);
-        if (signal == SIGINT || signal == SIGTERM) {
-            kill_group(status);
-            end.kind = ChildEnd::Kind::interrupted;
-            break;
-        }
+    if (waitpid(child_, &status, WNOHANG) == child_) {
+        end.kind = WIFSIGNALED(status) ? ChildEnd::Kind::signalled : ChildEnd::Kind::exited;
+        end.code = WIFSIGNALED(status) ? WTERMSIG(status) : WEXITSTATUS(status);
+        kill_group();  // whatever the child left running
+    } else if (Clock::now() >= deadline_) {
+        kill_group();
+        waitpid(child_, &status, 0);
+        end.kind = ChildEnd::Kind::timed_out;
+    } else {
+        return std::nullopt;
     }
-    end.error = telling_line(log);
+    child_ = -1;
+    end.error = telling_line(log_);
     return end;
 }
 
@@ -181,7 +186,6 @@ Outcome failure_of(const ChildEnd& end, double time_limit_s) {
         case ChildEnd::Kind::not_started:
             return {OutcomeKind::crashed, "the process could not be started" + detail};
         case ChildEnd::Kind::exited:
-        case ChildEnd::Kind::interrupted:
             break;
     }
     return {OutcomeKind::crashed, fmt::format("exit status {} without a complete record{}", end.code, detail)};

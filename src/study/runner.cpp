@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -51,37 +52,73 @@ public:
         return folder_ / (run_key(run.spec, options_.time_limit_s) + ".json");
     }
 
-    /// False when interrupted.
-    bool make(std::size_t index, const PlannedRun& run) {
+    /// Keeps the row of a run whose outcome is known; else starts it.
+    void start(std::size_t index, const PlannedRun& run) {
         if (run.settled) {
             keep(run, *run.settled, std::nullopt);
-            return true;
+            return;
         }
         std::filesystem::path output = file_of(run);
         output.replace_extension(".child");
         std::filesystem::remove(output);
+        std::filesystem::path log = output;
+        log.replace_extension(".log");
         std::vector<std::string> command = options_.child_command;
         command.insert(command.end(), {"--child-run", std::to_string(index), "--child-output", output.string()});
-        const ChildEnd end = run_child_process(command, folder_ / "stderr.log", options_.time_limit_s, signals_);
-        if (end.kind == ChildEnd::Kind::interrupted) {
-            std::filesystem::remove(output);
+        children_.push_back(
+            {&run, output, log, std::make_unique<ChildProcess>(command, log, options_.time_limit_s, signals_)});
+    }
+
+    /// Waits until fewer than `most` children run. False when interrupted; then none runs.
+    bool wait_until_below(std::size_t most) {
+        while (true) {
+            std::erase_if(children_, [this](const Child& child) {
+                const std::optional<ChildEnd> end = child.process->end();
+                if (end) take(child, *end);
+                return end.has_value();
+            });
+            if (children_.size() < most) return true;
+            double seconds = children_.front().process->seconds_left();
+            for (const Child& child : children_) seconds = std::min(seconds, child.process->seconds_left());
+            if (!SignalsHeld::wait(seconds)) continue;
+            stop();
             return false;
         }
-        std::optional<Record> record = finished_record(output, run.spec);
+    }
+
+    /// Ends all that run; what they left is gone.
+    void stop() {
+        for (Child& child : children_) {
+            child.process.reset();
+            std::filesystem::remove(child.output);
+            std::filesystem::remove(child.log);
+        }
+        children_.clear();
+    }
+
+private:
+    struct Child {
+        const PlannedRun* run;
+        std::filesystem::path output;
+        std::filesystem::path log;
+        std::unique_ptr<ChildProcess> process;
+    };
+
+    void take(const Child& child, const ChildEnd& end) {
+        std::optional<Record> record = finished_record(child.output, child.run->spec);
         if (!record) {
-            keep(run, failure_of(end, options_.time_limit_s), std::nullopt);
+            keep(*child.run, failure_of(end, options_.time_limit_s), std::nullopt);
         } else {
             // A complete answer followed by a crash or a hang is still a failure of the method, with its rows.
             const bool ended_well = end.kind == ChildEnd::Kind::exited;
             Outcome outcome = record->outcome;
             if (!ended_well && outcome.ok()) outcome = failure_of(end, options_.time_limit_s);
-            keep(run, outcome, std::move(record));
+            keep(*child.run, outcome, std::move(record));
         }
-        std::filesystem::remove(output);
-        return true;
+        std::filesystem::remove(child.output);
+        std::filesystem::remove(child.log);
     }
 
-private:
     void keep(const PlannedRun& run, const Outcome& outcome, std::optional<Record> record) {
         Record kept;
         if (record) {
@@ -98,6 +135,7 @@ private:
     const RunnerOptions& options_;
     std::filesystem::path folder_;
     SignalsHeld signals_;
+    std::vector<Child> children_;
 };
 
 }  // namespace
@@ -117,6 +155,8 @@ std::string binary_identity() {
     }
     return fmt::format("{:016x}", hash);
 }
+
+bool is_timed(const RunSpec& spec) { return spec.mode != "hard_case" && spec.mode != "certificate"; }
 
 std::string run_key(const RunSpec& spec, double time_limit_s) {
     return fmt::format("{:016x}", fnv(fnv(fnv_start, spec_line(spec)), fmt::format("{}", time_limit_s)));
@@ -169,28 +209,38 @@ RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& 
     const DirectoryLock lock(options.directory);
     {
         Runner runner(options, folder);
-        for (std::size_t i = 0; i < plan.size(); ++i) {
-            if (SignalsHeld::take_interruption()) {
-                result.interrupted = true;
-                return result;
+        const auto most = static_cast<std::size_t>(std::max(options.jobs, 1));
+        // Those that may run side by side come last, so that no timed one has to wait for them to end.
+        for (const bool timed : {true, false}) {
+            for (std::size_t i = 0; i < plan.size(); ++i) {
+                if (is_timed(plan[i].spec) != timed) continue;
+                if (SignalsHeld::take_interruption()) {
+                    runner.stop();
+                    result.interrupted = true;
+                    return result;
+                }
+                if (finished_record(runner.file_of(plan[i]), plan[i].spec)) {
+                    ++result.found;
+                    continue;
+                }
+                if (options.progress) options.progress(static_cast<std::size_t>(result.found + result.made), &plan[i]);
+                runner.start(i, plan[i]);
+                if (!runner.wait_until_below(timed ? 1 : most)) {
+                    result.interrupted = true;
+                    return result;
+                }
+                ++result.made;
             }
-            if (finished_record(runner.file_of(plan[i]), plan[i].spec)) {
-                ++result.found;
-                continue;
-            }
-            if (options.progress) options.progress(i, &plan[i]);
-            if (!runner.make(i, plan[i])) {
-                result.interrupted = true;
-                return result;
-            }
-            ++result.made;
+        }
+        if (!runner.wait_until_below(1)) {
+            result.interrupted = true;
+            return result;
         }
         if (options.progress) options.progress(plan.size(), nullptr);
         std::string records;
         for (const PlannedRun& run : plan) records += read_whole(runner.file_of(run), "a record");
         write_whole(options.directory / "records.jsonl", records);
     }
-    std::filesystem::remove(folder / "stderr.log", error);
     for (const auto& entry : std::filesystem::directory_iterator(all_runs)) {
         if (entry.path() != folder) std::filesystem::remove_all(entry.path(), error);
     }

@@ -1,5 +1,5 @@
-// Works off a plan: one child process per run, one after the other, every finished run kept in a file of its own, so
-// that an interrupted study goes on where it stopped. No method is named here and none runs in this process.
+// Works off a plan: one child process per run, timed ones one after the other, every finished run kept in a file of its
+// own, so that an interrupted study goes on where it stopped. No method is named here and none runs in this process.
 #pragma once
 
 #include <filesystem>
@@ -23,9 +23,10 @@ struct RunnerOptions {
     std::vector<std::string> child_command;
     std::string binary;          ///< finished runs of another binary do not count
     double time_limit_s = 60.0;  ///< s, per run
+    int jobs = 1;                ///< so many runs side by side, of those that nobody times
     /// For rows that no child could write (absent, crashed, timed out): environment of the record.
     std::function<std::map<std::string, std::string>(const PlannedRun&)> environment;
-    /// Called before each run and at the end: position in the plan, and the run (null at the end).
+    /// Called before each run and at the end: how many are done or started, and the run (null at the end).
     std::function<void(std::size_t, const PlannedRun*)> progress;
 };
 
@@ -38,6 +39,9 @@ struct RunnerResult {
 /// Runs what is missing and writes directory/records.jsonl in plan order. When interrupted, finished runs stay and no
 /// records.jsonl is written. `plan` must be completed. Throws InputError when another runner works in the directory.
 RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& options);
+
+/// Whether a report tells a time of this run: then nothing else may run beside it.
+bool is_timed(const RunSpec& spec);
 
 /// The name under which a run is kept: hash over everything that decides its result.
 std::string run_key(const RunSpec& spec, double time_limit_s);

@@ -84,6 +84,53 @@ TEST_F(RunnerTest, RecordsComeInPlanOrder) {
     }
 }
 
+/// Every child tells when it begins and ends; `jobs` children may be between the two at once.
+TEST_F(RunnerTest, SideBySideRunWhatNobodyTimesAndNothingElse) {
+    for (std::size_t i = 1; i < plan_.size(); ++i) {
+        plan_[i].spec.mode = i == 3 ? "certificate" : "hard_case";
+        Record record;
+        record.spec = plan_[i].spec;
+        record.summary["answer"] = static_cast<double>(i);
+        std::ofstream(prepared() / (std::to_string(i) + ".json")) << to_json_line(record) << "\n";
+    }
+    RunnerOptions side_by_side = options("*) sleep 0.3; echo end $i >>$prepared/log;;");
+    side_by_side.jobs = 2;
+    const RunnerResult result = run_plan(plan_, side_by_side);
+    EXPECT_EQ(result.made, 4);
+    std::istringstream log(test::read_file(prepared() / "log"));
+    int running = 0;
+    int most = 0;
+    bool timed_runs = false;
+    for (std::string line; std::getline(log, line);) {
+        const bool ends = line.starts_with("end");
+        running += ends ? -1 : 1;
+        most = std::max(most, running);
+        if (line.ends_with('0')) timed_runs = !ends;
+        if (timed_runs) {
+            EXPECT_EQ(running, 1) << line;
+        }
+    }
+    EXPECT_EQ(most, 2);
+    const std::vector<Record> all = records();
+    ASSERT_EQ(all.size(), 4U);
+    for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(all[i].summary.at("answer"), static_cast<double>(i)) << i;
+    EXPECT_EQ(run_plan(plan_, side_by_side).found, 4);
+}
+
+TEST_F(RunnerTest, AnInterruptionEndsAllThatRunSideBySide) {
+    for (PlannedRun& run : plan_) run.spec.mode = "hard_case";
+    RunnerOptions side_by_side = options("1) kill -INT $PPID; sleep 60;;\n*) sleep 60;;");
+    side_by_side.jobs = 3;
+    const auto start = std::chrono::steady_clock::now();
+    EXPECT_TRUE(run_plan(plan_, side_by_side).interrupted);
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
+    EXPECT_FALSE(std::filesystem::exists(output() / "records.jsonl"));
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(output())) {
+        EXPECT_NE(entry.path().extension(), ".child");
+        EXPECT_NE(entry.path().extension(), ".log");
+    }
+}
+
 TEST_F(RunnerTest, CrashIsARowWithItsSignal) {
     run_plan(plan_, options("1) kill -SEGV $$;;"));
     const std::vector<Record> all = records();
