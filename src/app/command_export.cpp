@@ -9,7 +9,6 @@
 #include "app/progress.hpp"
 #include "export/exporter.hpp"
 #include "geometry/input_error.hpp"
-#include "method/registry.hpp"
 #include "playback/playback.hpp"
 #include "scene/recording.hpp"
 #include "scene/scene.hpp"
@@ -69,11 +68,7 @@ Written export_scene(const CommonOptions& common, const ExportOptions& options, 
     if (const std::string why = why_unstable(scene, check_step(scene, spec.stepper)); !why.empty()) {
         throw InputError(fmt::format("{}: {}", options.source.string(), why));
     }
-    spec.scene = scene.name;
-    spec.scene_file = options.source.string();
-    spec.scene_hash = fmt::format("{:016x}", scene.hash);
-    spec.seed = scene.seed;
-    spec.ticks = options.ticks.value_or(scene.ticks);
+    set_scene(scene, options.ticks, spec);
     if (spec.ticks < 1) throw InputError("--ticks", "", "an integer >= 1", fmt::format("{}", spec.ticks));
     const PlaybackChoice choice = choice_of(options, spec.ticks);
     const auto exporter = make_exporter(format_of(options.to), scene.topology, scene.name, folder);

@@ -236,11 +236,7 @@ int run(const CommonOptions& common, const RunOptions& options) {
     if (const std::string note = cost_note(scene, step); !note.empty()) {
         fmt::print(stderr, "trocar: {}: {}\n", options.scene.string(), note);
     }
-    spec.scene = scene.name;
-    spec.scene_file = options.scene.string();
-    spec.scene_hash = fmt::format("{:016x}", scene.hash);
-    spec.seed = scene.seed;
-    spec.ticks = options.ticks.value_or(scene.ticks);
+    set_scene(scene, options.ticks, spec);
     if (!scene.has_tissue() && !response.without_tissue.empty()) {
         fmt::print(stderr, "trocar: {} {}, and {} has none\n", response.name, response.without_tissue, scene.name);
     }

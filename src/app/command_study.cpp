@@ -145,11 +145,11 @@ std::vector<std::filesystem::path> pages_of(const std::filesystem::path& directo
 
 /// What page 1's picture shows is run once more and kept beside the records. A study without it is no failure: the page
 /// says that there is none.
-void keep_worst_tick(const Study& study, const CommonOptions& common, const std::filesystem::path& directory) {
+void keep_worst_tick(const Study& study, const CommonOptions& common, const std::filesystem::path& directory,
+                     const std::vector<Record>& records) {
     const std::filesystem::path file = directory / worst_tick_file;
     try {
-        const auto seen =
-            see_worst_tick(read_records(directory / "records.jsonl"), study.file.parent_path(), common.data);
+        const auto seen = see_worst_tick(records, study.file.parent_path(), common.data);
         if (seen) {
             write_whole(file, to_json(*seen));
             return;
@@ -239,9 +239,9 @@ int study(const CommonOptions& common, const StudyOptions& options) {
         }
         return interrupted;
     }
-    write_view_pages(runner.directory, read_records(runner.directory / "records.jsonl"), study.file.parent_path(),
-                     common.data);
-    keep_worst_tick(study, common, runner.directory);
+    const std::vector<Record> records = read_records(runner.directory / "records.jsonl");
+    write_view_pages(runner.directory, records, study.file.parent_path(), common.data);
+    keep_worst_tick(study, common, runner.directory, records);
     const Report report = write_report(runner.directory);
     const std::filesystem::path published =
         options.publish ? publish(study, runner.directory, report) : std::filesystem::path();
@@ -252,9 +252,7 @@ int study(const CommonOptions& common, const StudyOptions& options) {
         return done;
     }
     std::map<std::string, std::int64_t> outcomes;
-    for (const Record& record : read_records(runner.directory / "records.jsonl")) {
-        ++outcomes[std::string(name_of(record.outcome.kind))];
-    }
+    for (const Record& record : records) ++outcomes[std::string(name_of(record.outcome.kind))];
     const Json document{{"study", study.name},
                         {"directory", runner.directory.string()},
                         {"report", (runner.directory / "report.html").string()},

@@ -13,8 +13,6 @@
 #include "app/view_runs.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
-#include "method/device.hpp"
-#include "method/registry.hpp"
 #include "report/report.hpp"
 #include "report/view_links.hpp"
 #include "view/page.hpp"
@@ -25,7 +23,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 bool is_recording(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
+    std::ifstream stream = open_input(file, "a scene, a recording or a report");
     std::string magic(8, '\0');
     return stream.read(magic.data(), 8) && magic == "TROCREC1";
 }
@@ -44,40 +42,19 @@ ViewProgress shared_progress(std::int64_t ticks) {
     };
 }
 
-RunSpec spec_of(const Scene& scene, const ViewOptions& options, const std::string& response) {
-    RunSpec spec;
-    spec.mode = "closed_loop";
-    spec.scene = scene.name;
-    spec.scene_file = scene.file.string();
-    spec.scene_hash = fmt::format("{:016x}", scene.hash);
-    spec.detector = parse_method(options.detector).text();
-    spec.response = parse_method(response).text();
-    const ResponseEntry& entry = registry().response(parse_method(response).name);
-    spec.contacts = registry().source(options.contacts.empty() ? entry.sources.front() : options.contacts).name;
-    spec.stepper = options.stepper.empty() ? std::string() : parse_method(options.stepper).text();
-    spec.device = text_of(read_device(""));
-    spec.seed = scene.seed;
-    spec.ticks = options.ticks.value_or(scene.ticks);
-    return spec;
-}
-
-/// What is said of methods by name is held against the registry before anything runs.
-void check_methods(const ViewOptions& options, const std::vector<std::string>& responses) {
-    const MethodSpec detector = parse_method(options.detector);
-    make_detector(detector.name, detector.parameters);
-    for (const std::string& text : responses) {
-        const MethodSpec response = parse_method(text);
-        make_response(response.name, response.parameters);
-    }
-    if (options.stepper.empty()) return;
-    const MethodSpec stepper = parse_method(options.stepper);
-    make_stepper(stepper.name, stepper.parameters);
-}
-
 ViewPage view_of_scene(const CommonOptions& common, const ViewOptions& options) {
     const std::vector<std::string> responses =
         options.responses.empty() ? std::vector<std::string>{"hold"} : options.responses;
-    check_methods(options, responses);
+    std::vector<RunSpec> specs;
+    specs.reserve(responses.size());
+    for (const std::string& response : responses) {
+        specs.push_back(spec_of(MethodChoice{.detector = options.detector,
+                                             .response = response,
+                                             .contacts = options.contacts,
+                                             .stepper = options.stepper,
+                                             .device = {},
+                                             .reach_margin = {}}));
+    }
     if (options.ticks && *options.ticks < 1) {
         throw InputError("--ticks", "", "an integer >= 1", fmt::format("{}", *options.ticks));
     }
@@ -87,10 +64,9 @@ ViewPage view_of_scene(const CommonOptions& common, const ViewOptions& options) 
     for (ViewedReference& reference : page.references) {
         reference.force.resize(std::min(reference.force.size(), static_cast<std::size_t>(page.ticks)));
     }
-    std::vector<RunSpec> specs;
-    for (const std::string& response : responses) {
-        specs.push_back(spec_of(scene, options, response));
-        add_run(scene, specs.back(), nullptr, shared_progress(specs.back().ticks), page);
+    for (RunSpec& spec : specs) {
+        set_scene(scene, options.ticks, spec);
+        add_run(scene, spec, nullptr, shared_progress(spec.ticks), page);
     }
     finish_page(specs, page);
     return page;

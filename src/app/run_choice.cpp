@@ -53,6 +53,14 @@ RunSpec spec_of(const MethodChoice& choice) {
     return spec;
 }
 
+void set_scene(const Scene& scene, std::optional<std::int64_t> ticks, RunSpec& spec) {
+    spec.scene = scene.name;
+    spec.scene_file = scene.file.string();
+    spec.scene_hash = fmt::format("{:016x}", scene.hash);
+    spec.seed = scene.seed;
+    spec.ticks = ticks.value_or(scene.ticks);
+}
+
 InterruptHeld::InterruptHeld() {
     struct sigaction action {};
     action.sa_handler = [](int) { asked = 1; };

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "measure/record.hpp"
+#include "scene/scene.hpp"
 
 namespace trocar::app {
 
@@ -25,6 +26,9 @@ struct MethodChoice {
 /// Detector, response, contacts, stepper, device and reach margin of a closed loop, as records have them (parameters
 /// in alphabetical order). Throws InputError for an unknown or absent method and a bad value.
 RunSpec spec_of(const MethodChoice& choice);
+
+/// What of a specification the scene decides: name, file, hash, seed, and the ticks where `ticks` does not.
+void set_scene(const Scene& scene, std::optional<std::int64_t> ticks, RunSpec& spec);
 
 /// Takes Ctrl-C (and a polite kill) as a wish to stop after the current tick, for as long as it lives.
 class InterruptHeld {

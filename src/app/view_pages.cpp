@@ -1,11 +1,11 @@
 #include "app/view_pages.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <cstdio>
+#include <cstdint>
 
 #include "app/isolated_call.hpp"
+#include "app/progress.hpp"
 #include "app/view_runs.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
@@ -37,10 +37,11 @@ std::size_t write_view_pages(const std::filesystem::path& directory, const std::
     const std::filesystem::path folder = directory / view_folder;
     std::filesystem::remove_all(folder);
     const std::vector<std::string> scenes = viewed_scenes(records);
-    const bool visible = isatty(STDERR_FILENO) == 1;
+    Progress progress("replay", static_cast<std::int64_t>(scenes.size()));
     std::size_t written = 0;
+    std::int64_t looked_at = 0;
     for (const std::string& scene : scenes) {
-        if (visible) fmt::print(stderr, "\r\033[Kreplay of {}", scene);
+        progress.show(looked_at++, scene);
         const std::vector<const Record*> chosen = chosen_records(records, scene, {});
         if (chosen.empty()) continue;
         const std::optional<std::filesystem::path> file = scene_file_of(*chosen.front(), study_folder);
@@ -71,9 +72,10 @@ std::size_t write_view_pages(const std::filesystem::path& directory, const std::
                 ++written;
             }
         }
-        if (!why.empty()) fmt::print(stderr, "{}trocar: no replay of {}: {}\n", visible ? "\r\033[K" : "", scene, why);
+        if (why.empty()) continue;
+        progress.end();
+        fmt::print(stderr, "trocar: no replay of {}: {}\n", scene, why);
     }
-    if (visible) fmt::print(stderr, "\r\033[K");
     if (written > 0) write_whole(folder / script, std::string(web::viewer_script()));
     return written;
 }

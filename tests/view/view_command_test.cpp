@@ -1,6 +1,7 @@
 // `trocar view` from outside: a page of a scene, of a recording, of records; what it says of records that no longer
 // fit; what it refuses.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <fstream>
@@ -126,10 +127,12 @@ TEST_F(ViewCommand, ARecordWhoseRunEndsElsewhereIsTold) {
 TEST_F(ViewCommand, BadInputGetsOneLineAndLeavesNoPage) {
     const std::string page = " --output " + path("page.html");
     std::ofstream(path("text.json")) << "no scene";
+    ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);  // opened, it would wait for a writer
     for (const std::string& arguments :
-         {std::string("view /no/such/scene.json"), "view " + path("text.json"), "view " + poke + " " + poke,
-          "view " + poke + " --response nobody", "view " + poke + " --response thesis:profile=nobody",
-          "view " + poke + " --ticks 0", "view " + poke + " --scene i2t_poke", "view " + folder_.path().string(),
+         {std::string("view /no/such/scene.json"), "view " + path("text.json"), "view " + path("pipe"),
+          "view " + poke + " " + poke, "view " + poke + " --response nobody",
+          "view " + poke + " --response thesis:profile=nobody", "view " + poke + " --ticks 0",
+          "view " + poke + " --scene i2t_poke", "view " + folder_.path().string(),
           "view " + std::string(TROCAR_SOURCE_DIR) + "/reports/default",
           "view " + std::string(TROCAR_SOURCE_DIR) + "/reports/default --scene nowhere",
           "view " + std::string(TROCAR_SOURCE_DIR) + "/reports/default --scene i2t_poke --response nobody",
