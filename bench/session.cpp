@@ -72,8 +72,9 @@ public:
             std::filesystem::remove(now_file(file_), ignored);
             std::filesystem::path log = file_;
             log += ".log";
-            const ChildEnd end = run_child_process(command, log, options_.time_limit_s, signals_);
-            if (end.kind == ChildEnd::Kind::interrupted) return std::nullopt;
+            ChildProcess child(command, log, options_.time_limit_s, signals_);
+            const std::optional<ChildEnd> end = wait_for(child);
+            if (!end) return std::nullopt;
             std::optional<CellRecord> record = finished_cell(file_, spec);
             const std::string culprit = first_line(now_file(file_)).value_or("");
             std::filesystem::remove(now_file(file_), ignored);
@@ -85,7 +86,7 @@ public:
                 }
                 return record;
             }
-            const Outcome outcome = failure_of(end, options_.time_limit_s);
+            const Outcome outcome = failure_of(*end, options_.time_limit_s);
             if (culprit.empty()) return failed(spec, outcome);
             MethodResult row;
             row.label = culprit;

@@ -68,6 +68,9 @@ private:
     Clock::time_point deadline_;
 };
 
+/// Waits for one child alone. Nothing when interrupted: the child then still runs, until its object goes.
+std::optional<ChildEnd> wait_for(ChildProcess& child);
+
 /// What such an end means for the run when the child left no complete answer: timed_out or crashed, with the reason.
 Outcome failure_of(const ChildEnd& end, double time_limit_s);
 
