@@ -59,7 +59,7 @@ tidy_is_clean() {
     fi
     [ -n "$files" ] || { echo "nothing changed"; return 0; }
     # clang-tidy cannot read what GCC precompiled.
-    cmake --preset release -B build/tidy -DTROCAR_PRECOMPILED=OFF >/dev/null
+    cmake --preset release -B build/tidy -DTROCAR_PRECOMPILED=OFF -DTROCAR_UNITY=OFF >/dev/null
     # A header that the build writes.
     cmake --build build/tidy --target trocar_source_state >/dev/null
     # Only files that this build compiles: a method whose library is absent has no compile command.

@@ -61,8 +61,8 @@ configure() {
     shift
     say "configuring $preset"
     mkdir -p "$folder"
-    # A compiler cache cannot share what precompiled headers are in.
-    [ -n "${CMAKE_CXX_COMPILER_LAUNCHER:-}" ] || set -- -DTROCAR_PRECOMPILED=ON "$@"
+    # A compiler cache cannot share what precompiled headers are in, and files compiled together are seldom the same.
+    [ -n "${CMAKE_CXX_COMPILER_LAUNCHER:-}" ] || set -- -DTROCAR_PRECOMPILED=ON -DTROCAR_UNITY=ON "$@"
     cmake --preset "$preset" "$@" >"$folder/configure.log" 2>&1 || { cat "$folder/configure.log" >&2; exit 1; }
     grep -E '^-- trocar:' "$folder/configure.log" || true
 }

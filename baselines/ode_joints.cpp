@@ -42,8 +42,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 struct Settings {
     bool penalty = true;       ///< ERP and CFM from k and mu; false: those of the library
     bool quick = false;        ///< dWorldQuickStep

@@ -57,7 +57,7 @@ Spread spread_of(const std::vector<double>& values) {
             *std::max_element(values.begin(), values.end())};
 }
 
-struct Runner {
+struct BoundedRunner {
     BoundedResult result;
     std::unique_ptr<Detector> detector;
     ContactSet contacts;
@@ -84,8 +84,8 @@ struct Runner {
     }
 };
 
-Runner start(const Contestant& contestant, const Scene& scene) {
-    Runner runner;
+BoundedRunner start(const Contestant& contestant, const Scene& scene) {
+    BoundedRunner runner;
     runner.result.label = contestant.label;
     runner.result.library = contestant.library;
     runner.result.own = contestant.own;
@@ -156,7 +156,7 @@ BoundedMeasurement measure_bounded(const Scene& scene, const std::vector<Contest
                                    const std::function<void(const std::string&)>& now) {
     BoundedMeasurement measurement;
     measurement.scene = scene.name;
-    std::vector<Runner> runners;
+    std::vector<BoundedRunner> runners;
     for (const Contestant& contestant : contestants) {
         if (now) now(contestant.label);
         runners.push_back(start(contestant, scene));
@@ -190,7 +190,7 @@ BoundedMeasurement measure_bounded(const Scene& scene, const std::vector<Contest
         }
         // In another order every tick, so that nobody always finds the caches as the same neighbour left them.
         for (std::size_t k = 0; k < runners.size(); ++k) {
-            Runner& runner = runners[(k + static_cast<std::size_t>(measurement.driven_ticks)) % runners.size()];
+            BoundedRunner& runner = runners[(k + static_cast<std::size_t>(measurement.driven_ticks)) % runners.size()];
             BoundedResult& result = runner.result;
             if (!result.outcome.ok()) continue;
             if (now) now(result.label);
@@ -221,7 +221,7 @@ BoundedMeasurement measure_bounded(const Scene& scene, const std::vector<Contest
             }
         }
     }
-    for (Runner& runner : runners) {
+    for (BoundedRunner& runner : runners) {
         runner.result.work = spread_of(runner.work);
         runner.result.wall = spread_of(runner.wall);
         runner.result.empty = spread_of(runner.empty);

@@ -15,8 +15,6 @@
 namespace trocar::bench {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// Nine balls in a square, each a little deeper than the last, over a sheet that is not flat.
 std::array<Surface, 2> balls_in_a_sheet() {
     ShapeValues ball;

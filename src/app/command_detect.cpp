@@ -69,7 +69,7 @@ Mesh posed_mesh(const std::filesystem::path& file, const std::string& letter, co
 }
 
 /// What one detector said, and how it ended.
-struct Answer {
+struct JudgedAnswer {
     std::string name = {};
     bool claims_exact = false;
     Outcome outcome = {};
@@ -119,11 +119,11 @@ std::string answer_bytes(const MethodSpec& method, const MeshPair& question) {
     return bytes;
 }
 
-Answer ask(const MethodSpec& method, const MeshPair& question, double time_limit_s) {
+JudgedAnswer ask(const MethodSpec& method, const MeshPair& question, double time_limit_s) {
     const DetectorEntry& entry = registry().detector(method.name);
     // Checks the values here, where bad input ends the program.
     [[maybe_unused]] const ParameterValues checked(entry.name, entry.parameters, method.parameters);
-    Answer answer{.name = method.text(), .claims_exact = entry.claims_exact};
+    JudgedAnswer answer{.name = method.text(), .claims_exact = entry.claims_exact};
     const IsolatedResult result =
         call_isolated([&method, &question] { return answer_bytes(method, question); }, time_limit_s);
     if (result.kind != IsolatedResult::Kind::complete) {
@@ -149,10 +149,11 @@ Answer ask(const MethodSpec& method, const MeshPair& question, double time_limit
 }
 
 /// All pairs that anybody reported and that only touch, sorted; each is classified once.
-std::vector<TrianglePair> touching(const MeshPair& question, const std::vector<Answer>& answers,
+std::vector<TrianglePair> touching(const MeshPair& question, const std::vector<JudgedAnswer>& answers,
                                    const std::vector<TrianglePair>& truth) {
     std::vector<TrianglePair> reported = truth;
-    for (const Answer& answer : answers) reported.insert(reported.end(), answer.pairs.begin(), answer.pairs.end());
+    for (const JudgedAnswer& answer : answers)
+        reported.insert(reported.end(), answer.pairs.begin(), answer.pairs.end());
     std::sort(reported.begin(), reported.end());
     reported.erase(std::unique(reported.begin(), reported.end()), reported.end());
     std::vector<TrianglePair> touch;
@@ -171,7 +172,7 @@ std::vector<Index> touch_positions(const std::vector<TrianglePair>& pairs, const
 }
 
 struct Verdict {
-    std::vector<Answer> answers;
+    std::vector<JudgedAnswer> answers;
     std::optional<std::vector<TrianglePair>> truth;
     std::vector<TrianglePair> touch;
     Index first_of_b = 0;  ///< global number of triangle 0 of file b
@@ -182,7 +183,7 @@ void print_json(const Verdict& verdict) {
     const auto out = std::back_inserter(text);
     fmt::format_to(out, "{{\"detectors\":[");
     for (std::size_t d = 0; d < verdict.answers.size(); ++d) {
-        const Answer& answer = verdict.answers[d];
+        const JudgedAnswer& answer = verdict.answers[d];
         const std::vector<Index> touch = touch_positions(answer.pairs, verdict.touch);
         fmt::format_to(out, "{}{{\"name\":{},\"outcome\":\"{}\",\"message\":{},", d > 0 ? "," : "",
                        quoted_json(answer.name), name_of(answer.outcome.kind), quoted_json(answer.outcome.message));
@@ -212,7 +213,7 @@ void print_table(const Verdict& verdict) {
         fmt::print(fmt::runtime(row), "exact oracle", "ok", verdict.truth->size(),
                    touch_positions(*verdict.truth, verdict.touch).size(), "-", "-", "-", "-", "truth");
     }
-    for (const Answer& answer : verdict.answers) {
+    for (const JudgedAnswer& answer : verdict.answers) {
         const auto count = [&answer](std::int64_t PairErrors::*which) {
             return answer.errors ? std::to_string((*answer.errors).*which) : std::string("-");
         };
@@ -228,7 +229,7 @@ void print_table(const Verdict& verdict) {
 
 /// One line "i j" per pair, then a summary in comment lines.
 void print_pairs(const Verdict& verdict) {
-    const Answer& answer = verdict.answers.front();
+    const JudgedAnswer& answer = verdict.answers.front();
     const std::vector<Index> touch = touch_positions(answer.pairs, verdict.touch);
     fmt::memory_buffer text;
     for (std::size_t k = 0; k < answer.pairs.size(); ++k) {
@@ -286,7 +287,7 @@ int detect(const CommonOptions& common, const DetectOptions& options) {
     int status = done;
     if (verdict.truth) {
         const std::vector<Index> truth_touch = touch_positions(*verdict.truth, verdict.touch);
-        for (Answer& answer : verdict.answers) {
+        for (JudgedAnswer& answer : verdict.answers) {
             if (!answer.outcome.ok()) continue;
             answer.errors = compare_pairs(answer.pairs, *verdict.truth, truth_touch);
             const bool differs = answer.errors->missing > 0 || answer.errors->extra > 0;
@@ -300,7 +301,7 @@ int detect(const CommonOptions& common, const DetectOptions& options) {
         for (const AbsentMethod& absent : registry().absent_detectors()) {
             verdict.answers.push_back({.name = absent.name, .outcome = {OutcomeKind::absent, absent.reason}});
         }
-    } else if (const Answer& answer = verdict.answers.front(); !answer.outcome.ok()) {
+    } else if (const JudgedAnswer& answer = verdict.answers.front(); !answer.outcome.ok()) {
         status = method_failed;
         fmt::print(stderr, "trocar: {}: {}: {}\n", answer.name, name_of(answer.outcome.kind), answer.outcome.message);
     }

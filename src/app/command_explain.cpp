@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "contact/derive.hpp"
 #include "geometry/crossing.hpp"
 #include "geometry/exact.hpp"
@@ -23,12 +24,6 @@ namespace trocar::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-Json vector_json(const Vector3& v) { return {number(v.x()), number(v.y()), number(v.z())}; }
 
 std::string vector_text(const Vector3& v, double scale) {
     if (!v.allFinite()) return "not given";
@@ -105,7 +100,7 @@ private:
     const Scene& scene_;
 };
 
-struct Answer {
+struct ExplainedAnswer {
     std::string name;
     ContactSet contacts;
     std::vector<TrianglePair> missing;
@@ -119,11 +114,12 @@ std::vector<TrianglePair> difference(const std::vector<TrianglePair>& from, cons
 }
 
 /// Every detector of this build with its default settings on one frame.
-std::vector<Answer> ask_all(const Topology& topology, const Frame& frame, const std::vector<TrianglePair>& truth) {
-    std::vector<Answer> answers;
+std::vector<ExplainedAnswer> ask_all(const Topology& topology, const Frame& frame,
+                                     const std::vector<TrianglePair>& truth) {
+    std::vector<ExplainedAnswer> answers;
     for (const DetectorEntry& entry : registry().detectors()) {
         if (entry.control) continue;
-        Answer answer;
+        ExplainedAnswer answer;
         answer.name = entry.name;
         try {
             const std::unique_ptr<Detector> detector = make_detector(entry.name);
@@ -201,11 +197,11 @@ Corners corners_of(const Topology& topology, const Frame& frame, Index triangle)
 
 Json contact_json(const Contact& contact, const Names& names) {
     return {{"case", case_name(contact.kind)},
-            {"point", vector_json(contact.point)},
-            {"normal", vector_json(contact.normal)},
-            {"depth", number(contact.depth)},
-            {"interval_length", number(contact.interval_length)},
-            {"interval_direction", vector_json(contact.interval_direction)},
+            {"point", json_vector(contact.point)},
+            {"normal", json_vector(contact.normal)},
+            {"depth", json_number(contact.depth)},
+            {"interval_length", json_number(contact.interval_length)},
+            {"interval_direction", json_vector(contact.interval_direction)},
             {"vertex_a", names.vertex_json(contact.vertex_a)},
             {"vertex_b", names.vertex_json(contact.vertex_b)}};
 }
@@ -246,7 +242,7 @@ struct PairFacts {
     }
 };
 
-std::vector<const Contact*> native_of(const Answer& answer, TrianglePair pair) {
+std::vector<const Contact*> native_of(const ExplainedAnswer& answer, TrianglePair pair) {
     std::vector<const Contact*> found;
     for (const Contact& contact : answer.contacts.native) {
         if (contact.a == pair.a && contact.b == pair.b) found.push_back(&contact);
@@ -254,17 +250,17 @@ std::vector<const Contact*> native_of(const Answer& answer, TrianglePair pair) {
     return found;
 }
 
-bool reports(const Answer& answer, TrianglePair pair) {
+bool reports(const ExplainedAnswer& answer, TrianglePair pair) {
     return std::binary_search(answer.contacts.pairs.begin(), answer.contacts.pairs.end(), pair);
 }
 
-Json pair_json(const PairFacts& facts, const std::vector<Answer>& answers, const Names& names) {
+Json pair_json(const PairFacts& facts, const std::vector<ExplainedAnswer>& answers, const Names& names) {
     Json json = names.json(facts.pair);
     Json ends = Json::array();
     for (const CrossingEnd& end : facts.crossing.ends) {
         if (end.triangle < 0) continue;
         ends.push_back(
-            {{"triangle", end.triangle == 0 ? "a" : "b"}, {"edge", end.edge}, {"point", vector_json(end.point)}});
+            {{"triangle", end.triangle == 0 ? "a" : "b"}, {"edge", end.edge}, {"point", json_vector(end.point)}});
     }
     json["truth"] = {{"class", name_of(facts.true_class)},
                      {"depth_of_a_corners", facts.true_depth_a},
@@ -272,13 +268,13 @@ Json pair_json(const PairFacts& facts, const std::vector<Answer>& answers, const
     json["crossing"] = {{"plane_depth_of_a_corners", facts.crossing.first_depth},
                         {"plane_depth_of_b_corners", facts.crossing.second_depth},
                         {"overlap_length", facts.crossing.length},
-                        {"direction", vector_json(facts.crossing.direction)},
+                        {"direction", json_vector(facts.crossing.direction)},
                         {"interval_a", facts.crossing.first_interval},
                         {"interval_b", facts.crossing.second_interval},
                         {"ends", ends}};
     json["canonical"] = contact_json(facts.canonical, names);
     json["detectors"] = Json::array();
-    for (const Answer& answer : answers) {
+    for (const ExplainedAnswer& answer : answers) {
         Json native = Json::array();
         for (const Contact* contact : native_of(answer, facts.pair)) native.push_back(contact_json(*contact, names));
         json["detectors"].push_back(
@@ -287,7 +283,7 @@ Json pair_json(const PairFacts& facts, const std::vector<Answer>& answers, const
     return json;
 }
 
-void print_pair(const PairFacts& facts, const std::vector<Answer>& answers, const Names& names) {
+void print_pair(const PairFacts& facts, const std::vector<ExplainedAnswer>& answers, const Names& names) {
     const Crossing& crossing = facts.crossing;
     fmt::print("\nPair {}\n", names.text(facts.pair));
     fmt::print(
@@ -307,7 +303,7 @@ void print_pair(const PairFacts& facts, const std::vector<Answer>& answers, cons
                    vector_text(end.point, 1e3));
     }
     print_contact("canonical", facts.canonical, names);
-    for (const Answer& answer : answers) {
+    for (const ExplainedAnswer& answer : answers) {
         fmt::print("    {:<16} {}\n", answer.name,
                    reports(answer, facts.pair) ? "reports the pair" : "does not report it");
         for (const Contact* contact : native_of(answer, facts.pair)) print_contact("  its contact", *contact, names);
@@ -363,14 +359,14 @@ int explain(const CommonOptions& common, const ExplainOptions& options) {
     std::vector<TrianglePair> truth;
     true_pairs(scene.topology, frame, truth);
     const std::vector<Index> touches = touching_pairs(scene.topology, frame, truth);
-    const std::vector<Answer> answers = ask_all(scene.topology, frame, truth);
+    const std::vector<ExplainedAnswer> answers = ask_all(scene.topology, frame, truth);
     std::vector<PairFacts> facts;
     facts.reserve(wanted.size());
     for (const TrianglePair pair : wanted) facts.emplace_back(scene, frame, depth, names, pair);
 
     if (common.json) {
         Json detectors = Json::array();
-        for (const Answer& answer : answers) {
+        for (const ExplainedAnswer& answer : answers) {
             detectors.push_back({{"name", answer.name},
                                  {"outcome", name_of(answer.contacts.outcome.kind)},
                                  {"message", answer.contacts.outcome.message},
@@ -397,7 +393,7 @@ int explain(const CommonOptions& common, const ExplainOptions& options) {
     fmt::print("truth: {} pairs, {} of them only touch\n\n", truth.size(), touches.size());
     fmt::print("{:<16} {:<12} {:>8} {:>8} {:>8} {:>16}\n", "detector", "outcome", "pairs", "missing", "extra",
                "native contacts");
-    for (const Answer& answer : answers) {
+    for (const ExplainedAnswer& answer : answers) {
         fmt::print("{:<16} {:<12} {:>8} {:>8} {:>8} {:>16}\n", answer.name, name_of(answer.contacts.outcome.kind),
                    answer.contacts.pairs.size(), answer.missing.size(), answer.extra.size(),
                    answer.contacts.native.size());

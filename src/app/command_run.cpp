@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "app/progress.hpp"
 #include "app/run_choice.hpp"
 #include "app/step_report.hpp"
@@ -26,28 +27,24 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-Json vector_json(const Vector3& v) { return {number(v.x()), number(v.y()), number(v.z())}; }
-
 Json row_json(const StepRow& row) {
     Json stages = Json::object();
     for (std::size_t stage = 0; stage < stage_count; ++stage) {
         if (row.stage_ns.at(stage) >= 0) stages[stage_names.at(stage)] = row.stage_ns.at(stage);
     }
     return {{"tick", row.tick},
-            {"time", number(row.time)},
-            {"reach", number(row.reach)},
+            {"time", json_number(row.time)},
+            {"reach", json_number(row.reach)},
             {"pairs", row.pairs},
             {"missed", row.missed < 0 ? Json(nullptr) : Json(row.missed)},
             {"contacts", row.contacts},
-            {"max_depth", number(row.max_depth)},
+            {"max_depth", json_number(row.max_depth)},
             {"side_undecided", row.side_undecided < 0 ? Json(nullptr) : Json(row.side_undecided)},
-            {"tool_force", vector_json(row.tool_force)},
-            {"tool_moment", vector_json(row.tool_moment)},
-            {"tip_force", vector_json(row.tip_force)},
-            {"device_force", vector_json(row.device_force)},
-            {"roll_torque", number(row.roll_torque)},
+            {"tool_force", json_vector(row.tool_force)},
+            {"tool_moment", json_vector(row.tool_moment)},
+            {"tip_force", json_vector(row.tip_force)},
+            {"device_force", json_vector(row.device_force)},
+            {"roll_torque", json_number(row.roll_torque)},
             {"saturated", row.saturated},
             {"grasped", row.grasped},
             {"detached", row.detached},
@@ -92,9 +89,9 @@ const std::string& name_of_body(const Scene& scene, Index body) {
 
 Json nearest_json(const Scene& scene, const std::optional<NearestApproach>& nearest) {
     if (!nearest) return nullptr;
-    const auto box = [](const Box& one) { return Json::array({vector_json(one.min), vector_json(one.max)}); };
+    const auto box = [](const Box& one) { return Json::array({json_vector(one.min), json_vector(one.max)}); };
     return {{"tick", nearest->tick},
-            {"distance_m", number(nearest->distance)},
+            {"distance_m", json_number(nearest->distance)},
             {"bodies", Json::array({name_of_body(scene, nearest->body_a), name_of_body(scene, nearest->body_b)})},
             {"boxes_m", Json::array({box(nearest->box_a), box(nearest->box_b)})}};
 }
@@ -117,7 +114,7 @@ void print_json(const Scene& scene, const Record& record, const std::optional<Ne
     Json summary = Json::object();
     for (const SummaryFigure& figure : summary_figures()) {
         const auto found = record.summary.find(figure.name);
-        if (found != record.summary.end()) summary[figure.name] = number(found->second);
+        if (found != record.summary.end()) summary[figure.name] = json_number(found->second);
     }
     summary["state_hash"] = record.state_hash;
     Json document{{"scene", record.spec.scene},

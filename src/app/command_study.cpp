@@ -90,7 +90,7 @@ int child(const Study& study, const CommonOptions& common, const StudyOptions& o
     return done;
 }
 
-std::string duration_text(double seconds) {
+std::string rough_duration(double seconds) {
     if (seconds < 120.0) return fmt::format("{:.0f} s", seconds);
     if (seconds < 7200.0) return fmt::format("{:.0f} min", seconds / 60.0);
     return fmt::format("{:.1f} h", seconds / 3600.0);
@@ -128,7 +128,7 @@ int print_plan(const Study& study, const std::vector<PlannedRun>& plan, bool jso
     }
     fmt::print(
         "{} runs, roughly {} on a quiet machine (slow rivals take longer), each ended after {:g} s at the latest\n",
-        plan.size(), duration_text(rough_seconds), study.time_limit_s);
+        plan.size(), rough_duration(rough_seconds), study.time_limit_s);
     return done;
 }
 

@@ -24,8 +24,6 @@ using equations::Corners;
 
 inline constexpr double unset = std::numeric_limits<double>::quiet_NaN();
 
-inline std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// Reads typed values out of one case's `input` and names the place of every fault.
 class Input {
 public:

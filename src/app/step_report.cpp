@@ -1,4 +1,5 @@
 #include "app/step_report.hpp"
+#include "app/json_values.hpp"
 
 #include <fmt/format.h>
 
@@ -11,8 +12,6 @@ namespace trocar::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 /// "0.412 ms", or the words for a bound that there is not.
 std::string shown(double seconds, const char* none) {
@@ -31,7 +30,7 @@ void print_json(const Scene& scene, const std::string& stepper, const StepCheck&
     Json hands = Json::array();
     for (const HandStep& hand : check.hands) {
         hands.push_back({{"body", scene.topology.bodies[static_cast<std::size_t>(hand.body)].name},
-                         {"stable_step", number(hand.stable_step)},
+                         {"stable_step", json_number(hand.stable_step)},
                          {"most_stiffness", hand.most_stiffness},
                          {"unstable", hand.unstable}});
     }
@@ -43,9 +42,9 @@ void print_json(const Scene& scene, const std::string& stepper, const StepCheck&
                         {"tissue",
                          {{"substeps", tissue.substeps},
                           {"substeps_stable", tissue.substeps_stable},
-                          {"stable_step", number(tissue.stable_step)},
-                          {"stable_step_undamped", number(tissue.stable_step_undamped)},
-                          {"unstable_step", number(tissue.unstable_step)},
+                          {"stable_step", json_number(tissue.stable_step)},
+                          {"stable_step_undamped", json_number(tissue.stable_step_undamped)},
+                          {"unstable_step", json_number(tissue.unstable_step)},
                           {"damping_decides", tissue.damping_decides},
                           {"springs", tissue.springs},
                           {"spring_evaluations", tissue.spring_evaluations()},

@@ -128,7 +128,6 @@ public:
 private:
     enum class Place : std::uint8_t { nowhere, cells, pieces, huge };
 
-    static std::size_t at(Index number) { return static_cast<std::size_t>(number); }
     [[nodiscard]] bool is_hashed(std::size_t t) const {
         return places_[t] == Place::cells || places_[t] == Place::pieces;
     }

@@ -91,7 +91,6 @@ public:
     bool place_on_lattice() { return !Lattice::at_limit(place_all()); }
 
 private:
-    static std::size_t at(Index number) { return static_cast<std::size_t>(number); }
     void make_groups();
     [[nodiscard]] double edge_length(const Frame& frame, Range triangles) const;
     CellRange place_all();

@@ -42,7 +42,6 @@ private:
         std::int64_t asked = 0;  ///< vertices that may have moved
     };
 
-    static std::size_t at(Index number) { return static_cast<std::size_t>(number); }
     [[nodiscard]] bool is_kept(Index body) const { return bodies_.is_kept(body); }
     void list_triangles_of_vertices();
     bool look_at_bodies(const Frame& frame, bool told);

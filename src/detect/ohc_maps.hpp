@@ -113,7 +113,6 @@ private:
     };
     struct Question;
 
-    static std::size_t at(Index number) { return static_cast<std::size_t>(number); }
     /// The triangles of two bodies in one cell.
     void meet(const std::array<std::int32_t, 3>& cell, std::span<const Index> first, std::span<const Index> second,
               OhcCandidates& found) const;

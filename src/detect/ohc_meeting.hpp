@@ -91,7 +91,6 @@ private:
             box[best].add(part);
         }
     };
-    static std::size_t at(Index number) { return static_cast<std::size_t>(number); }
     static double size(const Extent& box) {
         return (box.high[0] - box.low[0]) + (box.high[1] - box.low[1]) + (box.high[2] - box.low[2]);
     }

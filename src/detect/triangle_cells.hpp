@@ -156,7 +156,7 @@ private:
     template <typename Use>
     void for_each_piece(const Frame& frame, const Primitive& p, const Cut& cut, const Use& use) const {
         const auto v = topology_->triangles.col(p.triangle);
-        struct Corners {
+        struct CutTriangle {
             Vector3 apex;
             Vector3 left;
             Vector3 right;
@@ -167,12 +167,12 @@ private:
                 return apex.cwiseAbs().maxCoeff() + left.cwiseAbs().maxCoeff() + right.cwiseAbs().maxCoeff();
             }
         };
-        const auto corners_in = [&](const Matrix3X& position) -> Corners {
+        const auto corners_in = [&](const Matrix3X& position) -> CutTriangle {
             return {position.col(v(cut.apex)), position.col(v((cut.apex + 1) % 3)),
                     position.col(v((cut.apex + 2) % 3))};
         };
-        const Corners here = corners_in(frame.position);
-        const Corners before = way_ ? corners_in(frame.previous) : here;
+        const CutTriangle here = corners_in(frame.position);
+        const CutTriangle before = way_ ? corners_in(frame.previous) : here;
         // The corners of a piece are rounded; a pad of some units in the last place keeps the pieces without gaps.
         const double pad =
             around(p.body) + 16.0 * std::numeric_limits<double>::epsilon() * std::max(here.size(), before.size());

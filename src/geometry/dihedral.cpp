@@ -8,19 +8,19 @@ namespace {
 
 /// One triangle over the edge e: its height as the vector that the far corner's gradient points against, and where
 /// along the edge the height stands.
-struct Side {
+struct HingeSide {
     Vector3 inverse_height;  ///< 1/m, along the normal: normal / height
     double foot = 0.0;       ///< 0 at the start of the edge, 1 at its end
 };
 
 /// `normal` is e × far or its opposite, `far` the far corner seen from the start of the edge.
-Side side_of(const Vector3& e, const Vector3& far, const Vector3& normal) {
+HingeSide side_of(const Vector3& e, const Vector3& far, const Vector3& normal) {
     return {.inverse_height = e.norm() / normal.squaredNorm() * normal, .foot = far.dot(e) / e.squaredNorm()};
 }
 
-/// Change of a Side when its vectors change by the d_….
-Side change_of(const Side& side, const Vector3& e, const Vector3& d_e, const Vector3& far, const Vector3& d_far,
-               const Vector3& normal, const Vector3& d_normal) {
+/// Change of a HingeSide when its vectors change by the d_….
+HingeSide change_of(const HingeSide& side, const Vector3& e, const Vector3& d_e, const Vector3& far,
+                    const Vector3& d_far, const Vector3& normal, const Vector3& d_normal) {
     const double length = e.norm();
     const double square = normal.squaredNorm();
     return {.inverse_height = (e.dot(d_e) / (length * square)) * normal + length / square * d_normal -
@@ -29,7 +29,7 @@ Side change_of(const Side& side, const Vector3& e, const Vector3& d_e, const Vec
 }
 
 /// The far corners turn the angle against the normals; the ends of the edge share the opposite by the feet.
-std::array<Vector3, 4> gradient_of(const Side& first, const Side& second) {
+std::array<Vector3, 4> gradient_of(const HingeSide& first, const HingeSide& second) {
     return {(1.0 - first.foot) * first.inverse_height + (1.0 - second.foot) * second.inverse_height,
             first.foot * first.inverse_height + second.foot * second.inverse_height, -first.inverse_height,
             -second.inverse_height};
@@ -89,10 +89,11 @@ std::array<Vector3, 4> gradient_change(const HingeCorners& corner, const std::ar
     const Vectors d = vectors_of(displacement);
     const Vector3 d_normal_first = d.e.cross(v.far_first) + v.e.cross(d.far_first);
     const Vector3 d_normal_second = d.far_second.cross(v.e) + v.far_second.cross(d.e);
-    const Side first = side_of(v.e, v.far_first, v.normal_first);
-    const Side second = side_of(v.e, v.far_second, v.normal_second);
-    const Side d_first = change_of(first, v.e, d.e, v.far_first, d.far_first, v.normal_first, d_normal_first);
-    const Side d_second = change_of(second, v.e, d.e, v.far_second, d.far_second, v.normal_second, d_normal_second);
+    const HingeSide first = side_of(v.e, v.far_first, v.normal_first);
+    const HingeSide second = side_of(v.e, v.far_second, v.normal_second);
+    const HingeSide d_first = change_of(first, v.e, d.e, v.far_first, d.far_first, v.normal_first, d_normal_first);
+    const HingeSide d_second =
+        change_of(second, v.e, d.e, v.far_second, d.far_second, v.normal_second, d_normal_second);
     // gradient_of is a product of feet and heights: the ends of the edge get both changes.
     result = gradient_of({d_first.inverse_height, first.foot}, {d_second.inverse_height, second.foot});
     const Vector3 feet = d_first.foot * first.inverse_height + d_second.foot * second.inverse_height;

@@ -13,21 +13,19 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// One side of a triangle, from its lower to its higher vertex.
-struct Side {
+struct ShellSide {
     Index low;
     Index high;
     Index triangle;
     bool forward;  ///< the triangle runs from low to high
-    bool operator<(const Side& other) const {
+    bool operator<(const ShellSide& other) const {
         return std::tie(low, high, triangle) < std::tie(other.low, other.high, other.triangle);
     }
 };
 
-std::vector<Side> sorted_sides(const Triangles& triangles) {
-    std::vector<Side> sides;
+std::vector<ShellSide> shell_sides(const Triangles& triangles) {
+    std::vector<ShellSide> sides;
     for (Index t = 0; t < triangles.cols(); ++t) {
         const auto c = triangles.col(t);
         if (c[0] == c[1] || c[1] == c[2] || c[2] == c[0]) continue;
@@ -53,7 +51,7 @@ public:
     explicit Shells(Index triangles)
         : neighbours_(at(triangles)), shell_(at(triangles), -1), turned_(at(triangles), 0) {}
 
-    void connect(const Side& a, const Side& b) {
+    void connect(const ShellSide& a, const ShellSide& b) {
         const bool disagrees = a.forward == b.forward;
         neighbours_[at(a.triangle)].push_back({b.triangle, disagrees});
         neighbours_[at(b.triangle)].push_back({a.triangle, disagrees});
@@ -98,7 +96,7 @@ OrientationReport orientation_of(const Matrix3X& given_vertices, const Triangles
     Matrix3X vertices = given_vertices;
     Triangles triangles = given_triangles;
     weld(vertices, triangles);
-    const std::vector<Side> sides = sorted_sides(triangles);
+    const std::vector<ShellSide> sides = shell_sides(triangles);
     OrientationReport report;
     Shells shells(static_cast<Index>(triangles.cols()));
     struct Edge {
@@ -117,7 +115,7 @@ OrientationReport orientation_of(const Matrix3X& given_vertices, const Triangles
         const auto begin = sides.begin() + static_cast<std::ptrdiff_t>(edge.first);
         const auto end = sides.begin() + static_cast<std::ptrdiff_t>(edge.end);
         const auto count = end - begin;
-        const auto forward = std::count_if(begin, end, [](const Side& side) { return side.forward; });
+        const auto forward = std::count_if(begin, end, [](const ShellSide& side) { return side.forward; });
         const auto difference = std::abs(2 * forward - count);
         if (count == 1) {
             unsure[at(begin->triangle)] = 1;
@@ -126,7 +124,7 @@ OrientationReport orientation_of(const Matrix3X& given_vertices, const Triangles
         } else {
             // Round an edge with more than two triangles, those that run opposite ways belong together.
             const auto opposite =
-                std::find_if(begin + 1, end, [&](const Side& side) { return side.forward != begin->forward; });
+                std::find_if(begin + 1, end, [&](const ShellSide& side) { return side.forward != begin->forward; });
             for (auto side = begin + 1; side != end; ++side) {
                 if (side->forward != begin->forward) shells.connect(*begin, *side);
                 if (side->forward == begin->forward && opposite != end) shells.connect(*opposite, *side);
@@ -137,8 +135,8 @@ OrientationReport orientation_of(const Matrix3X& given_vertices, const Triangles
         for (auto side = begin; side != end; ++side) unsure[at(side->triangle)] = 1;
         if (report.first_disagreeing[0] >= 0) continue;
         const bool way = 2 * forward > count;
-        const auto first = std::find_if(begin, end, [way](const Side& side) { return side.forward == way; });
-        const auto second = std::find_if(first + 1, end, [way](const Side& side) { return side.forward == way; });
+        const auto first = std::find_if(begin, end, [way](const ShellSide& side) { return side.forward == way; });
+        const auto second = std::find_if(first + 1, end, [way](const ShellSide& side) { return side.forward == way; });
         report.first_disagreeing = {first->triangle, second == end ? first->triangle : second->triangle};
     }
     bool all_consistent = true;

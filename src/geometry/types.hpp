@@ -4,12 +4,17 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 
 namespace trocar {
 
 using Index = std::int32_t;  ///< Vertex, triangle or body number; -1 means "not set".
+/// A number that is set, as a subscript of the standard library's containers.
+inline std::size_t at(Index number) { return static_cast<std::size_t>(number); }
+/// And the other way: a subscript as Eigen counts.
+inline Eigen::Index eigen_index(std::size_t number) { return static_cast<Eigen::Index>(number); }
 
 using Vector3 = Eigen::Vector3d;  ///< Point, direction or force; world frame, SI units unless said otherwise.
 using Matrix3 = Eigen::Matrix3d;

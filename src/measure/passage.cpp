@@ -21,8 +21,6 @@ constexpr double deep_for_the_way = 0.4;
 constexpr double aside = 1e-9;
 const Vector3 aside_direction(0.5497, 0.6180, 0.7549);
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 Box box_of(const Matrix3X& position, Range vertices) {
     Box box;
     for (Index v = vertices.first; v < vertices.end(); ++v) box.add(position.col(v));

@@ -7,8 +7,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// New number of every old one, -1 where it is gone.
 std::vector<Index> inverse(const std::vector<Index>& old, Index count) {
     std::vector<Index> result(at(count), -1);

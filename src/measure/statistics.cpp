@@ -7,7 +7,7 @@
 namespace trocar {
 namespace {
 
-constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
+constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 /// splitmix64 (Steele, Lea and Flood 2014): standard distributions differ between libraries, this does not.
 class Random {
@@ -82,7 +82,7 @@ double median(std::vector<double> values) { return quantile(std::move(values), 0
 
 double quantile(std::vector<double> values, double q) {
     std::erase_if(values, [](double value) { return std::isnan(value); });
-    if (values.empty()) return not_known;
+    if (values.empty()) return no_value;
     std::sort(values.begin(), values.end());
     return quantile_of_sorted(values, q);
 }
@@ -103,11 +103,11 @@ double geometric_mean(const std::vector<double>& values) {
     std::size_t count = 0;
     for (const double value : values) {
         if (std::isnan(value)) continue;
-        if (!(value > 0.0)) return not_known;
+        if (!(value > 0.0)) return no_value;
         sum += std::log(value);
         ++count;
     }
-    return count == 0 ? not_known : std::exp(sum / static_cast<double>(count));
+    return count == 0 ? no_value : std::exp(sum / static_cast<double>(count));
 }
 
 Bounds range_of(const std::vector<double>& values) { return {quantile(values, 0.0), quantile(values, 1.0)}; }

@@ -4,12 +4,6 @@
 #include <cmath>
 
 namespace trocar {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 void BlockMatrix::prepare(Index nodes) {
     rows_.assign(at(nodes), {});
     for (Index n = 0; n < nodes; ++n) rows_[at(n)].push_back(n);

@@ -14,8 +14,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 constexpr double position_interval = 0.008;  ///< s, a multiple of every coarsest step
 constexpr std::size_t most_points = 6;
 /// Differences of force below these count as agreement: N, RMS; and part of the largest force of the run.

@@ -6,8 +6,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 constexpr double kappa_default = 3e6;  ///< N/m³, METHODS §12
 constexpr double k_default = 1000.0;   ///< N/m, between bodies that do not deform
 constexpr double mu_default = 2.0;     ///< N s/m

@@ -8,8 +8,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 struct Barrier {
     double value = 0.0;
     double slope = 0.0;

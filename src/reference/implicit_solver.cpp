@@ -13,8 +13,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 constexpr double tolerance = 1e-6;  ///< relative to the largest contact force, at least to the typical one
 constexpr int most_iterations = 400;
 /// Weight with which a step is held to the end of the script's path, J: 1e6 times the work of a contact over a step.

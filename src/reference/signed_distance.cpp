@@ -9,7 +9,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 constexpr Index leaf_size = 4;
 
 double squared_distance_to_box(const Box& box, const Vector3& p) {

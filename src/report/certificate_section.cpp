@@ -25,9 +25,9 @@ constexpr std::array questions{Question{"twice", "twice in one process"},   Ques
                                Question{"swapped", "pair swapped"},         Question{"origin", "origin moved"},
                                Question{"unit", "metres ↔ millimetres"}};
 
-using Runs = std::map<std::string, std::vector<const Record*>>;  ///< by scene, in order of repetition
+using RunsOfScene = std::map<std::string, std::vector<const Record*>>;  ///< by scene, in order of repetition
 
-std::string fresh_cell(const Runs& runs) {
+std::string fresh_cell(const RunsOfScene& runs) {
     bool same = true;
     bool known = false;
     for (const auto& [scene, records] : runs) {
@@ -38,7 +38,7 @@ std::string fresh_cell(const Runs& runs) {
     return known ? yes_no(same) : "n/a";
 }
 
-std::string detector_cell(const Runs& runs, const std::string& name) {
+std::string detector_cell(const RunsOfScene& runs, const std::string& name) {
     double differ = 0.0;
     double pairs = 0.0;
     bool known = false;
@@ -53,7 +53,7 @@ std::string detector_cell(const Runs& runs, const std::string& name) {
     return differ > 0.0 ? fmt::format("no ({} of {} pairs)", count_text(differ), count_text(pairs)) : "yes";
 }
 
-std::string response_cell(const Runs& runs, const std::string& name) {
+std::string response_cell(const RunsOfScene& runs, const std::string& name) {
     double way = not_known;
     double force = not_known;
     std::string worst;
@@ -71,7 +71,7 @@ std::string response_cell(const Runs& runs, const std::string& name) {
     return (way <= rounding_m && force <= rounding_n ? "yes, to " + far : "no (" + far + ", " + worst + ")");
 }
 
-std::string failed_text(const Runs& runs) {
+std::string failed_text(const RunsOfScene& runs) {
     for (const auto& [scene, records] : runs) {
         for (const Record* record : records) {
             if (record->outcome.kind == OutcomeKind::absent) return "absent";
@@ -84,8 +84,8 @@ std::string failed_text(const Runs& runs) {
 }  // namespace
 
 void add_certificate(Draft& draft) {
-    std::map<std::string, Runs> detectors;
-    std::map<std::string, Runs> responses;
+    std::map<std::string, RunsOfScene> detectors;
+    std::map<std::string, RunsOfScene> responses;
     for (const Record& record : draft.records) {
         const RunSpec& spec = record.spec;
         if (spec.mode != "certificate") continue;
@@ -97,7 +97,7 @@ void add_certificate(Draft& draft) {
     table.caption = "Does a method answer the same question alike?";
     table.columns = {{"kind", false}, {"method", false}, {"scenes", false}};
     for (const Question& question : questions) table.columns.push_back({question.header, false});
-    const auto add_rows = [&table](std::map<std::string, Runs>& methods, const std::string& kind, auto cell) {
+    const auto add_rows = [&table](std::map<std::string, RunsOfScene>& methods, const std::string& kind, auto cell) {
         for (auto& [method, runs] : methods) {
             for (auto& [scene, records] : runs) {
                 std::sort(records.begin(), records.end(),

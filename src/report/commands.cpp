@@ -6,15 +6,11 @@
 #include <map>
 #include <set>
 
+#include "report/inline_text.hpp"
 #include "report/sections.hpp"
 
 namespace trocar {
 namespace {
-
-std::string without_code(std::string text) {
-    std::erase(text, '`');
-    return text;
-}
 
 /// From the folder that the study's file is named from: "scenes/i2t_poke.json".
 std::string scene_path(const Record& record) {

@@ -103,11 +103,6 @@ constexpr std::array outcome_figures{&RunFigures::left_p50,
                                      &RunFigures::undecided_ticks,
                                      &RunFigures::strain_over};
 
-double summary_of(const Record& record, const std::string& key) {
-    const auto found = record.summary.find(key);
-    return found == record.summary.end() ? not_known : found->second;
-}
-
 /// Results::noise_floor().
 double noise_between(const std::vector<RunFigures>& runs) {
     using Same = std::array<std::string, 8>;
@@ -163,6 +158,17 @@ std::vector<double> median_over_processes(const TickTimes& times) {
 std::string undecided_text(double samples) {
     return samples > 0.0 ? fmt::format(" ({:.0f} undecided)", samples) : std::string();
 }
+
+double summary_of(const Record& record, const std::string& key) {
+    const auto found = record.summary.find(key);
+    return found == record.summary.end() ? not_known : found->second;
+}
+
+void take_larger(double& largest, double value) {
+    if (!std::isnan(value) && !(value <= largest)) largest = value;
+}
+
+double or_last(double value) { return std::isnan(value) ? std::numeric_limits<double>::infinity() : value; }
 
 RunFigures figures_of(const Record& record) {
     RunFigures figures;

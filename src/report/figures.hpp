@@ -101,6 +101,14 @@ struct RunFigures {
 
 RunFigures figures_of(const Record& record);
 
+/// One figure of a record's summary; NaN when the run does not have it.
+double summary_of(const Record& record, const std::string& key);
+
+/// Keeps the larger one of those that are known (not NaN).
+void take_larger(double& largest, double value);
+/// For orders by size: what is not known comes last.
+double or_last(double value);
+
 /// " (12 undecided)", what stands behind a depth; empty where truth could tell all sides.
 std::string undecided_text(double samples);
 inline constexpr const char* undecided_note =

@@ -14,7 +14,7 @@
 namespace trocar {
 namespace {
 
-const std::string& fact(const Record& record, const std::string& key) {
+const std::string& case_fact(const Record& record, const std::string& key) {
     static const std::string none;
     const auto found = record.environment.find(key);
     return found == record.environment.end() ? none : found->second;
@@ -60,7 +60,7 @@ Cell cell_of(const Record& record) {
         return {.text = "no data"};
     }
     Cell cell{.text = {}, .asked = true};
-    const std::string& expected = fact(record, "case.outcome");
+    const std::string& expected = case_fact(record, "case.outcome");
     if (!expected.empty() && expected != name_of(OutcomeKind::ok)) {
         cell.right = name_of(kind) == expected && !(summary_of(record, "extra") > 0.0);
         cell.text = cell.right ? "ok" : kind == OutcomeKind::ok ? "not told" : word_of(kind);
@@ -69,8 +69,9 @@ Cell cell_of(const Record& record) {
     std::vector<std::string> faults;
     const double failed = summary_of(record, "failed_ticks");
     if (kind != OutcomeKind::ok) {
-        faults.push_back(word_of(kind) +
-                         (failed > 1.0 && fact(record, "case.of").empty() ? " " + count_text(failed) : std::string()));
+        faults.push_back(word_of(kind) + (failed > 1.0 && case_fact(record, "case.of").empty()
+                                              ? " " + count_text(failed)
+                                              : std::string()));
     }
     if (const double missing = summary_of(record, "missing"); missing > 0.0 && record.spec.response.empty()) {
         faults.push_back("miss " + count_text(missing));
@@ -92,7 +93,7 @@ Cell cell_of(const Record& record) {
 }
 
 std::string expected_text(const Record& record) {
-    const std::string& outcome = fact(record, "case.outcome");
+    const std::string& outcome = case_fact(record, "case.outcome");
     if (!outcome.empty() && outcome != name_of(OutcomeKind::ok)) return "told as " + outcome;
     std::vector<std::string> bounds;
     constexpr std::string_view bound = "case.at_most.";
@@ -102,7 +103,7 @@ std::string expected_text(const Record& record) {
         bounds.push_back(figure_text(figure, std::stod(text), " ≤ "));
     }
     if (!bounds.empty()) return joined(bounds);
-    if (!fact(record, "case.expected").empty()) return fact(record, "case.expected");
+    if (!case_fact(record, "case.expected").empty()) return case_fact(record, "case.expected");
     return fmt::format("{} of {} meet", count_text(summary_of(record, "true_pairs")),
                        count_text(summary_of(record, "judged_ticks")));
 }
@@ -118,7 +119,7 @@ struct Matrix {
         for (const auto& [key, row] : rows) {
             for (const auto& [method, record] : row) {
                 const bool response = !record->spec.response.empty();
-                sorted.insert({fact(*record, response ? "response.own" : "detector.own") != "yes", method});
+                sorted.insert({case_fact(*record, response ? "response.own" : "detector.own") != "yes", method});
                 if (record->outcome.kind != OutcomeKind::absent) present.insert(method);
             }
         }
@@ -268,13 +269,15 @@ void add_hard_cases(Draft& draft) {
     for (const Record& record : draft.records) {
         const RunSpec& spec = record.spec;
         if (spec.mode != "hard_case" || spec.repetition != 0) continue;
-        const std::string& of = fact(record, "case.of");
-        if (!of.empty()) reason_of[spec.scene] = fact(record, "case.reason");
-        if (!fact(record, "case.tested").empty()) {
-            elsewhere.rows.push_back({.cells = {of, code(spec.scene), code(fact(record, "case.tested")), "a test"}});
+        const std::string& of = case_fact(record, "case.of");
+        if (!of.empty()) reason_of[spec.scene] = case_fact(record, "case.reason");
+        if (!case_fact(record, "case.tested").empty()) {
+            elsewhere.rows.push_back(
+                {.cells = {of, code(spec.scene), code(case_fact(record, "case.tested")), "a test"}});
         } else if (spec.detector.empty()) {
-            elsewhere.rows.push_back({.cells = {of, code(spec.scene), "the reader: " + fact(record, "case.expected"),
-                                                record.outcome.ok() ? "ok" : outcome_text(record.outcome)}});
+            elsewhere.rows.push_back(
+                {.cells = {of, code(spec.scene), "the reader: " + case_fact(record, "case.expected"),
+                           record.outcome.ok() ? "ok" : outcome_text(record.outcome)}});
         } else if (!spec.response.empty()) {
             scenes.rows[{of, spec.scene}][spec.response] = &record;
         } else {

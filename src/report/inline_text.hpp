@@ -24,6 +24,12 @@ std::string inline_parts(const std::string& text, Plain plain, Code code) {
     }
 }
 
+/// Without the marks of code.
+inline std::string without_code(std::string text) {
+    std::erase(text, '`');
+    return text;
+}
+
 /// Every text of `by` replaced by the one beside it, the first that fits.
 std::string replace_each(const std::string& text, const std::vector<std::pair<std::string_view, std::string_view>>& by);
 

@@ -337,7 +337,7 @@ Table points_table(const Chart& chart) {
 }
 
 /// What a drawing shows on its upright axis: a force error by a law, or (none) what is left or wrong.
-struct Panel {
+struct KnobPanel {
     const Law* law = nullptr;
     std::string title;
     const char* unit;
@@ -350,7 +350,7 @@ struct Panel {
 };
 
 /// Without series when no point has a place on a curve.
-ScatterChart drawing_of(const Chart& chart, const Panel& panel) {
+ScatterChart drawing_of(const Chart& chart, const KnobPanel& panel) {
     ScatterChart drawing;
     drawing.x_title = fmt::format("time per simulated ms (µs), {}, {}", chart.scene, chart.knob);
     drawing.y_title = panel.title;
@@ -410,7 +410,7 @@ void add_work_precision(Draft& draft) {
     draft.add(force_ends_table(charts));
     int number = 0;
     for (const Chart& chart : charts) {
-        std::vector<Panel> panels{{nullptr, chart.error_title(), chart.replay ? "pairs wrong" : "mm"}};
+        std::vector<KnobPanel> panels{{nullptr, chart.error_title(), chart.replay ? "pairs wrong" : "mm"}};
         for (const Law& law : laws) {
             if (!chart.ranks_forces(law.number)) continue;
             panels.push_back({&law, fmt::format("force error against {} (N RMS)", law.name), "N"});
@@ -420,7 +420,7 @@ void add_work_precision(Draft& draft) {
             fmt::format("{} over {}{}; labels are the knob's values at the ends of a curve", code(chart.scene),
                         code(chart.knob), unit.empty() ? "" : " (" + unit.substr(1) + ")");
         ++number;
-        for (const Panel& panel : panels) {
+        for (const KnobPanel& panel : panels) {
             const ScatterChart drawing = drawing_of(chart, panel);
             if (drawing.series.empty()) continue;
             if (panel.law == nullptr) {

@@ -10,12 +10,6 @@
 namespace trocar {
 namespace {
 
-double or_last(double value) { return std::isnan(value) ? std::numeric_limits<double>::infinity() : value; }
-
-void take_larger(double& largest, double value) {
-    if (!std::isnan(value) && !(value <= largest)) largest = value;
-}
-
 void keep_known(std::vector<double>& values, double value) {
     if (!std::isnan(value)) values.push_back(value);
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "report/inline_text.hpp"
 #include "report/page_one.hpp"
 
 namespace trocar {
@@ -102,11 +103,6 @@ std::string sentence_of(const Draft& draft) {
     if (text.empty()) text = ablation_sentence(draft);
     if (text.empty()) text = hard_case_sentence(draft);
     return text.empty() ? work_precision_sentence(draft) : text;
-}
-
-std::string without_code(std::string text) {
-    std::erase(text, '`');
-    return text;
 }
 
 /// The table as lines for a terminal.

@@ -24,11 +24,6 @@ std::string outcome_text(const Outcome& outcome) {
 
 std::string joined(const std::vector<std::string>& items) { return fmt::format("{}", fmt::join(items, ", ")); }
 
-double summary_of(const Record& record, const std::string& key) {
-    const auto found = record.summary.find(key);
-    return found == record.summary.end() ? not_known : found->second;
-}
-
 std::string share_text(double part, double whole) {
     if (std::isnan(part) || std::isnan(whole) || whole <= 0.0) return "n/a";
     if (part == whole) return "1";

@@ -22,7 +22,6 @@ std::string code(const std::string& text);
 std::string method_name(const std::string& text);
 std::string outcome_text(const Outcome& outcome);
 std::string joined(const std::vector<std::string>& items);
-double summary_of(const Record& record, const std::string& key);
 /// "1.000" but "0.99987": a share that is not one never looks like one.
 std::string share_text(double part, double whole);
 std::string count_text(double value);

@@ -17,10 +17,6 @@ namespace {
 void add(double& sum, double value) {
     if (!std::isnan(value)) sum = std::isnan(sum) ? value : sum + value;
 }
-void take_larger(double& largest, double value) {
-    if (!std::isnan(value)) largest = std::isnan(largest) ? value : std::max(largest, value);
-}
-
 /// An error within the reference's own bound says no more than that.
 void take_force_error(double& worst, double& within, double error, double bound) {
     const bool is_within = error <= bound;

@@ -27,8 +27,6 @@ bool move_alike(const Results& results, const VerdictRow& a, const VerdictRow& b
 
 double time_of(const VerdictRow& row) { return row.p50.value; }
 
-double or_last(double value) { return std::isnan(value) ? std::numeric_limits<double>::infinity() : value; }
-
 /// Within runs of rows of alike depth, each within a tenth of its first, those come first that miss and add less.
 void sort_alike(std::vector<VerdictRow>& rows) {
     for (auto first = rows.begin(); first != rows.end();) {

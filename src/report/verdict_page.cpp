@@ -8,15 +8,11 @@
 #include <map>
 
 #include "report/chart.hpp"
+#include "report/sections.hpp"
 #include "report/verdict_order.hpp"
 
 namespace trocar {
 namespace {
-
-constexpr double us = 1.0e-3;  // ns to µs
-constexpr double mm = 1.0e3;   // m to mm
-
-std::string method_name(const std::string& text) { return text.substr(0, text.find(':')); }
 
 /// An answer that a limit cut is unknown, never free of contact: told wherever missed pairs are.
 std::string cut_text(const VerdictRow& row) {

@@ -8,8 +8,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// Where a vertex was n_back ticks ago had it always moved as fast, or as far back as l_max reaches.
 Vector3 came_from(const ThesisState& state, const Frame& frame, Index vertex) {
     const Vector3 v = frame.velocity.col(vertex);

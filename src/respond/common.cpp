@@ -4,12 +4,6 @@
 #include <cmath>
 
 namespace trocar {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 CollisionClass collision_class(BodyKind a, BodyKind b) {
     if (b < a) std::swap(a, b);
     if (a == BodyKind::instrument) {

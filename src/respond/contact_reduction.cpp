@@ -5,12 +5,6 @@
 #include "geometry/crossing.hpp"
 
 namespace trocar {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 EdgeKey name_edges(const Topology& topology, const Frame& frame, const Contact& contact) {
     const Crossing crossing = cross_triangles(corners_of(topology, frame.position, contact.a),
                                               corners_of(topology, frame.position, contact.b));

@@ -29,8 +29,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 struct Settings {
     double attraction = 1e5;     ///< N/m
     double settle_time = 0.003;  ///< s

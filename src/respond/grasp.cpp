@@ -8,8 +8,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 constexpr double close_below = 0.2;
 constexpr double open_above = 0.3;
 constexpr std::size_t most_vertices = 8;

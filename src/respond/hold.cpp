@@ -20,8 +20,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 struct HoldSettings {
     double settle_time = 0.003;  ///< s
     double clear_speed = 0.0;    ///< m/s; NaN: a twelfth of the tissue's wave speed

@@ -8,8 +8,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// Side of a point of an edge against a face; a point in the plane counts as above, for every edge that ends in it.
 int side_of_face(const Topology& topology, const Matrix3X& x, Index triangle, Index vertex) {
     const auto c = topology.triangles.col(triangle);

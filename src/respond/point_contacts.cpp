@@ -8,8 +8,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// A contact of features: what closes within the tick counts with the depth that it then has.
 bool describe_features(const Contact& contact, PointContact& out) {
     out = {};

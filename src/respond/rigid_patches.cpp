@@ -5,12 +5,6 @@
 #include <tuple>
 
 namespace trocar {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 void RigidPatches::prepare(const Topology& topology, const Materials& materials, double k, double mu) {
     topology_ = &topology;
     laws_.prepare(topology, materials, k, mu);

@@ -3,12 +3,6 @@
 #include <cmath>
 
 namespace trocar {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 Vector3 area_normal(const Topology& topology, const Matrix3X& position, Index triangle) {
     const auto corner = topology.triangles.col(triangle);
     const Vector3 origin = position.col(corner[0]);

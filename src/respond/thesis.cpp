@@ -36,8 +36,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 class Thesis final : public Response {
 public:
     explicit Thesis(const ThesisSettings& settings) : state_(settings) {}

@@ -7,8 +7,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 bool names_vertex(const ContactPoint& point) { return point.weights[0] == 1.0; }
 
 Index heaviest(const ContactPoint& point) {

@@ -6,12 +6,6 @@
 #include "respond/equations.hpp"
 
 namespace trocar {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 void ThesisState::prepare(const Topology& the_topology, const Materials& the_materials) {
     topology = &the_topology;
     materials = &the_materials;

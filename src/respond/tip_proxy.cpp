@@ -11,8 +11,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// The ball may sink in by this part of its radius while it moves; it is pushed out again before the next move. With
 /// the play, a ball that slides over a shared edge of two faces does not catch on the edge.
 constexpr double skin = 2e-4;

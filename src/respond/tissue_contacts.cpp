@@ -7,8 +7,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// Calls act(vertex, weight) for each vertex that takes part, weights times `sign`.
 template <typename Act>
 void visit(const ContactPoint& point, double sign, const Act& act) {

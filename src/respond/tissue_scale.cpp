@@ -5,12 +5,6 @@
 #include <limits>
 
 namespace trocar {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 std::vector<TissueScale> tissue_scales(const Topology& topology, const Materials& materials) {
     struct Sums {
         double length = 0.0;

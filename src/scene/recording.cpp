@@ -21,7 +21,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the format is little-endian and is read as it stands");
 
 constexpr std::string_view magic = "TROCREC1";
-constexpr const char* format_name = "trocar-recording-1";
+constexpr const char* recording_format = "trocar-recording-1";
 constexpr std::int64_t header_offset = 16;
 constexpr std::int64_t most_frames = std::int64_t{1} << 40;
 const std::vector<std::string> kind_words{"instrument", "rigid", "tissue"};
@@ -106,7 +106,7 @@ struct Header {
 
 Header read_header(const JsonNode& node) {
     node.expect_keys({"format", "unit", "dt", "frames", "vertices", "triangles", "bodies", "body_pairs"});
-    node.at("format").expect_word(format_name);
+    node.at("format").expect_word(recording_format);
     node.at("unit").expect_word("m");
     Header header;
     header.dt = node.at("dt").positive();
@@ -296,7 +296,7 @@ RecordingWriter::RecordingWriter(std::filesystem::path file, const Topology& top
     state.beside += fmt::format(".{}.partial", getpid());
     state.file = std::move(file);
     state.vertex_count = topology.vertex_count;
-    state.header = {{"format", format_name},
+    state.header = {{"format", recording_format},
                     {"unit", "m"},
                     {"dt", dt},
                     {"frames", 0},

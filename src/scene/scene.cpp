@@ -26,12 +26,10 @@
 namespace trocar {
 namespace {
 
-constexpr const char* format_name = "trocar-scene-1";
+constexpr const char* scene_format = "trocar-scene-1";
 constexpr std::string_view data_prefix = "data:";
 constexpr double most_shape_triangles = 2e7;
 constexpr std::int64_t most_ticks = 1'000'000'000;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 /// Where files of a scene lie.
 struct Places {
@@ -78,7 +76,7 @@ void read_numbers(const JsonNode& node, const std::array<NumberSetting<Settings>
     for (const NumberSetting<Settings>& entry : table) {
         const auto value = node.find(entry.key);
         if (!value) continue;
-        const double number = entry.bounds == Bounds::positive ? value->positive() : value->non_negative();
+        const double number = entry.bounds == ValueBound::positive ? value->positive() : value->non_negative();
         settings.*entry.member = std::string_view(entry.unit) == "m" ? number * metres : number;
     }
 }
@@ -663,7 +661,7 @@ Scene read_scene(const std::filesystem::path& file, const std::optional<std::fil
     const Json document = parse_json(read_whole(file, "a scene file"), name);
     const JsonNode root(document, name);
     root.expect_keys({"format", "name", "description", "unit", "dt", "ticks", "seed", "bodies", "contact"});
-    root.at("format").expect_word(format_name);
+    root.at("format").expect_word(scene_format);
     Scene scene;
     scene.name = root.at("name").text();
     if (const auto description = root.find("description")) static_cast<void>(description->text());

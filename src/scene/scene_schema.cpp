@@ -8,9 +8,9 @@ namespace {
 
 using Document = nlohmann::ordered_json;
 
-Document number(const char* unit, Bounds bounds, const std::string& meaning) {
+Document number(const char* unit, ValueBound bounds, const std::string& meaning) {
     Document json{{"type", "number"}};
-    json[bounds == Bounds::positive ? "exclusiveMinimum" : "minimum"] = 0;
+    json[bounds == ValueBound::positive ? "exclusiveMinimum" : "minimum"] = 0;
     json["unit"] = std::string(unit) == "m" ? "unit of the scene" : unit;
     json["description"] = meaning;
     return json;
@@ -53,7 +53,7 @@ Document numbers_of(const std::array<NumberSetting<Settings>, count>& table) {
 
 Document parameter_of(const ShapeParameter& parameter) {
     using Type = ShapeParameter::Type;
-    Document length = number("m", Bounds::positive, parameter.meaning);
+    Document length = number("m", ValueBound::positive, parameter.meaning);
     Document json;
     switch (parameter.type) {
         case Type::length:
@@ -218,8 +218,8 @@ std::string scene_schema() {
           {{"type", "array"},
            {"description", "contact law of two bodies; where it is silent the response's default holds"},
            {"items", object({{"bodies", list_of({{"type", "string"}}, 2)},
-                             {"k", number("N/m", Bounds::non_negative, "stiffness")},
-                             {"mu", number("N s/m", Bounds::non_negative, "viscous damping")}},
+                             {"k", number("N/m", ValueBound::non_negative, "stiffness")},
+                             {"mu", number("N s/m", ValueBound::non_negative, "viscous damping")}},
                             {"bodies"})}}}},
         {"format", "name", "ticks", "bodies"}));
     Document pose = list_of({{"type", "number"}}, 6);

@@ -11,14 +11,14 @@
 
 namespace trocar {
 
-enum class Bounds { positive, non_negative };
+enum class ValueBound { positive, non_negative };
 
 template <typename Settings>
 struct NumberSetting {
     const char* key;
     double Settings::*member;
     const char* unit;  ///< SI; "m" is read in the scene's unit
-    Bounds bounds;
+    ValueBound bounds;
     const char* meaning;
 };
 
@@ -40,27 +40,28 @@ struct TissueSettings {
 };
 
 inline constexpr std::array<NumberSetting<TissueSettings>, 10> tissue_numbers{{
-    {"youngs_modulus", &TissueSettings::youngs_modulus, "Pa", Bounds::positive, "Young's modulus E"},
-    {"thickness", &TissueSettings::thickness, "m", Bounds::positive, "thickness h_t of the membrane"},
-    {"density", &TissueSettings::density, "kg/m^3", Bounds::positive, "density rho"},
-    {"preload", &TissueSettings::preload, "1", Bounds::non_negative, "p: tension at rest is p k L in every spring"},
-    {"damping", &TissueSettings::damping, "N s/m", Bounds::non_negative, "damping c of every spring"},
-    {"drag", &TissueSettings::drag, "1/s", Bounds::non_negative, "drag on every vertex, per mass"},
-    {"strain_limit", &TissueSettings::strain_limit, "1", Bounds::positive, "largest edge strain"},
-    {"stiffening", &TissueSettings::stiffening, "1", Bounds::non_negative,
+    {"youngs_modulus", &TissueSettings::youngs_modulus, "Pa", ValueBound::positive, "Young's modulus E"},
+    {"thickness", &TissueSettings::thickness, "m", ValueBound::positive, "thickness h_t of the membrane"},
+    {"density", &TissueSettings::density, "kg/m^3", ValueBound::positive, "density rho"},
+    {"preload", &TissueSettings::preload, "1", ValueBound::non_negative, "p: tension at rest is p k L in every spring"},
+    {"damping", &TissueSettings::damping, "N s/m", ValueBound::non_negative, "damping c of every spring"},
+    {"drag", &TissueSettings::drag, "1/s", ValueBound::non_negative, "drag on every vertex, per mass"},
+    {"strain_limit", &TissueSettings::strain_limit, "1", ValueBound::positive, "largest edge strain"},
+    {"stiffening", &TissueSettings::stiffening, "1", ValueBound::non_negative,
      "s: a spring stretched by x beyond its length L pulls k x (1 + s (x/L)^2); 0 = linear"},
-    {"bending", &TissueSettings::bending, "N m", Bounds::non_negative,
+    {"bending", &TissueSettings::bending, "N m", ValueBound::non_negative,
      "flexural rigidity D of hinges at the inner edges, the rest shape being free of moments; 0 = none"},
-    {"bulk_modulus", &TissueSettings::bulk_modulus, "Pa", Bounds::non_negative,
+    {"bulk_modulus", &TissueSettings::bulk_modulus, "Pa", ValueBound::non_negative,
      "closed bodies: K, over-pressure inside is -K (V - V0)/V0; 0 = none"},
 }};
 inline constexpr int most_substeps = 1000;
 
 inline constexpr std::array<NumberSetting<OperatorModel>, 4> operator_numbers{{
-    {"mass", &OperatorModel::mass, "kg", Bounds::positive, "mass of hand and instrument"},
-    {"damping", &OperatorModel::damping, "N s/m", Bounds::non_negative, "damping of the device"},
-    {"hand_stiffness", &OperatorModel::hand_stiffness, "N/m", Bounds::non_negative, "spring of the hand to the script"},
-    {"hand_damping", &OperatorModel::hand_damping, "N s/m", Bounds::non_negative, "damping of the hand"},
+    {"mass", &OperatorModel::mass, "kg", ValueBound::positive, "mass of hand and instrument"},
+    {"damping", &OperatorModel::damping, "N s/m", ValueBound::non_negative, "damping of the device"},
+    {"hand_stiffness", &OperatorModel::hand_stiffness, "N/m", ValueBound::non_negative,
+     "spring of the hand to the script"},
+    {"hand_damping", &OperatorModel::hand_damping, "N s/m", ValueBound::non_negative, "damping of the hand"},
 }};
 
 inline const std::vector<std::string> body_kind_words{"instrument", "rigid", "tissue"};

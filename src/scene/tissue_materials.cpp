@@ -8,8 +8,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 struct Edge {
     double area = 0.0;  ///< m², sum over its triangles
     int triangles = 0;

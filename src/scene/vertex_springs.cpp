@@ -3,12 +3,6 @@
 #include <algorithm>
 
 namespace trocar {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 void VertexSprings::prepare(const Topology& topology, const Materials& materials) {
     first_.assign(at(topology.vertex_count) + 1, 0);
     for (const Spring& spring : materials.springs) {

@@ -10,8 +10,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// How far the body went during the tick whose forces are told. A script's step lies before the frame that detect saw,
 /// and its speed acted on through the tick; an operator's step lies after it.
 Vector3 displacement(const Scene& scene, Index body, const Frame& seen, const Frame& after) {

@@ -11,8 +11,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// What a tissue body can carry: see BlowUp, (c).
 double carried_by(const Scene& scene, const BodyRange& body) {
     const Materials& materials = scene.materials;

@@ -9,8 +9,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// Velocity in the middle of a tick of the parabola from `first` to `last` that goes `way` in it.
 Vector3 middle_of(const Vector3& first, const Vector3& last, const Vector3& way, double dt) {
     return 0.25 * (6.0 / dt * way - first - last);

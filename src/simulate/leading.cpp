@@ -8,8 +8,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 bool same(const Pose& a, const Pose& b) {
     return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs() && a.jaw == b.jaw;
 }

@@ -5,8 +5,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 Index heaviest(const LinearContact& contact) {
     const auto most = std::max_element(contact.weights.begin(), contact.weights.end()) - contact.weights.begin();
     return contact.vertices[static_cast<std::size_t>(most)];

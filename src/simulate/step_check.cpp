@@ -14,8 +14,6 @@ namespace {
 
 constexpr int usual_substeps = 4;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// Number of a vertex in the files of its body.
 Index file_number(const Scene& scene, Index vertex) {
     const Index body = scene.topology.body_of_vertex(vertex);

@@ -10,8 +10,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// Vertices are followed at a point a hair beside them, always the same way, so that no path runs exactly through an
 /// edge of a regular mesh.
 const Vector3 hair{1.37e-11, -2.91e-11, 2.23e-11};

@@ -5,8 +5,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 ContactPoint face_point(const Topology& topology, const PointFace& one) {
     ContactPoint point;
     for (int i = 0; i < 3; ++i) {

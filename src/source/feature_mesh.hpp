@@ -35,7 +35,6 @@ public:
     }
 
 private:
-    static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
     /// Lists of numbers, one after the other.
     struct Lists {
         std::vector<Index> first;

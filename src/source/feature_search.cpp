@@ -8,8 +8,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// Sine by which the cone of directions in which an edge or a corner is the nearest feature is widened, so that flat
 /// surface, and rounding, leave none out.
 constexpr double widening = 0.02;

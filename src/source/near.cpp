@@ -11,8 +11,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 class Near final : public ContactSource {
 public:
     void prepare(const Topology& topology, const Frame& /*first*/) override {

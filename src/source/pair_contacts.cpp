@@ -6,12 +6,6 @@
 #include "source/feature_contacts.hpp"
 
 namespace trocar {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 void place_at_start(const TickStart& start, Contact& contact) {
     if (contact.a < 0 || contact.b < 0) return;
     const Topology& topology = start.topology();

@@ -13,8 +13,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 class Tracked final : public ContactSource {
 public:
     void prepare(const Topology& topology, const Frame& first) override {

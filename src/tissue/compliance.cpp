@@ -150,8 +150,6 @@ const std::vector<ComplianceKernels>& compliance_kernels() {
 
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 constexpr std::size_t per_vertex = 3 * compliance_lanes;
 
 std::array<std::vector<double>*, 5> vectors(ReachedTissue& tissue) {

@@ -8,8 +8,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 auto velocity_of(const TissueState& state, Index local) { return state.velocity.col(local).head<3>(); }
 auto velocity_of(TissueState& state, Index local) { return state.velocity.col(local).head<3>(); }
 

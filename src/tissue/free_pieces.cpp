@@ -3,12 +3,6 @@
 #include <numeric>
 
 namespace trocar {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 FreePieces::FreePieces(const std::vector<Spring>& springs, const TissueState& state) {
     const std::size_t count = state.size();
     std::vector<Index> parent(count);

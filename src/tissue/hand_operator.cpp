@@ -6,8 +6,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 Index hand_of(std::span<const LedHand> hands, Index body) {
     for (std::size_t hand = 0; hand < hands.size(); ++hand) {
         const std::span<const Index> bodies = hands[hand].bodies;

@@ -8,10 +8,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-Eigen::Index number(std::size_t i) { return static_cast<Eigen::Index>(i); }
-
 constexpr std::size_t usual_rows = 256;
 
 }  // namespace
@@ -117,8 +113,8 @@ void ImplicitContacts::answer_to(std::size_t first, std::size_t last, const Want
 /// Rates of all rows per impulse on each of those that are missing, eight of these at a time.
 void ImplicitContacts::find_columns() {
     const std::size_t count = rows_.size();
-    if (number(count) > answer_.rows()) {
-        const Eigen::Index room = 2 * number(count);
+    if (eigen_index(count) > answer_.rows()) {
+        const Eigen::Index room = 2 * eigen_index(count);
         answer_.setZero(room, room);
         matrix_.setZero(room, room);
         right_side_.setZero(room);
@@ -146,7 +142,7 @@ void ImplicitContacts::find_columns() {
                     const Vector3 way = compliance_.answer(lane, contacts.spot(contact.vertex[at(i)]));
                     sum += contact.weight[at(i)] * way.dot(rows_[r].direction);
                 }
-                answer_(number(r), number(column)) = sum;
+                answer_(eigen_index(r), eigen_index(column)) = sum;
             }
             has_column_[column] = 1;
             columns_.push_back(column);
@@ -164,15 +160,15 @@ void ImplicitContacts::find_columns() {
         }
         for (const std::size_t column : missing_) {
             for (std::size_t r = 0; r < count; ++r) {
-                answer_(number(r), number(column)) -= enclosed.factor * swell_[r] * swell_[column];
+                answer_(eigen_index(r), eigen_index(column)) -= enclosed.factor * swell_[r] * swell_[column];
             }
         }
     }
     // What the iterations have left open is made symmetric, as A⁻¹ is.
     for (std::size_t late = before; late < columns_.size(); ++late) {
         for (std::size_t early = 0; early < late; ++early) {
-            double& one = answer_(number(columns_[early]), number(columns_[late]));
-            double& other = answer_(number(columns_[late]), number(columns_[early]));
+            double& one = answer_(eigen_index(columns_[early]), eigen_index(columns_[late]));
+            double& other = answer_(eigen_index(columns_[late]), eigen_index(columns_[early]));
             one = other = 0.5 * (one + other);
         }
     }
@@ -180,7 +176,7 @@ void ImplicitContacts::find_columns() {
 
 double ImplicitContacts::rate(std::size_t row, double h) const {
     double sum = rows_[row].rate;
-    for (const std::size_t other : columns_) sum += h * answer_(number(row), number(other)) * force_[other];
+    for (const std::size_t other : columns_) sum += h * answer_(eigen_index(row), eigen_index(other)) * force_[other];
     return sum;
 }
 
@@ -224,7 +220,7 @@ void ImplicitContacts::find_pressing(double h, std::span<TickContact> contacts) 
         for (std::size_t c = 0; c < contacts.size(); ++c) {
             TickContact& contact = contacts[c];
             const double damping = contact.damping + h * contact.stiffness;
-            const double own = h * answer_(number(c), number(c));
+            const double own = h * answer_(eigen_index(c), eigen_index(c));
             const double others = rate(c, h) - own * force_[c];
             double force =
                 (contact.stiffness * contact.depth + contact.held - damping * others) / (1.0 + damping * own);
@@ -253,13 +249,13 @@ bool ImplicitContacts::solve_pressing(double h, std::span<TickContact> contacts)
             force_[c] = contact.held;
         }
     }
-    const Eigen::Index count = number(on_.size());
+    const Eigen::Index count = eigen_index(on_.size());
     for (Eigen::Index a = 0; a < count; ++a) {
         const std::size_t c = on_[static_cast<std::size_t>(a)];
         const TickContact& contact = contacts[c];
         const double damping = contact.damping + h * contact.stiffness;
         for (Eigen::Index b = 0; b < count; ++b) {
-            matrix_(a, b) = h * answer_(number(c), number(on_[static_cast<std::size_t>(b)]));
+            matrix_(a, b) = h * answer_(eigen_index(c), eigen_index(on_[static_cast<std::size_t>(b)]));
         }
         matrix_(a, a) += 1.0 / damping;
         right_side_[a] = (contact.stiffness * contact.depth + contact.held) / damping - rate(c, h);
@@ -301,7 +297,7 @@ double ImplicitContacts::rub(double h, TickContacts& contacts) {
             for (Eigen::Index a = 0; a < 2; ++a) {
                 const std::size_t row = first + static_cast<std::size_t>(a);
                 for (Eigen::Index b = 0; b < 2; ++b) {
-                    own(a, b) = h * answer_(number(row), number(first + static_cast<std::size_t>(b)));
+                    own(a, b) = h * answer_(eigen_index(row), eigen_index(first + static_cast<std::size_t>(b)));
                 }
                 speed[a] = rate(row, h);
                 stretched[a] = stretch.dot(rows_[row].direction);

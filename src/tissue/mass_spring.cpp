@@ -6,11 +6,6 @@
 #include <cmath>
 
 namespace trocar {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 Vector3 spring_force(const Spring& spring, const Matrix3X& position, const Matrix3X& velocity) {
     const Vector3 d = position.col(spring.j) - position.col(spring.i);
     const double length = d.norm();

@@ -9,8 +9,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// By the bits (all but the sign) and to the end, so that the loop takes several numbers at a time.
 bool all_zero(const Matrix3X& matrix) {
     std::uint64_t bits = 0;

@@ -12,8 +12,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 constexpr double coarsening = 3.2;  // spacing of a level over that of the one before
 constexpr std::size_t most_candidates = 10;
 

@@ -6,8 +6,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// Which coarse nodes an edge acts on, and by how much: its two ends' shares, those of the second end negative.
 struct Shares {
     std::array<Index, 6> node{};
@@ -29,12 +27,6 @@ struct Shares {
         factor[count++] = by;
     }
 };
-
-Matrix3 full(const SymmetricBlock& block) {
-    Matrix3 result;
-    result << block[0], block[1], block[2], block[1], block[3], block[4], block[2], block[4], block[5];
-    return result;
-}
 
 Eigen::Vector4d multiply(const SymmetricBlock& block, const Eigen::Vector4d& by) {
     return {block[0] * by[0] + block[1] * by[1] + block[2] * by[2],

@@ -17,6 +17,12 @@ namespace trocar {
 /// A symmetric 3×3 matrix: xx, xy, xz, yy, yz, zz.
 using SymmetricBlock = std::array<double, 6>;
 
+inline Matrix3 full(const SymmetricBlock& block) {
+    Matrix3 result;
+    result << block[0], block[1], block[2], block[1], block[3], block[4], block[2], block[4], block[5];
+    return result;
+}
+
 struct RegionLevel {
     struct Child {
         Index node = -1;

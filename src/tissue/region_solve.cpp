@@ -11,10 +11,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-Eigen::Index number(std::size_t i) { return static_cast<Eigen::Index>(i); }
-
 bool is_free(const TickContact& contact) { return !contact.bilateral && !contact.adhesive; }
 
 Vector3 along_surface(const Vector3& vector, const TickContact& contact) {
@@ -170,7 +166,7 @@ void RegionSystem::hold_along(double h, std::size_t c, double part, TickContacts
 /// What the contacts as they are on, at their limit and sticking put into the matrix and the right side.
 void RegionSystem::take_rows(double h, bool known, TickContacts& contacts) {
     const std::span<TickContact> all = contacts.all();
-    right_side_.leftCols(number(awake_)) = whole_right_side_.leftCols(number(awake_));
+    right_side_.leftCols(eigen_index(awake_)) = whole_right_side_.leftCols(eigen_index(awake_));
     near_block_.clear();
     for (const Index local : contacts.touched()) near_block_.push_back(block_[at(number_[0][at(local)])]);
     for (std::size_t c = 0; c < all.size(); ++c) {
@@ -211,7 +207,7 @@ void RegionSystem::couple(const TickContacts& contacts) {
         if (contacts.all()[c].count > 1 && rows_[c].press > 0.0) coupled_.push_back(c);
     }
     if (coupled_.size() > at(static_cast<Index>(coupling_.rows()))) coupled_.clear();
-    const auto count = number(coupled_.size());
+    const auto count = eigen_index(coupled_.size());
     for (Eigen::Index a = 0; a < count; ++a) {
         const TickContact& one = contacts.all()[coupled_[static_cast<std::size_t>(a)]];
         for (Eigen::Index b = 0; b <= a; ++b) {
@@ -237,7 +233,7 @@ void RegionSystem::couple(const TickContacts& contacts) {
 double RegionSystem::precondition(double by, const TickContacts& contacts) {
     const double product = kernels_->improve(awake_, by, direction_.data(), image_.data(), inverse_.data(),
                                              change_.data(), residual_.data(), preconditioned_.data());
-    const auto count = number(coupled_.size());
+    const auto count = eigen_index(coupled_.size());
     if (count > 0) {
         auto push = coupled_push_.head(count);
         for (Eigen::Index a = 0; a < count; ++a) {
@@ -265,7 +261,7 @@ double RegionSystem::precondition(double by, const TickContacts& contacts) {
 /// Preconditioned conjugate gradients from the change as it is, until the residual is below the tolerance or `within`
 /// of what it begins with. False where the numbers are not finite.
 bool RegionSystem::find_change(double tolerance, double within, int iterations, const TickContacts& contacts) {
-    const auto count = number(awake_);
+    const auto count = eigen_index(awake_);
     const auto turn_from = [&](const Matrix4X& to, double by) {
         kernels_->turn(awake_, by, to.data(), inertia_.data(), direction_.data(), image_.data());
     };
@@ -297,7 +293,7 @@ void RegionSystem::close_momentum() {
     const auto each = [&](const auto& act) {
         for (std::size_t n = 0; n < awake_; ++n) {
             const Index piece = region_->levels()[nodes_[n].level].piece[at(nodes_[n].node)];
-            if (piece >= 0) act(number(n), piece);
+            if (piece >= 0) act(eigen_index(n), piece);
         }
     };
     each([&](Eigen::Index n, Index piece) {
@@ -368,7 +364,7 @@ double RegionSystem::move(double h) {
         if (vertex && !state.moves(node)) continue;
         Matrix4X& velocity = vertex ? state.velocity : here.velocity;
         Matrix4X& place = vertex ? state.position : here.displacement;
-        velocity.col(node) += change_.col(number(n));
+        velocity.col(node) += change_.col(eigen_index(n));
         const Eigen::Vector4d way = h * velocity.col(node);
         place.col(node) += way;
         furthest = std::max(furthest, way.cwiseAbs().maxCoeff());

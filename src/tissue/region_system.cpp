@@ -7,16 +7,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-Eigen::Index number(std::size_t i) { return static_cast<Eigen::Index>(i); }
-
-Matrix3 full(const SymmetricBlock& block) {
-    Matrix3 result;
-    result << block[0], block[1], block[2], block[1], block[3], block[4], block[2], block[4], block[5];
-    return result;
-}
-
 void take(const Matrix3& block, RegionEdge& edge) {
     for (Eigen::Index c = 0; c < 3; ++c) {
         for (Eigen::Index r = 0; r < 3; ++r) {
@@ -50,7 +40,7 @@ RegionSystem::RegionSystem(MovingTissue& tissue, RegionTissue& region)
     inverse_.assign(12 * nodes, 0.0);
     for (Matrix4X* vector :
          {&right_side_, &whole_right_side_, &change_, &residual_, &preconditioned_, &direction_, &image_}) {
-        vector->setZero(4, number(nodes));
+        vector->setZero(4, eigen_index(nodes));
     }
     left_.setZero(3, region.pieces());
     piece_inertia_.assign(at(region.pieces()), 0.0);
@@ -162,7 +152,7 @@ void RegionSystem::list(double h) {
             edges_.push_back(entry);
         }
     }
-    for (Matrix4X* vector : {&change_, &direction_}) vector->col(number(still)).setZero();
+    for (Matrix4X* vector : {&change_, &direction_}) vector->col(eigen_index(still)).setZero();
     listed_for_ = h;
 }
 
@@ -174,16 +164,16 @@ void RegionSystem::prepare(double h) {
     for (std::size_t n = awake_; n < nodes_.size(); ++n) region_->refresh(nodes_[n].level, nodes_[n].node);
     Matrix4X& right = whole_right_side_;
     for (std::size_t n = 0; n <= nodes_.size(); ++n) {
-        right.col(number(n)).setZero();
+        right.col(eigen_index(n)).setZero();
         block_[n] = far_block_[n];
     }
     for (std::size_t n = 0; n < awake_; ++n) {
         const RegionLevel& here = levels[nodes_[n].level];
         const Index node = nodes_[n].node;
         if (nodes_[n].level == 0) {
-            right.col(number(n)) = h * (state.constant.col(node) - here.drag[at(node)] * state.velocity.col(node));
+            right.col(eigen_index(n)) = h * (state.constant.col(node) - here.drag[at(node)] * state.velocity.col(node));
         } else {
-            right.col(number(n)) = h * (here.force.col(node) - here.drag[at(node)] * here.velocity.col(node));
+            right.col(eigen_index(n)) = h * (here.force.col(node) - here.drag[at(node)] * here.velocity.col(node));
         }
     }
     for (std::size_t s = 0; s < springs_.size(); ++s) {
@@ -239,13 +229,13 @@ void RegionSystem::prepare(double h) {
     for (std::size_t n = 0; n < awake_; ++n) {
         if (nodes_[n].level == 0 && !state.moves(nodes_[n].node)) {
             std::fill_n(inverse_.begin() + static_cast<std::ptrdiff_t>(12 * n), 12, 0.0);
-            right.col(number(n)).setZero();
+            right.col(eigen_index(n)).setZero();
             continue;
         }
         block_[n].diagonal().array() += inertia_[n];
         invert(n, block_[n]);
     }
-    change_.leftCols(number(nodes_.size() + 1)).setZero();
+    change_.leftCols(eigen_index(nodes_.size() + 1)).setZero();
 }
 
 void RegionSystem::invert(std::size_t node, const Matrix3& block) {
@@ -260,9 +250,9 @@ void RegionSystem::invert(std::size_t node, const Matrix3& block) {
 void RegionSystem::spread_down(Matrix4X& vector) const {
     for (std::size_t n = ghosts_.size(); n-- > 0;) {
         const Ghost& ghost = ghosts_[n];
-        vector.col(number(ghost.number)) = ghost.share[0] * vector.col(number(ghost.parent[0])) +
-                                           ghost.share[1] * vector.col(number(ghost.parent[1])) +
-                                           ghost.share[2] * vector.col(number(ghost.parent[2]));
+        vector.col(eigen_index(ghost.number)) = ghost.share[0] * vector.col(eigen_index(ghost.parent[0])) +
+                                                ghost.share[1] * vector.col(eigen_index(ghost.parent[1])) +
+                                                ghost.share[2] * vector.col(eigen_index(ghost.parent[2]));
     }
 }
 
@@ -270,7 +260,7 @@ void RegionSystem::spread_down(Matrix4X& vector) const {
 void RegionSystem::gather_up(Matrix4X& vector) const {
     for (const Ghost& ghost : ghosts_) {
         for (std::size_t p = 0; p < 3; ++p) {
-            vector.col(number(ghost.parent[p])) += ghost.share[p] * vector.col(number(ghost.number));
+            vector.col(eigen_index(ghost.parent[p])) += ghost.share[p] * vector.col(eigen_index(ghost.number));
         }
     }
 }
@@ -278,7 +268,7 @@ void RegionSystem::gather_up(Matrix4X& vector) const {
 /// image_ = A direction_, where image_ has what the inertia of the awake nodes makes of it.
 void RegionSystem::multiply(const TickContacts& contacts) {
     spread_down(direction_);
-    for (std::size_t n = awake_; n <= nodes_.size(); ++n) image_.col(number(n)).setZero();
+    for (std::size_t n = awake_; n <= nodes_.size(); ++n) image_.col(eigen_index(n)).setZero();
     kernels_->multiply(edges_, direction_.data(), image_.data());
     gather_up(image_);
     for (std::size_t c = 0; c < rows_.size(); ++c) {

@@ -18,8 +18,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 struct RegionalSettings {
     double error = 0.005;
     std::size_t slices = 16;

@@ -9,8 +9,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 void add_spring_force(const Spring& spring, const Points& position, PointsOut& force) {
     const Vector3 d = position.col(spring.j) - position.col(spring.i);
     const double length = d.norm();

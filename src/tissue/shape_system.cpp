@@ -1,12 +1,6 @@
 #include "tissue/shape_system.hpp"
 
 namespace trocar {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 ShapeSystem::ShapeSystem(MovingTissue& tissue) : tissue_(&tissue) {
     if (tissue.shape().none()) return;
     const auto columns = static_cast<Eigen::Index>(tissue.state().size());

@@ -11,8 +11,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 /// Linearised stiffness of one spring: slope of its tension along it, tension over length across it (thesis §3.2,
 /// preload).
 Matrix3 stiffness_block(const Spring& spring, const Matrix3X& position) {

@@ -9,8 +9,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 int count_of(const std::array<Index, 3>& vertices) {
     return static_cast<int>(std::count_if(vertices.begin(), vertices.end(), [](Index v) { return v >= 0; }));
 }

@@ -13,8 +13,6 @@
 namespace trocar {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 class XpbdStepper final : public TissueStepper {
 public:
     explicit XpbdStepper(int substeps) : TissueStepper(substeps) {}

@@ -30,7 +30,8 @@ struct ViewedFrame {
     Vector3 tool_point = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
 };
 
-struct WorstTick {
+/// The largest value of a run and its tick.
+struct LargestValue {
     std::int64_t tick = -1;  ///< -1: none
     double value = 0.0;
 };
@@ -46,8 +47,8 @@ struct ViewedRun {
     std::vector<Vector3> force;          ///< N, on the tool, every tick; NaN: none
     std::vector<double> depth;           ///< m, left after every tick; NaN: none
     std::vector<std::int64_t> contacts;  ///< told by the source, every tick; -1: nobody was asked
-    WorstTick worst_depth;               ///< m, over every tick
-    WorstTick worst_force;               ///< N, likewise
+    LargestValue worst_depth;            ///< m, over every tick
+    LargestValue worst_force;            ///< N, likewise
     double depth_max = 0.0;              ///< m, of a tissue vertex, over every tick
     double strain_max = 0.0;             ///< 1, by size, likewise
     double displacement_max = 0.0;       ///< m, likewise

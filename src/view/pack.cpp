@@ -9,7 +9,7 @@
 namespace trocar {
 namespace {
 
-constexpr double most = Quantiser::largest;
+constexpr double largest_code = Quantiser::largest;
 
 std::uint16_t zigzag(std::uint16_t difference) {
     const auto sign = static_cast<std::uint16_t>((difference & 0x8000U) != 0 ? 0xffffU : 0U);
@@ -37,22 +37,22 @@ std::string base64(std::span<const unsigned char> bytes) {
 
 }  // namespace
 
-Quantiser::Quantiser(const Vector3& low, const Vector3& high) : low_(low), step_((high - low) / most) {
+Quantiser::Quantiser(const Vector3& low, const Vector3& high) : low_(low), step_((high - low) / largest_code) {
     const double longest = step_.maxCoeff();
-    const double least = longest > 0.0 ? 1e-6 * longest : 1.0 / most;
+    const double least = longest > 0.0 ? 1e-6 * longest : 1.0 / largest_code;
     step_ = step_.cwiseMax(least);
 }
 
 std::uint16_t Quantiser::number(double coordinate, int axis) const {
     const double steps = std::round((coordinate - low_[axis]) / step_[axis]);
-    return static_cast<std::uint16_t>(std::clamp(steps, 0.0, most));
+    return static_cast<std::uint16_t>(std::clamp(steps, 0.0, largest_code));
 }
 
 double Quantiser::coordinate(std::uint16_t number, int axis) const { return low_[axis] + step_[axis] * number; }
 
 bool Quantiser::holds(const Vector3& point) const {
     const Vector3 steps = (point - low_).cwiseQuotient(step_);
-    return steps.minCoeff() >= -0.5 && steps.maxCoeff() <= most + 0.5;
+    return steps.minCoeff() >= -0.5 && steps.maxCoeff() <= largest_code + 0.5;
 }
 
 std::vector<std::uint16_t> quantised(const Matrix3X& position, const Quantiser& quantiser) {

@@ -48,7 +48,7 @@ void add_bytes(const std::vector<double>& values, double largest, std::string& b
 
 std::vector<float> floats(const std::vector<double>& values) { return {values.begin(), values.end()}; }
 
-Json worst_json(const WorstTick& worst) { return {{"tick", worst.tick}, {"value", worst.value}}; }
+Json worst_json(const LargestValue& worst) { return {{"tick", worst.tick}, {"value", worst.value}}; }
 
 Json run_json(const ViewedRun& run, const std::vector<const ViewedFrame*>& frames, const Quantiser& quantiser,
               const std::vector<std::uint16_t>& rest) {

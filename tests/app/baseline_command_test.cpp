@@ -9,7 +9,7 @@
 namespace trocar {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::json;
 
 /// Triangle a in z = 0; b apart from it in frame 0, 0.5 below it with one corner in frame 1.
 test::RecordingText two_frames(double depth) {
@@ -33,7 +33,7 @@ protected:
         std::ofstream(folder.path() / "frames.trocrec", std::ios::binary) << text.bytes();
     }
     [[nodiscard]] std::string state(const test::ProgramResult& result) const {
-        return json::parse(result.out)["sources"][0]["detectors"][0]["state"];
+        return Json::parse(result.out)["sources"][0]["detectors"][0]["state"];
     }
     test::TemporaryFolder folder;
 };
@@ -41,9 +41,9 @@ protected:
 TEST_F(Baseline, StoresTheContactThatTheCoordinatesTell) {
     put(two_frames(0.5));
     ASSERT_EQ(run("write", "--detector ohc --every 1").status, 0);
-    const json stored = json::parse(test::read_file(folder.path() / "baseline" / "frames.json"));
+    const Json stored = Json::parse(test::read_file(folder.path() / "baseline" / "frames.json"));
     ASSERT_EQ(stored["contacts"][0].size(), 1U) << "frame 0 is free";
-    const json& contact = stored["contacts"][0]["1"][0];
+    const Json& contact = stored["contacts"][0]["1"][0];
     EXPECT_EQ(contact[0], 0);
     EXPECT_EQ(contact[1], 1);
     EXPECT_EQ(contact[9], 0.5) << "the corner is 0.5 below the plane";
@@ -63,7 +63,7 @@ TEST_F(Baseline, AMissingStaleOrExtraOneFails) {
     EXPECT_EQ(state(result), "stale");
     const std::filesystem::path file = folder.path() / "baseline" / "frames.json";
     put(two_frames(0.5));
-    json stored = json::parse(test::read_file(file));
+    Json stored = Json::parse(test::read_file(file));
     stored["detectors"]["departed"] = {{"outcome", "ok"}, {"contacts", 0}};
     std::ofstream(file) << stored;
     EXPECT_EQ(run("check", "--detector ohc").status, 0) << "only what was asked for";
@@ -76,7 +76,7 @@ TEST_F(Baseline, AChangedContactIsToldBeforeAndAfterAndOnlyWriteTakesItOver) {
     put(two_frames(0.5));
     ASSERT_EQ(run("write", "--detector ohc --every 1").status, 0);
     const std::filesystem::path file = folder.path() / "baseline" / "frames.json";
-    json stored = json::parse(test::read_file(file));
+    Json stored = Json::parse(test::read_file(file));
     stored["contacts"][0]["1"][0][9] = 0.5001;
     std::ofstream(file) << stored;
     const std::string kept = test::read_file(file);
@@ -95,7 +95,7 @@ TEST_F(Baseline, AParameterThatLosesPairsIsSeen) {
     ASSERT_EQ(run("write", "--detector ohc --every 1").status, 0);
     // The same stored answer, now expected of a detector that a budget of nothing keeps from looking.
     const std::filesystem::path file = folder.path() / "baseline" / "frames.json";
-    json stored = json::parse(test::read_file(file));
+    Json stored = Json::parse(test::read_file(file));
     stored["detectors"]["ohc:work_budget=1"] = stored["detectors"]["ohc"];
     std::ofstream(file) << stored;
     const test::ProgramResult result = run("check", "--detector ohc:work_budget=1");

@@ -10,7 +10,7 @@
 namespace trocar {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::json;
 
 class Export : public testing::Test {
 protected:
@@ -36,19 +36,19 @@ TEST_F(Export, WritesTheFormatsThatAreNamed) {
         const test::ProgramResult result = test::run_program(words(to, "--every 20 --json"));
         ASSERT_EQ(result.status, 0) << result.err;
         EXPECT_TRUE(std::filesystem::exists(output / one)) << to;
-        const json told = json::parse(result.out);
-        EXPECT_EQ(told["ticks"], json({0, 20, 40, 59}))
+        const Json told = Json::parse(result.out);
+        EXPECT_EQ(told["ticks"], Json({0, 20, 40, 59}))
             << "every 20th and the last, which is the deepest or not deeper";
         EXPECT_EQ(told["files"].size(), static_cast<std::size_t>(files)) << told["files"];
-        for (const json& file : told["files"]) EXPECT_TRUE(std::filesystem::exists(output / file.get<std::string>()));
+        for (const Json& file : told["files"]) EXPECT_TRUE(std::filesystem::exists(output / file.get<std::string>()));
         std::filesystem::remove_all(output);
     }
 }
 
 TEST_F(Export, IsTheRunThatRunTells) {
     const std::string methods = " --detector ohc --response penalty --stepper semi_implicit --ticks 30";
-    const json ran = json::parse(test::run_program("run " + scene.string() + methods + " --json").out);
-    const json told = json::parse(test::run_program(words("obj", methods + " --every 10 --tick 7 --json")).out);
+    const Json ran = Json::parse(test::run_program("run " + scene.string() + methods + " --json").out);
+    const Json told = Json::parse(test::run_program(words("obj", methods + " --every 10 --tick 7 --json")).out);
     EXPECT_EQ(told["state_hash"], ran["summary"]["state_hash"]);
     EXPECT_EQ(told["response"], ran["response"]);
     EXPECT_TRUE(std::filesystem::exists(output / "tool_000007.obj"));
@@ -60,8 +60,8 @@ TEST_F(Export, TakesRecordings) {
     const test::ProgramResult result =
         test::run_program("export " + recording + " --to paraview --output " + output.string() + " --every 5 --json");
     ASSERT_EQ(result.status, 0) << result.err;
-    const json told = json::parse(result.out);
-    EXPECT_EQ(told["ticks"], json({0, 5, 9}));
+    const Json told = Json::parse(result.out);
+    EXPECT_EQ(told["ticks"], Json({0, 5, 9}));
     EXPECT_TRUE(told["state_hash"].is_null());
 }
 
@@ -83,7 +83,7 @@ TEST_F(Export, RefusesWithOneLineAndWritesNothing) {
     expect_refused(words("gltf", "--ticks 200 --every 1"), "--every 4");
     expect_refused(words("obj", "--response nobody"), "nobody");
     expect_refused(words("film"), "film");
-    expect_refused("export nowhere.json --to obj --output " + output.string(), "nowhere.json");
+    expect_refused("export nowhere.Json --to obj --output " + output.string(), "nowhere.json");
     std::filesystem::create_directories(folder.path() / "full");
     std::ofstream(folder.path() / "full" / "mine") << "mine";
     expect_refused("export " + scene.string() + " --to obj --output " + (folder.path() / "full").string(), "full");

@@ -10,7 +10,7 @@
 namespace trocar {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::json;
 
 /// Triangle a in z = 0; triangle b apart in frame 0, crossing in frame 1, touching with one corner in frame 2.
 test::RecordingText three_frames() {
@@ -36,18 +36,18 @@ protected:
 TEST_F(Replay, GivesPairsTouchesAndTruthPerFrame) {
     const test::ProgramResult result = run(three_frames(), "--detector brute_force --truth --json");
     ASSERT_EQ(result.status, 0) << result.err;
-    const json document = json::parse(result.out);
-    EXPECT_EQ(document["truth"], json({0, 1, 1}));
+    const Json document = Json::parse(result.out);
+    EXPECT_EQ(document["truth"], Json({0, 1, 1}));
     EXPECT_EQ(document["hash"].get<std::string>().size(), 16U);
     ASSERT_EQ(document["detectors"].size(), 1U);
-    const json& detector = document["detectors"][0];
+    const Json& detector = document["detectors"][0];
     EXPECT_EQ(detector["name"], "brute_force");
     EXPECT_EQ(detector["outcome"], "ok");
     ASSERT_EQ(detector["frames"].size(), 3U);
-    const std::vector<json> pairs{json::array(), json::array({{0, 1}}), json::array({{0, 1}})};
-    const std::vector<json> touch{json::array(), json::array(), json::array({0})};
+    const std::vector<Json> pairs{Json::array(), Json::array({{0, 1}}), Json::array({{0, 1}})};
+    const std::vector<Json> touch{Json::array(), Json::array(), Json::array({0})};
     for (std::size_t tick = 0; tick < 3; ++tick) {
-        const json& frame = detector["frames"][tick];
+        const Json& frame = detector["frames"][tick];
         EXPECT_EQ(frame["tick"], tick);
         EXPECT_EQ(frame["outcome"], "ok");
         EXPECT_EQ(frame["truncated"], false);
@@ -61,7 +61,7 @@ TEST_F(Replay, GivesPairsTouchesAndTruthPerFrame) {
 }
 
 TEST_F(Replay, WithoutTruthTheComparisonIsNull) {
-    const json document = json::parse(run(three_frames(), "--detector brute_force --json").out);
+    const Json document = Json::parse(run(three_frames(), "--detector brute_force --json").out);
     EXPECT_TRUE(document["truth"].is_null());
     EXPECT_TRUE(document["detectors"][0]["frames"][1]["missing"].is_null());
     EXPECT_TRUE(document["detectors"][0]["frames"][1]["extra"].is_null());
@@ -70,13 +70,13 @@ TEST_F(Replay, WithoutTruthTheComparisonIsNull) {
 TEST_F(Replay, AllDetectorsAreHeldAgainstTruth) {
     const test::ProgramResult result = run(three_frames(), "--detector all --json");
     EXPECT_EQ(result.status, 0) << result.err;
-    const json document = json::parse(result.out);
-    const json listed = json::parse(test::run_program("list --json").out)["detectors"];
-    const auto contestants = std::count_if(listed.begin(), listed.end(), [](const json& one) {
+    const Json document = Json::parse(result.out);
+    const Json listed = Json::parse(test::run_program("list --json").out)["detectors"];
+    const auto contestants = std::count_if(listed.begin(), listed.end(), [](const Json& one) {
         return !one["available"].get<bool>() || !one["control"].get<bool>();
     });
     EXPECT_EQ(document["detectors"].size(), static_cast<std::size_t>(contestants));
-    EXPECT_EQ(document["truth"], json({0, 1, 1}));
+    EXPECT_EQ(document["truth"], Json({0, 1, 1}));
 }
 
 TEST_F(Replay, AFrameThatIsNotFiniteCostsThatTickOnly) {
@@ -84,12 +84,12 @@ TEST_F(Replay, AFrameThatIsNotFiniteCostsThatTickOnly) {
     text.positions[18 + 9] = std::numeric_limits<double>::quiet_NaN();  // frame 1, vertex 3
     const test::ProgramResult result = run(text, "--detector brute_force --truth --json");
     EXPECT_EQ(result.status, 3) << result.err;
-    const json frames = json::parse(result.out)["detectors"][0]["frames"];
+    const Json frames = Json::parse(result.out)["detectors"][0]["frames"];
     EXPECT_EQ(frames[0]["outcome"], "ok");
     EXPECT_EQ(frames[1]["outcome"], "not_finite");
     EXPECT_EQ(frames[2]["outcome"], "ok");
-    EXPECT_EQ(frames[2]["pairs"], json::array({{0, 1}}));
-    const json truth = json::parse(result.out)["truth"];
+    EXPECT_EQ(frames[2]["pairs"], Json::array({{0, 1}}));
+    const Json truth = Json::parse(result.out)["truth"];
     EXPECT_TRUE(truth[1].is_null()) << "no truth is known about a frame that is not finite: " << truth;
     EXPECT_EQ(truth[2], 1);
 }
@@ -97,18 +97,18 @@ TEST_F(Replay, AFrameThatIsNotFiniteCostsThatTickOnly) {
 TEST_F(Replay, TriangleNumbersAreThoseOfTheFileAndTheFirstIsFromTheBodyListedFirst) {
     test::RecordingText text = three_frames();
     std::swap(text.header["bodies"][0], text.header["bodies"][1]);
-    const json frames = json::parse(run(text, "--detector brute_force --json").out)["detectors"][0]["frames"];
-    EXPECT_EQ(frames[1]["pairs"], json::array({{1, 0}}));
+    const Json frames = Json::parse(run(text, "--detector brute_force --json").out)["detectors"][0]["frames"];
+    EXPECT_EQ(frames[1]["pairs"], Json::array({{1, 0}}));
 }
 
 TEST_F(Replay, TellsWhatBeginsBetweenFramesWhereADetectorDoes) {
     // The corner falls from 1 to -0.5 between frames 0 and 1, through the face after two thirds of the way.
-    const json frames =
-        json::parse(run(three_frames(), "--detector ohc:swept=on --json").out)["detectors"][0]["frames"];
+    const Json frames =
+        Json::parse(run(three_frames(), "--detector ohc:swept=on --json").out)["detectors"][0]["frames"];
     EXPECT_FALSE(frames[0].contains("swept"));
     ASSERT_EQ(frames[1]["swept"].size(), 1U);
-    EXPECT_EQ(frames[1]["swept"][0]["pair"], json({0, 1}));
-    EXPECT_EQ(frames[1]["swept"][0]["bodies"], json({0, 1}));
+    EXPECT_EQ(frames[1]["swept"][0]["pair"], Json({0, 1}));
+    EXPECT_EQ(frames[1]["swept"][0]["bodies"], Json({0, 1}));
     EXPECT_NEAR(frames[1]["swept"][0]["time"].get<double>(), 2.0 / 3.0, 1e-12);
     EXPECT_EQ(frames[1]["swept"][0]["kind"], "vertex_face");
     EXPECT_FALSE(frames[2].contains("swept"));

@@ -18,8 +18,6 @@
 namespace trocar::test {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // ------------------------------------------------------------------ what responses are asked about
 
 /// Frames and contacts of a run, to be asked about again.

@@ -200,7 +200,6 @@ public:
     }
 
 private:
-    static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
     /// Branch and bound: the distance changes by no more than the way along the edge.
     template <typename On>
     [[nodiscard]] double deepest(Index into, const On& on, Real first, Real last, Real length, double most) const {
