@@ -76,7 +76,7 @@ PassageTruth::PassageTruth(const Scene& scene) : scene_(&scene), shape_(scene.fi
             direction.deepest.assign(direction.samples.size(), 0.0);
             if (range(into).closed) {
                 for (std::size_t s = 0; s < direction.samples.size(); ++s) {
-                    direction.depth[s] = targets_[at(into)].grid.crossings(
+                    direction.depth[s] = targets_[at(into)].rays.crossings(
                         topology.triangles, shape_, direction.at.col(static_cast<Eigen::Index>(s)));
                     direction.any_inside = direction.any_inside || direction.depth[s] != 0;
                 }
@@ -96,7 +96,12 @@ void PassageTruth::place_target(Index body, double jaw) {
     place_body(scene_->bodies[at(body)], own.vertices, pose, shape_);
     target.jaw = jaw;
     target.box = box_of(shape_, own.vertices);
-    target.grid.build(topology.triangles, own.triangles, shape_, target.box, target.box);
+    // A jaw that has moved leaves the order of the trees as it is.
+    if (target.normal.cols() > 0) {
+        target.rays.refit(topology.triangles, shape_);
+    } else {
+        target.rays.prepare(topology.triangles, own.triangles, shape_);
+    }
     target.distance.prepare(topology.triangles, own.triangles, shape_);
     target.distance.refit(topology.triangles, shape_);
     target.normal.resize(3, own.triangles.count);
@@ -134,7 +139,7 @@ double PassageTruth::half_width_of(Index body) const {
         const Vector3 middle = (shape_.col(corners[0]) + shape_.col(corners[1]) + shape_.col(corners[2])) / 3.0;
         const Vector3 inwards = -target.normal.col(t);
         double nearest = across;
-        target.grid.visit_along(middle, middle + across * inwards, [&](Index other) {
+        target.rays.visit_along(middle, middle + across * inwards, [&](Index other) {
             const auto normal = target.normal.col(other - own.triangles.first);
             const auto face = topology.triangles.col(other);
             const double slope = normal.dot(inwards);
@@ -249,7 +254,7 @@ bool PassageTruth::follow_sample(std::size_t sample, const Vector3& to, Directio
     const Vector3 from = direction.at.col(static_cast<Eigen::Index>(sample));
     hits_.clear();
     if (from != to) {
-        target.grid.visit_along(from, to, [&](Index t) {
+        target.rays.visit_along(from, to, [&](Index t) {
             const Vector3 a = shape_.col(triangles(0, t));
             const Vector3 b = shape_.col(triangles(1, t));
             const Vector3 c = shape_.col(triangles(2, t));
@@ -269,11 +274,8 @@ bool PassageTruth::follow_sample(std::size_t sample, const Vector3& to, Directio
         if (direction.entered[sample] >= 0) deepen(sample, from, to, direction);
         return false;
     }
-    // A triangle may be visited more than once.
+    // In an order of their own where several are met at once.
     std::sort(hits_.begin(), hits_.end(), [](const Hit& x, const Hit& y) { return x.triangle < y.triangle; });
-    hits_.erase(
-        std::unique(hits_.begin(), hits_.end(), [](const Hit& x, const Hit& y) { return x.triangle == y.triangle; }),
-        hits_.end());
     std::stable_sort(hits_.begin(), hits_.end(), [](const Hit& x, const Hit& y) { return x.part < y.part; });
     moved_through_ = true;
     bool through = false;
