@@ -2,24 +2,29 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <tuple>
 
 namespace trocar {
 namespace {
 
 std::vector<RimEdge> rim_of(const Triangles& triangles, Range range) {
-    std::map<std::pair<Index, Index>, int> net;
+    std::vector<RimEdge> sides;
+    sides.reserve(3 * static_cast<std::size_t>(range.count));
     for (Index t = range.first; t < range.end(); ++t) {
         for (int corner = 0; corner < 3; ++corner) {
             const Index u = triangles(corner, t);
             const Index v = triangles((corner + 1) % 3, t);
-            if (u < v) ++net[{u, v}];
-            if (v < u) --net[{v, u}];
+            if (u != v) sides.push_back({std::min(u, v), std::max(u, v), u < v ? 1 : -1});
         }
     }
+    std::sort(sides.begin(), sides.end(),
+              [](const RimEdge& x, const RimEdge& y) { return std::tie(x.from, x.to) < std::tie(y.from, y.to); });
     std::vector<RimEdge> rim;
-    for (const auto& [edge, count] : net) {
-        if (count != 0) rim.push_back({edge.first, edge.second, count});
+    for (std::size_t first = 0, end = 0; first < sides.size(); first = end) {
+        RimEdge net{sides[first].from, sides[first].to, 0};
+        for (; end < sides.size() && sides[end].from == net.from && sides[end].to == net.to; ++end)
+            net.count += sides[end].count;
+        if (net.count != 0) rim.push_back(net);
     }
     return rim;
 }

