@@ -8,8 +8,8 @@
 #include <tuple>
 #include <vector>
 
-#include "geometry/box_pairs.hpp"
 #include "geometry/exact.hpp"
+#include "geometry/pairs_apart.hpp"
 
 namespace trocar {
 namespace {
@@ -158,107 +158,6 @@ int corners_in_plane(const Corners& face, const Corners& other) {
     }));
 }
 
-/// Every two triangles whose boxes overlap and that have no vertex in common, without a list of them: a tree of boxes
-/// held against itself. A node knows the vertices that all of its triangles have, so that the many pairs of a fan, or
-/// of duplicates on each other, are passed over as one.
-class PairsApart {
-public:
-    PairsApart(const Matrix3X& vertices, const Triangles& triangles) : triangles_(triangles) {
-        triangle_boxes(vertices, triangles, boxes_);
-        order_.resize(static_cast<std::size_t>(triangles.cols()));
-        std::iota(order_.begin(), order_.end(), Index{0});
-        if (!order_.empty()) build(0, static_cast<Index>(order_.size()));
-    }
-
-    /// Calls use(s, t) for each pair; ends early when it returns false.
-    template <typename Use>
-    void for_each(const Use& use) const {
-        if (nodes_.empty()) return;
-        std::vector<std::array<Index, 2>> open{{0, 0}};
-        while (!open.empty()) {
-            const auto [a, b] = open.back();
-            open.pop_back();
-            const Node& first = node(a);
-            const Node& second = node(b);
-            if (!first.box.overlaps(second.box) || have_one_in_common(first.common, second.common)) continue;
-            const bool first_ends = first.second < 0;
-            const bool second_ends = second.second < 0;
-            if (a == b) {
-                if (first_ends) continue;  // one triangle
-                open.insert(open.end(), {{a + 1, a + 1}, {first.second, first.second}, {a + 1, first.second}});
-            } else if (first_ends && second_ends) {
-                if (!use(first.triangle, second.triangle)) return;
-            } else if (second_ends || (!first_ends && first.count >= second.count)) {
-                open.insert(open.end(), {{a + 1, b}, {first.second, b}});
-            } else {
-                open.insert(open.end(), {{a, b + 1}, {a, second.second}});
-            }
-        }
-    }
-
-private:
-    /// Vertices that all triangles below share, -1 where there are fewer than three.
-    using Common = std::array<Index, 3>;
-    struct Node {
-        Box box;
-        Common common{-1, -1, -1};
-        Index second = -1;    ///< node of the upper half; the lower half follows at once; -1: one triangle
-        Index triangle = -1;  ///< of a leaf
-        Index count = 1;
-    };
-
-    [[nodiscard]] const Node& node(Index i) const { return nodes_[static_cast<std::size_t>(i)]; }
-    static bool holds(const Common& vertices, Index v) {
-        return v >= 0 && std::find(vertices.begin(), vertices.end(), v) != vertices.end();
-    }
-    static bool have_one_in_common(const Common& a, const Common& b) {
-        return holds(b, a[0]) || holds(b, a[1]) || holds(b, a[2]);
-    }
-
-    /// Halves by the middle of the boxes along the longest side of what they span. Depth is log2 of the count.
-    Index build(Index begin, Index end) {
-        const auto number = static_cast<Index>(nodes_.size());
-        nodes_.emplace_back();
-        if (end - begin == 1) {
-            const Index t = order_[static_cast<std::size_t>(begin)];
-            Node& leaf = nodes_.back();
-            leaf.triangle = t;
-            leaf.box = boxes_[static_cast<std::size_t>(t)];
-            leaf.common = {triangles_(0, t), triangles_(1, t), triangles_(2, t)};
-            return number;
-        }
-        Box centres;
-        for (Index k = begin; k < end; ++k) centres.add(centre(order_[static_cast<std::size_t>(k)]));
-        Eigen::Index axis = 0;
-        (centres.max - centres.min).maxCoeff(&axis);
-        const Index middle = begin + (end - begin) / 2;
-        std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
-                         [this, axis](Index s, Index t) { return centre(s)[axis] < centre(t)[axis]; });
-        const Index low = build(begin, middle);
-        const Index high = build(middle, end);
-        Node& made = nodes_[static_cast<std::size_t>(number)];
-        made.second = high;
-        made.count = end - begin;
-        made.box = node(low).box;
-        made.box.add(node(high).box.min);
-        made.box.add(node(high).box.max);
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Index v = node(low).common[k];
-            made.common[k] = holds(node(high).common, v) ? v : -1;
-        }
-        return number;
-    }
-    [[nodiscard]] Vector3 centre(Index t) const {
-        const Box& box = boxes_[static_cast<std::size_t>(t)];
-        return 0.5 * box.min + 0.5 * box.max;
-    }
-
-    const Triangles& triangles_;
-    std::vector<Box> boxes_;
-    std::vector<Index> order_;
-    std::vector<Node> nodes_;
-};
-
 void count_self_intersections(const Matrix3X& vertices, const Triangles& triangles, std::int64_t most_tests,
                               MeshReport& report) {
     const auto corners = [&](Index t) {
@@ -286,6 +185,15 @@ void count_self_intersections(const Matrix3X& vertices, const Triangles& triangl
 }
 
 }  // namespace
+
+Index boundary_edges(const Matrix3X& given_vertices, const Triangles& given_triangles) {
+    Matrix3X vertices = given_vertices;
+    Triangles triangles = given_triangles;
+    weld(vertices, triangles);
+    MeshReport report;
+    count_edges(without_collapsed(triangles), static_cast<Index>(vertices.cols()), report);
+    return report.boundary_edges;
+}
 
 LengthUnit length_unit(const Mesh& mesh, const Box& box) {
     if (!mesh.stated_unit.empty()) return {.name = mesh.stated_unit, .guessed = false};

@@ -53,6 +53,9 @@ MeshReport report_mesh(const Mesh& mesh, std::int64_t most_tests);
 /// With most_self_intersection_tests of the mesh.
 MeshReport report_mesh(const Mesh& mesh);
 
+/// The report's boundary edges alone.
+Index boundary_edges(const Matrix3X& vertices, const Triangles& triangles);
+
 /// The unit that the file states, else a guess from the longest side of the box: instruments and organs measure
 /// millimetres to a metre, so up to 2 means m, up to 25 cm, above mm.
 LengthUnit length_unit(const Mesh& mesh, const Box& box);

@@ -2,24 +2,29 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <tuple>
 
 namespace trocar {
 namespace {
 
 std::vector<RimEdge> rim_of(const Triangles& triangles, Range range) {
-    std::map<std::pair<Index, Index>, int> net;
+    std::vector<RimEdge> sides;
+    sides.reserve(3 * static_cast<std::size_t>(range.count));
     for (Index t = range.first; t < range.end(); ++t) {
         for (int corner = 0; corner < 3; ++corner) {
             const Index u = triangles(corner, t);
             const Index v = triangles((corner + 1) % 3, t);
-            if (u < v) ++net[{u, v}];
-            if (v < u) --net[{v, u}];
+            if (u != v) sides.push_back({std::min(u, v), std::max(u, v), u < v ? 1 : -1});
         }
     }
+    std::sort(sides.begin(), sides.end(),
+              [](const RimEdge& x, const RimEdge& y) { return std::tie(x.from, x.to) < std::tie(y.from, y.to); });
     std::vector<RimEdge> rim;
-    for (const auto& [edge, count] : net) {
-        if (count != 0) rim.push_back({edge.first, edge.second, count});
+    for (std::size_t first = 0, end = 0; first < sides.size(); first = end) {
+        RimEdge net{sides[first].from, sides[first].to, 0};
+        for (; end < sides.size() && sides[end].from == net.from && sides[end].to == net.to; ++end)
+            net.count += sides[end].count;
+        if (net.count != 0) rim.push_back(net);
     }
     return rim;
 }
@@ -84,16 +89,17 @@ void BodySurface::follow() {
     box_ = Box{};
     const Range vertices = range_->vertices;
     // Between detection and the step a body either moves or does not: what was built for it stands while it rests.
-    rests_ = now_->middleCols(vertices.first, vertices.count) == before_->middleCols(vertices.first, vertices.count);
+    const bool rests =
+        now_->middleCols(vertices.first, vertices.count) == before_->middleCols(vertices.first, vertices.count);
     for (Index v = vertices.first; v < vertices.end(); ++v) box_.add(now_->col(v));
     if (vertices.count > 0) {
         swept_.add(box_.min);
         swept_.add(box_.max);
     }
-    grid_is_current_ = grid_is_current_ && rests_ && grid_is_whole_;
-    distance_is_current_ = distance_is_current_ && rests_;
+    rays_are_current_ = rays_are_current_ && rests;
+    distance_is_current_ = distance_is_current_ && rests;
     moved_rim_.clear();
-    if (rests_) return;
+    if (rests) return;
     for (const RimEdge& edge : rim_) {
         if (now_->col(edge.from) != before_->col(edge.from) || now_->col(edge.to) != before_->col(edge.to)) {
             moved_rim_.push_back(edge);
@@ -109,17 +115,18 @@ Vector3 BodySurface::point(std::size_t sample, const Matrix3X& at) const {
            area.weights[2] * at.col(corners[2]);
 }
 
-const RayGrid& BodySurface::grid() {
-    if (!grid_is_current_) {
-        // What rests may be asked elsewhere on the next frame.
-        grid_is_whole_ = rests_;
-        grid_.build(topology_->triangles, range_->triangles, *now_, box_, rests_ ? box_ : asked_);
-        grid_is_current_ = true;
+const RayTree& BodySurface::rays() {
+    if (!rays_are_prepared_) {
+        rays_.prepare(topology_->triangles, range_->triangles, *now_);
+    } else if (!rays_are_current_) {
+        rays_.refit(topology_->triangles, *now_);
     }
-    return grid_;
+    rays_are_prepared_ = true;
+    rays_are_current_ = true;
+    return rays_;
 }
 
-int BodySurface::crossings(const Vector3& p) { return grid().crossings(topology_->triangles, *now_, p); }
+int BodySurface::crossings(const Vector3& p) { return rays().crossings(topology_->triangles, *now_, p); }
 
 double BodySurface::distance(const Vector3& p) {
     if (!distance_is_current_) {

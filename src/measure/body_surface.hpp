@@ -1,12 +1,11 @@
 // One body as truth sees it: the points of it that are judged, and the questions that are asked of its surface on the
-// current frame. What is dear to build (the grid under the rays, the tree for distances) is built when first asked for.
+// current frame. What is dear to build (the trees for rays and for distances) is built when first asked for.
 #pragma once
 
 #include <array>
-#include <limits>
 #include <vector>
 
-#include "measure/ray_grid.hpp"
+#include "measure/ray_tree.hpp"
 #include "measure/surface_distance.hpp"
 #include "scene/world.hpp"
 
@@ -33,8 +32,6 @@ public:
 
     /// To be called when the matrices have changed.
     void follow();
-    /// Where crossings will be asked for until it moves again, seen from above; everywhere if it is never said.
-    void will_be_asked_within(const Box& asked) { asked_ = asked; }
 
     [[nodiscard]] const BodyRange& range() const { return *range_; }
     [[nodiscard]] std::size_t vertex_count() const { return static_cast<std::size_t>(range_->vertices.count); }
@@ -56,7 +53,7 @@ public:
     /// Those that have moved since the frame before.
     [[nodiscard]] const std::vector<RimEdge>& moved_rim() const { return moved_rim_; }
 
-    [[nodiscard]] const RayGrid& grid();
+    [[nodiscard]] const RayTree& rays();
     /// Signed crossings of the upward ray from p with the surface. Exact.
     [[nodiscard]] int crossings(const Vector3& p);
     /// Distance of p to the surface, m.
@@ -78,12 +75,9 @@ private:
     std::vector<RimEdge> moved_rim_;
     Box box_;
     Box swept_;
-    RayGrid grid_;
-    Box asked_{Vector3::Constant(-std::numeric_limits<double>::infinity()),
-               Vector3::Constant(std::numeric_limits<double>::infinity())};
-    bool rests_ = false;
-    bool grid_is_current_ = false;
-    bool grid_is_whole_ = false;
+    RayTree rays_;
+    bool rays_are_prepared_ = false;
+    bool rays_are_current_ = false;
     SurfaceDistance distance_;
     bool distance_is_current_ = false;
 };

@@ -37,16 +37,6 @@ struct DepthTruth::State {
         previous.swap(position);
         position = now;
         for (BodySurface& one : bodies) one.follow();
-        for (std::size_t b = 0; b < bodies.size(); ++b) {
-            Box asked;
-            for (const Direction& direction : directions) {
-                if (static_cast<std::size_t>(direction.into) != b) continue;
-                const Box& box = body(direction.from).box();
-                asked.add(box.min);
-                asked.add(box.max);
-            }
-            bodies[b].will_be_asked_within(asked);
-        }
     }
 
     void judge(Direction& direction) {
@@ -68,7 +58,7 @@ struct DepthTruth::State {
         const BodySurface& from = body(direction.from);
         BodySurface& into = body(direction.into);
         if (!into.range().closed || !from.box().overlaps(into.box())) return {};
-        return edge_depth(topology->triangles, position, from.edges(), into.grid(),
+        return edge_depth(topology->triangles, position, from.edges(), into.rays(),
                           [&into](const Vector3& p) { return into.distance(p); });
     }
 

@@ -60,7 +60,7 @@ double deepest_between(double length, double first, double last, double at_least
 }  // namespace
 
 EdgeDepth edge_depth(const Triangles& triangles, const Matrix3X& position, std::span<const std::array<Index, 2>> edges,
-                     const RayGrid& grid, const std::function<double(const Vector3&)>& distance) {
+                     const RayTree& rays, const std::function<double(const Vector3&)>& distance) {
     EdgeDepth result;
     std::vector<double> cuts;
     for (const auto& [from, to] : edges) {
@@ -68,24 +68,26 @@ EdgeDepth edge_depth(const Triangles& triangles, const Matrix3X& position, std::
         const Vector3 p = position.col(from);
         const Vector3 q = position.col(to);
         const Box box{p.cwiseMin(q), p.cwiseMax(q)};
-        if (!box.overlaps(grid.box())) continue;
+        if (!box.overlaps(rays.box())) continue;
         cuts.assign({0.0, 1.0});
-        grid.visit_along(p, q, [&](Index t) {
-            if (!box.overlaps(grid.box_of(t))) return;
-            const auto way = way_through(position.col(triangles(0, t)), position.col(triangles(1, t)),
-                                         position.col(triangles(2, t)), p, q);
+        rays.visit_along(p, q, [&](Index t) {
+            const Vector3 a = position.col(triangles(0, t));
+            const Vector3 b = position.col(triangles(1, t));
+            const Vector3 c = position.col(triangles(2, t));
+            if (!box.overlaps(Box{a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)})) return;
+            const auto way = way_through(a, b, c, p, q);
             if (way) cuts.push_back(*way);
         });
         std::sort(cuts.begin(), cuts.end());
         const auto depth_at = [&](double way) {
             const Vector3 x = p + way * (q - p);
-            return grid.crossings(triangles, position, x) == 0 ? 0.0 : distance(x);
+            return rays.crossings(triangles, position, x) == 0 ? 0.0 : distance(x);
         };
         bool was_inside = false;
         for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
             const double middle = 0.5 * (cuts[i] + cuts[i + 1]);
             if (!(cuts[i] < middle && middle < cuts[i + 1])) continue;
-            const bool inside = grid.crossings(triangles, position, p + middle * (q - p)) != 0;
+            const bool inside = rays.crossings(triangles, position, p + middle * (q - p)) != 0;
             if (inside && !was_inside) ++result.stretches;
             was_inside = inside;
             if (!inside) continue;

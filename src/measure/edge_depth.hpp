@@ -8,7 +8,7 @@
 #include <span>
 
 #include "geometry/types.hpp"
-#include "measure/ray_grid.hpp"
+#include "measure/ray_tree.hpp"
 
 namespace trocar {
 
@@ -18,11 +18,11 @@ struct EdgeDepth {
 };
 
 /// Cuts the edges (vertex numbers; of pairs that stand there both ways the rising one) where they pass through the
-/// closed surface in `grid`, and looks along each part that is inside for its deepest point: at seven points, then
+/// closed surface in `rays`, and looks along each part that is inside for its deepest point: at seven points, then
 /// around the deepest of them by halved steps, 1/512 of the part at last. Whether a point is inside is decided exactly
 /// (winding number); where the edge is cut only guides the search, so that rounding there loses no more than a part
 /// shorter than rounding. `distance` tells how far a point is from the surface, m.
 EdgeDepth edge_depth(const Triangles& triangles, const Matrix3X& position, std::span<const std::array<Index, 2>> edges,
-                     const RayGrid& grid, const std::function<double(const Vector3&)>& distance);
+                     const RayTree& rays, const std::function<double(const Vector3&)>& distance);
 
 }  // namespace trocar

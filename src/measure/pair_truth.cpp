@@ -79,7 +79,7 @@ PairErrors compare_pairs(const std::vector<TrianglePair>& reported, const std::v
             continue;
         }
         ++errors.missing;
-        if (std::find(truth_touch.begin(), truth_touch.end(), static_cast<Index>(i)) != truth_touch.end()) {
+        if (std::binary_search(truth_touch.begin(), truth_touch.end(), static_cast<Index>(i))) {
             ++errors.missing_touch;
         }
     }

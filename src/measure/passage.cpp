@@ -1,8 +1,9 @@
 #include "measure/passage.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <set>
+#include <numeric>
 #include <utility>
 
 #include "geometry/exact.hpp"
@@ -74,7 +75,7 @@ PassageTruth::PassageTruth(const Scene& scene) : scene_(&scene), shape_(scene.fi
             direction.deepest.assign(direction.samples.size(), 0.0);
             if (range(into).closed) {
                 for (std::size_t s = 0; s < direction.samples.size(); ++s) {
-                    direction.depth[s] = targets_[at(into)].grid.crossings(
+                    direction.depth[s] = targets_[at(into)].rays.crossings(
                         topology.triangles, shape_, direction.at.col(static_cast<Eigen::Index>(s)));
                     direction.any_inside = direction.any_inside || direction.depth[s] != 0;
                 }
@@ -94,7 +95,12 @@ void PassageTruth::place_target(Index body, double jaw) {
     place_body(scene_->bodies[at(body)], own.vertices, pose, shape_);
     target.jaw = jaw;
     target.box = box_of(shape_, own.vertices);
-    target.grid.build(topology.triangles, own.triangles, shape_, target.box, target.box);
+    // A jaw that has moved leaves the order of the trees as it is.
+    if (target.normal.cols() > 0) {
+        target.rays.refit(topology.triangles, shape_);
+    } else {
+        target.rays.prepare(topology.triangles, own.triangles, shape_);
+    }
     target.distance.prepare(topology.triangles, own.triangles, shape_);
     target.distance.refit(topology.triangles, shape_);
     target.normal.resize(3, own.triangles.count);
@@ -132,7 +138,7 @@ double PassageTruth::half_width_of(Index body) const {
         const Vector3 middle = (shape_.col(corners[0]) + shape_.col(corners[1]) + shape_.col(corners[2])) / 3.0;
         const Vector3 inwards = -target.normal.col(t);
         double nearest = across;
-        target.grid.visit_along(middle, middle + across * inwards, [&](Index other) {
+        target.rays.visit_along(middle, middle + across * inwards, [&](Index other) {
             const auto normal = target.normal.col(other - own.triangles.first);
             const auto face = topology.triangles.col(other);
             const double slope = normal.dot(inwards);
@@ -157,14 +163,31 @@ void PassageTruth::add_samples(Direction& direction) const {
     const BodyRange& own = range(direction.from);
     const Triangles& triangles = scene_->topology.triangles;
     const Matrix3X& position = scene_->first.position;
-    std::set<std::pair<Index, Index>> edges;
-    double length = 0.0;
+    std::vector<std::array<Index, 2>> edges;
+    edges.reserve(3 * at(own.triangles.count));
     for (Index t = own.triangles.first; t < own.triangles.end(); ++t) {
         for (int corner = 0; corner < 3; ++corner) {
             const auto [u, v] = std::minmax(triangles(corner, t), triangles((corner + 1) % 3, t));
-            if (edges.insert({u, v}).second) length += (position.col(v) - position.col(u)).norm();
+            edges.push_back({u, v});
         }
     }
+    // The length is summed as the edges come first, whatever their numbers.
+    double length = 0.0;
+    {
+        std::vector<std::size_t> order(edges.size());
+        std::iota(order.begin(), order.end(), std::size_t{0});
+        std::sort(order.begin(), order.end(), [&edges](std::size_t i, std::size_t j) {
+            return edges[i] < edges[j] || (edges[i] == edges[j] && i < j);
+        });
+        std::vector<std::uint8_t> first_time(edges.size(), 0);
+        for (std::size_t i = 0; i < order.size(); ++i)
+            first_time[order[i]] = i == 0 || edges[order[i]] != edges[order[i - 1]] ? 1 : 0;
+        for (std::size_t i = 0; i < edges.size(); ++i) {
+            if (first_time[i] != 0) length += (position.col(edges[i][1]) - position.col(edges[i][0])).norm();
+        }
+    }
+    std::sort(edges.begin(), edges.end());
+    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
     for (Index v = own.vertices.first; v < own.vertices.end(); ++v) direction.samples.push_back({v, v, 0.0});
     const double spacing = std::max(targets_[at(direction.into)].thickness, length / most_samples);
     for (const auto& [u, v] : edges) {
@@ -247,7 +270,7 @@ bool PassageTruth::follow_sample(std::size_t sample, const Vector3& to, Directio
     const Vector3 from = direction.at.col(static_cast<Eigen::Index>(sample));
     hits_.clear();
     if (from != to) {
-        target.grid.visit_along(from, to, [&](Index t) {
+        target.rays.visit_along(from, to, [&](Index t) {
             const Vector3 a = shape_.col(triangles(0, t));
             const Vector3 b = shape_.col(triangles(1, t));
             const Vector3 c = shape_.col(triangles(2, t));
@@ -267,11 +290,8 @@ bool PassageTruth::follow_sample(std::size_t sample, const Vector3& to, Directio
         if (direction.entered[sample] >= 0) deepen(sample, from, to, direction);
         return false;
     }
-    // A triangle may be visited more than once.
+    // In an order of their own where several are met at once.
     std::sort(hits_.begin(), hits_.end(), [](const Hit& x, const Hit& y) { return x.triangle < y.triangle; });
-    hits_.erase(
-        std::unique(hits_.begin(), hits_.end(), [](const Hit& x, const Hit& y) { return x.triangle == y.triangle; }),
-        hits_.end());
     std::stable_sort(hits_.begin(), hits_.end(), [](const Hit& x, const Hit& y) { return x.part < y.part; });
     moved_through_ = true;
     bool through = false;

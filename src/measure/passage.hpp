@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "geometry/box_pairs.hpp"
-#include "measure/ray_grid.hpp"
+#include "measure/ray_tree.hpp"
 #include "measure/surface_distance.hpp"
 #include "scene/scene.hpp"
 
@@ -43,10 +43,10 @@ private:
     };
     struct Target {
         Box box;                  ///< in the body's frame
-        double jaw = 1.0;         ///< opening that shape, box and grid belong to
+        double jaw = 1.0;         ///< opening that shape, box and trees belong to
         double thickness = 0.0;   ///< m, volume / surface, the spacing of others' samples; open: the mean edge
         double half_width = 0.0;  ///< m, closed: how deep a point inside can be
-        RayGrid grid;
+        RayTree rays;
         SurfaceDistance distance;
         Matrix3X normal;  ///< 3×(triangles of the body), unit outward, body frame; 0 without area
     };

@@ -161,7 +161,6 @@ int SheetSides::rim_contribution(const Vector3& before, const Vector3& now) cons
 void SheetSides::find_near_rim() {
     near_rim_.clear();
     near_rim_box_.clear();
-    Box box;
     for (const RimEdge& edge : sheet_->rim()) {
         const Vector3 u = sheet_->now().col(edge.from);
         const Vector3 v = sheet_->now().col(edge.to);
@@ -169,35 +168,27 @@ void SheetSides::find_near_rim() {
         if (rays_miss(body_->box(), ends)) continue;
         near_rim_.push_back(edge);
         near_rim_box_.push_back(ends);
-        box.add(u);
-        box.add(v);
     }
     if (near_rim_.empty()) return;
     near_rim_corners_.resize(3, static_cast<Eigen::Index>(near_rim_.size()));
     for (std::size_t i = 0; i < near_rim_.size(); ++i) {
         near_rim_corners_.col(static_cast<Eigen::Index>(i)) << near_rim_[i].from, near_rim_[i].to, near_rim_[i].to;
     }
-    // A curtain has no end: the grid is asked seen from above alone.
-    box.min.z() = -std::numeric_limits<double>::infinity();
-    box.max.z() = std::numeric_limits<double>::infinity();
-    near_rim_grid_.build(near_rim_corners_, {0, static_cast<Index>(near_rim_.size())}, sheet_->now(), box, box);
+    near_rim_tree_.prepare(near_rim_corners_, {0, static_cast<Index>(near_rim_.size())}, sheet_->now(), false);
 }
 
 /// Signed crossings of the curtain on the straight way, as they change the upward ray's.
 int SheetSides::curtain_passages(const Vector3& from, const Vector3& to) {
     if (near_rim_.empty()) return 0;
-    met_.clear();
     const Box way{from.cwiseMin(to), from.cwiseMax(to)};
-    near_rim_grid_.visit_along(from, to, [&](Index edge) {
-        if (!apart_seen_from_above(near_rim_box_[static_cast<std::size_t>(edge)], way)) met_.push_back(edge);
-    });
-    std::sort(met_.begin(), met_.end());
-    met_.erase(std::unique(met_.begin(), met_.end()), met_.end());
     int sum = 0;
-    for (const Index i : met_) {
-        const RimEdge& edge = near_rim_[static_cast<std::size_t>(i)];
+    // A curtain has no end: only what it looks like from above counts.
+    near_rim_tree_.visit_along_from_above(from, to, [&](Index i) {
+        const auto number = static_cast<std::size_t>(i);
+        if (apart_seen_from_above(near_rim_box_[number], way)) return;
+        const RimEdge& edge = near_rim_[number];
         sum += edge.count * edge_passage(sheet_->now().col(edge.from), sheet_->now().col(edge.to), from, to);
-    }
+    });
     return sum;
 }
 

@@ -89,10 +89,9 @@ private:
 
     std::vector<RimEdge> near_rim_;  ///< whose curtain the body may meet
     std::vector<Box> near_rim_box_;
-    Triangles near_rim_corners_;  ///< the same as triangles without area, for the grid
-    RayGrid near_rim_grid_;
-    std::vector<Index> met_;            ///< buffers
-    std::vector<int> crossed_;          ///< per edge of the body, both ways: signed crossings of the sheet
+    Triangles near_rim_corners_;  ///< the same as triangles without area, for the tree
+    RayTree near_rim_tree_;
+    std::vector<int> crossed_;          ///< buffers: per edge of the body, both ways: signed crossings of the sheet
     std::vector<std::size_t> reverse_;  ///< where the same edge stands the other way round
     std::vector<int> cost_;
     std::vector<std::array<std::size_t, 2>> queue_;

@@ -44,6 +44,14 @@ int upward_crossing(const Vector3& a, const Vector3& b, const Vector3& c, const 
     return orientation_sign(a, b, c, p) == side ? side : 0;
 }
 
+int passing_to_the_right(const Vector3& u, const Vector3& v, const Vector3& p) {
+    // p is moved by more along y than along x: an end at its height is below it.
+    const bool rises = v.y() > p.y();
+    if (rises == (u.y() > p.y())) return 0;
+    const int side = rises ? 1 : -1;
+    return turn_of_moved_end(u, v, p) == side ? side : 0;
+}
+
 int edge_passage(const Vector3& u, const Vector3& v, const Vector3& p, const Vector3& q) {
     const int before = turn_of_moved_end(u, v, p);
     const int after = turn_of_moved_end(u, v, q);

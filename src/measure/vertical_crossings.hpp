@@ -20,6 +20,12 @@ inline bool rays_miss(const Box& points, const Box& surface) {
 /// infinitesimal step (e³, e², e), so that a ray through shared edges and corners still counts each surface once.
 int upward_crossing(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& p);
 
+/// How the directed edge u→v, seen from above, passes the line from p along +x: +1 when it goes from the right of that
+/// line to its left, −1 the other way, 0 when it does not meet it. Summed over a closed chain this is the number of
+/// times that the chain goes round p, and so the sum of upward_crossing over triangles above p that the chain bounds.
+/// Exact; same thought step.
+int passing_to_the_right(const Vector3& u, const Vector3& v, const Vector3& p);
+
 /// Signed change of the upward ray's crossings that the directed edge u→v makes while the point moves from p to q in a
 /// straight line: +1 when the ray passes the edge from its right to its left (seen from above), −1 the other way, 0
 /// when it does not meet the edge. Same thought step as upward_crossing.

@@ -4,9 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <fstream>
-#include <map>
 #include <numeric>
 #include <set>
 #include <utility>
@@ -166,27 +166,27 @@ Surface read_part_mesh(const JsonNode& node, const Places& places) {
 
 /// Every edge belongs to exactly two triangles that run it in opposite directions.
 bool is_watertight(const Triangles& triangles) {
-    std::map<std::pair<Index, Index>, int> directed;
+    std::vector<std::array<Index, 3>> sides;  // lower end, higher end, which way round
+    sides.reserve(static_cast<std::size_t>(triangles.size()));
     for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
         for (int corner = 0; corner < 3; ++corner) {
             const Index a = triangles(corner, t);
             const Index b = triangles((corner + 1) % 3, t);
-            if (a != b) ++directed[{a, b}];
+            if (a != b) sides.push_back({std::min(a, b), std::max(a, b), a < b ? 0 : 1});
         }
     }
-    return std::all_of(directed.begin(), directed.end(), [&](const auto& entry) {
-        const auto back = directed.find({entry.first.second, entry.first.first});
-        return entry.second == 1 && back != directed.end() && back->second == 1;
-    });
+    std::sort(sides.begin(), sides.end());
+    if (sides.size() % 2 != 0) return false;
+    for (std::size_t i = 0; i < sides.size(); i += 2) {
+        const auto& [low, high, way] = sides[i];
+        if (way != 0 || sides[i + 1] != std::array<Index, 3>{low, high, 1}) return false;
+        if (i > 0 && low == sides[i - 1][0] && high == sides[i - 1][1]) return false;
+    }
+    return true;
 }
 
 /// A seam of vertices stored twice is no hole: vertices at the same place are taken as one.
-Index hole_edges(const Surface& surface) {
-    Mesh mesh;
-    mesh.vertices = surface.vertices;
-    mesh.triangles = surface.triangles;
-    return report_mesh(mesh, 0).boundary_edges;
-}
+Index hole_edges(const Surface& surface) { return boundary_edges(surface.vertices, surface.triangles); }
 
 struct Part {
     Surface surface;                   ///< m, body frame

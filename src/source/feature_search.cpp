@@ -108,14 +108,14 @@ void FeatureSearch::look_at_point(const TickStart& start, Index vertex, Index ve
     PointFace found{.vertex = vertex, .triangle = triangle, .vertex_body = vertex_body, .face_body = face_body};
     place(start, start.position(vertex, vertex_body), found);
     if (found.distance > reach_) return;
-    judge(start, found);
+    judge(start, false, found);
     point_faces_.push_back(found);
 }
 
 /// Whether the nearest point of the triangle is the nearest of the surface around it, too, and how the surface faces
 /// there: on an edge or corner by the mean normal weighted with the angles, which alone never tells the wrong side
 /// (Baerentzen and Aanaes 2005).
-void FeatureSearch::judge(const TickStart& start, PointFace& found) const {
+void FeatureSearch::judge(const TickStart& start, bool fully, PointFace& found) const {
     const auto corner = start.topology().triangles.col(found.triangle);
     const int inside = static_cast<int>((found.weights.array() > 0.0).count());
     found.is_closest = false;
@@ -144,6 +144,8 @@ void FeatureSearch::judge(const TickStart& start, PointFace& found) const {
         const Index vertex = corner[here];
         const auto faces = mesh_.faces_at_vertex(vertex);
         found.is_closest = faces.front() == found.triangle;
+        // Of the many faces at the middle of a fan one alone is asked what they all are.
+        if (!found.is_closest && !fully) return;
         const Vector3 foot = start.position(vertex, found.face_body);
         for (const Index e : mesh_.edges_at_vertex(vertex)) {
             const Vector3 along = start.position(mesh_.other_end(e, vertex), found.face_body) - foot;
@@ -178,7 +180,7 @@ PointFace FeatureSearch::walk(const TickStart& start, const Vector3& point, Inde
         }
         if (best.triangle == centre) break;
     }
-    judge(start, best);
+    judge(start, true, best);
     return best;
 }
 

@@ -63,7 +63,8 @@ private:
     void look_at_point(const TickStart& start, Index vertex, Index vertex_body, Index triangle, Index face_body);
     void look_at_edges(const TickStart& start, Index edge_a, Index body_a, Index edge_b, Index body_b);
     void place(const TickStart& start, const Vector3& point, PointFace& found) const;
-    void judge(const TickStart& start, PointFace& found) const;
+    /// `fully`: sets `front` where it is not the closest, too.
+    void judge(const TickStart& start, bool fully, PointFace& found) const;
     [[nodiscard]] bool is_ridge(const TickStart& start, Index edge, Index body, const Vector3& normal) const;
 
     FeatureMesh mesh_;

@@ -1,0 +1,91 @@
+// Every two triangles of one mesh that may meet though they have no vertex in common, without a list of them: a tree of
+// boxes held against itself.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "geometry/types.hpp"
+
+namespace trocar {
+
+/// What a mesh is full of is passed over as one, not pair by pair: triangles that share a vertex (a fan, duplicates on
+/// each other), and triangles with area that lie in one plane, exactly (a flat face cut into many). Long thin triangles
+/// are held apart by boxes along their own axes.
+class PairsApart {
+public:
+    /// Both outlive the object. No triangle has two corners of the same number.
+    PairsApart(const Matrix3X& vertices, const Triangles& triangles);
+
+    /// Calls use(s, t) for each pair whose boxes overlap; ends early when it returns false. Returns how many pairs of
+    /// nodes it has looked at.
+    template <typename Use>
+    std::int64_t for_each(const Use& use) const {
+        std::int64_t looked_at = 0;
+        if (nodes_.empty()) return looked_at;
+        std::vector<std::array<Index, 2>> open{{0, 0}};
+        while (!open.empty()) {
+            const auto [a, b] = open.back();
+            open.pop_back();
+            ++looked_at;
+            const Node& first = node(a);
+            const Node& second = node(b);
+            if (passed_over(a, b)) continue;
+            const bool first_ends = first.second < 0;
+            const bool second_ends = second.second < 0;
+            if (a == b) {
+                if (first_ends) continue;  // one triangle
+                open.insert(open.end(), {{a + 1, a + 1}, {first.second, first.second}, {a + 1, first.second}});
+            } else if (first_ends && second_ends) {
+                if (!use(order_[static_cast<std::size_t>(first.first)], order_[static_cast<std::size_t>(second.first)]))
+                    break;
+            } else if (second_ends || (!first_ends && first.count >= second.count)) {
+                open.insert(open.end(), {{a + 1, b}, {first.second, b}});
+            } else {
+                open.insert(open.end(), {{a, b + 1}, {a, second.second}});
+            }
+        }
+        return looked_at;
+    }
+
+private:
+    /// Vertices that all triangles below share, -1 where there are fewer than three.
+    using Common = std::array<Index, 3>;
+    struct Node {
+        Box box;
+        Common common{-1, -1, -1};
+        Index first = 0;  ///< into order_
+        Index count = 1;
+        Index second = -1;   ///< node of the upper half; the lower half follows at once; -1: one triangle
+        Index plane = -1;    ///< a triangle with area in whose plane all triangles below lie, each with area; -1: none
+        Index slanted = -1;  ///< into slanted_
+    };
+    /// A box along axes of its own, unit vectors up to rounding; from middle_.
+    struct Slanted {
+        Matrix3 axes;  ///< rows
+        Vector3 middle;
+        Vector3 half;
+    };
+
+    [[nodiscard]] const Node& node(Index i) const { return nodes_[static_cast<std::size_t>(i)]; }
+    [[nodiscard]] bool passed_over(Index a, Index b) const;
+    [[nodiscard]] bool in_one_plane(Index face, Index other) const;
+    [[nodiscard]] bool apart_along_own_axes(const Node& first, const Node& second) const;
+    [[nodiscard]] Slanted box_along(const Node& of, Index along) const;
+    [[nodiscard]] Slanted own_box(const Node& of) const;
+    [[nodiscard]] Vector3 centre(Index triangle) const;
+    void find_slanted(Node& made);
+    Index build(Index begin, Index end);
+
+    const Matrix3X& vertices_;
+    const Triangles& triangles_;
+    std::vector<Box> boxes_;  ///< per triangle
+    Vector3 middle_ = Vector3::Zero();
+    double size_ = 0.0;  ///< across the whole
+    std::vector<Index> order_;
+    std::vector<Node> nodes_;
+    std::vector<Slanted> slanted_;
+};
+
+}  // namespace trocar

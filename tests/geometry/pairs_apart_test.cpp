@@ -1,0 +1,168 @@
+#include "geometry/pairs_apart.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <set>
+#include <utility>
+
+#include "geometry/exact.hpp"
+
+namespace trocar {
+namespace {
+
+struct TriangleHeap {
+    Matrix3X vertices;
+    Triangles triangles;
+    [[nodiscard]] Index count() const { return static_cast<Index>(triangles.cols()); }
+    [[nodiscard]] Corners corners(Index t) const {
+        return {vertices.col(triangles(0, t)), vertices.col(triangles(1, t)), vertices.col(triangles(2, t))};
+    }
+};
+
+TriangleHeap heap_of(const std::vector<Vector3>& points, const std::vector<std::array<Index, 3>>& faces) {
+    TriangleHeap heap;
+    heap.vertices.resize(3, static_cast<Eigen::Index>(points.size()));
+    heap.triangles.resize(3, static_cast<Eigen::Index>(faces.size()));
+    for (std::size_t i = 0; i < points.size(); ++i) heap.vertices.col(static_cast<Eigen::Index>(i)) = points[i];
+    for (std::size_t i = 0; i < faces.size(); ++i)
+        heap.triangles.col(static_cast<Eigen::Index>(i)) << faces[i][0], faces[i][1], faces[i][2];
+    return heap;
+}
+
+/// A cone and the fan that closes it below: all boxes of either overlap those of the other.
+TriangleHeap cone(Index sides) {
+    std::vector<Vector3> points{{0, 0, 1}, {0, 0, 0}};
+    std::vector<std::array<Index, 3>> faces;
+    for (Index s = 0; s < sides; ++s) {
+        const double angle = 2.0 * std::numbers::pi * s / sides;
+        points.emplace_back(std::cos(angle), std::sin(angle), 0.0);
+        faces.push_back({0, 2 + s, 2 + (s + 1) % sides});
+        faces.push_back({1, 2 + (s + 1) % sides, 2 + s});
+    }
+    return heap_of(points, faces);
+}
+
+/// A flat fan whose triangles have each a centre of their own, all but at one place.
+TriangleHeap flat_fan(Index sides) {
+    std::vector<Vector3> points;
+    std::vector<std::array<Index, 3>> faces;
+    for (Index s = 0; s < sides; ++s) {
+        const double from = 2.0 * std::numbers::pi * s / sides;
+        const double to = 2.0 * std::numbers::pi * (s + 1) / sides;
+        points.insert(points.end(), {Vector3(1e-9 * s, 0.0, 0.25), Vector3(std::cos(from), std::sin(from), 0.25),
+                                     Vector3(std::cos(to), std::sin(to), 0.25)});
+        faces.push_back({3 * s, 3 * s + 1, 3 * s + 2});
+    }
+    return heap_of(points, faces);
+}
+
+/// Corners on a coarse lattice: degenerate, coplanar and repeated triangles among them.
+TriangleHeap lattice_heap(std::mt19937_64& random, Index count, Index vertices) {
+    std::uniform_int_distribution<int> place(0, 3);
+    std::uniform_int_distribution<Index> number(0, vertices - 1);
+    std::vector<Vector3> points;
+    for (Index v = 0; v < vertices; ++v) points.emplace_back(place(random), place(random), place(random));
+    std::vector<std::array<Index, 3>> faces;
+    while (static_cast<Index>(faces.size()) < count) {
+        const std::array<Index, 3> c{number(random), number(random), number(random)};
+        if (c[0] != c[1] && c[1] != c[2] && c[2] != c[0]) faces.push_back(c);
+    }
+    return heap_of(points, faces);
+}
+
+/// Needles in bundles, and some triangles across them.
+TriangleHeap needles_and_faces(std::mt19937_64& random, Index count) {
+    std::uniform_real_distribution<double> place(-1.0, 1.0);
+    const auto anywhere = [&] { return Vector3(place(random), place(random), place(random)); };
+    std::vector<Vector3> points;
+    std::vector<std::array<Index, 3>> faces;
+    const Vector3 along = anywhere();
+    for (Index t = 0; t < count; ++t) {
+        const Vector3 p = anywhere();
+        const Vector3 q = t % 4 == 0 ? anywhere() : Vector3(p + along);
+        const Vector3 r = t % 8 == 0 ? anywhere() : Vector3(q + 1e-3 * anywhere());
+        points.insert(points.end(), {p, q, r});
+        faces.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+    }
+    return heap_of(points, faces);
+}
+
+bool share_a_vertex(const TriangleHeap& heap, Index s, Index t) {
+    for (int i = 0; i < 9; ++i) {
+        if (heap.triangles(i / 3, s) == heap.triangles(i % 3, t)) return true;
+    }
+    return false;
+}
+
+bool have_one_plane(const TriangleHeap& heap, Index s, Index t) {
+    const Corners first = heap.corners(s);
+    const Corners second = heap.corners(t);
+    if (oracle_class(first, second) == PairClass::degenerate) return false;
+    return std::all_of(second.begin(), second.end(),
+                       [&first](const Vector3& p) { return orientation_sign(first[0], first[1], first[2], p) == 0; });
+}
+
+TEST(PairsApart, AreAllThatMeetWithoutACommonVertexOrPlane) {
+    std::mt19937_64 random(4);
+    std::vector<TriangleHeap> heaps{cone(40), flat_fan(40)};
+    for (int round = 0; round < 4; ++round) {
+        heaps.push_back(lattice_heap(random, 120, 40));
+        heaps.push_back(lattice_heap(random, 120, 300));
+        heaps.push_back(needles_and_faces(random, 150));
+        heaps.push_back(cone(30));
+        heaps.back().vertices += 0.02 * Matrix3X::Random(3, heaps.back().vertices.cols());
+    }
+    heaps.push_back(lattice_heap(random, 1, 9));
+    heaps.push_back(heap_of({}, {}));
+    std::int64_t meeting = 0;
+    std::int64_t told = 0;
+    for (const TriangleHeap& heap : heaps) {
+        std::set<std::pair<Index, Index>> pairs;
+        PairsApart(heap.vertices, heap.triangles).for_each([&](Index s, Index t) {
+            EXPECT_TRUE(pairs.insert(std::minmax(s, t)).second);
+            EXPECT_FALSE(share_a_vertex(heap, s, t));
+            return true;
+        });
+        told += static_cast<std::int64_t>(pairs.size());
+        for (Index s = 0; s < heap.count(); ++s) {
+            for (Index t = s + 1; t < heap.count(); ++t) {
+                if (share_a_vertex(heap, s, t) || !oracle_intersect(heap.corners(s), heap.corners(t))) continue;
+                if (have_one_plane(heap, s, t)) continue;
+                ++meeting;
+                EXPECT_TRUE(pairs.contains({s, t})) << s << ' ' << t;
+            }
+        }
+    }
+    EXPECT_GT(meeting, 5000);
+    EXPECT_LT(told, 5 * meeting);
+}
+
+/// Pairs of nodes looked at, and pairs of triangles told.
+std::array<std::int64_t, 2> work_of(const TriangleHeap& heap) {
+    std::int64_t told = 0;
+    const std::int64_t looked_at = PairsApart(heap.vertices, heap.triangles).for_each([&](Index, Index) {
+        ++told;
+        return true;
+    });
+    return {looked_at, told};
+}
+
+TEST(PairsApart, OfAConeGrowLittleFasterThanItsSides) {
+    const auto [small, small_told] = work_of(cone(500));
+    const auto [large, large_told] = work_of(cone(8000));
+    EXPECT_LT(large, 32 * small);
+    EXPECT_LT(large, 16000 * 100);
+    EXPECT_LT(large_told, 16000 * 20);
+}
+
+TEST(PairsApart, OfAFlatFaceAreNone) {
+    const auto [looked_at, told] = work_of(flat_fan(20000));
+    EXPECT_EQ(looked_at, 1);
+    EXPECT_EQ(told, 0);
+}
+
+}  // namespace
+}  // namespace trocar

@@ -1,0 +1,288 @@
+#include "measure/ray_tree.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <random>
+#include <set>
+
+#include "geometry/exact.hpp"
+#include "measure/vertical_crossings.hpp"
+
+namespace trocar {
+namespace {
+
+struct RaySurface {
+    Matrix3X position;
+    Triangles triangles;
+    [[nodiscard]] Index count() const { return static_cast<Index>(triangles.cols()); }
+    [[nodiscard]] Corners corners(Index t) const {
+        return {position.col(triangles(0, t)), position.col(triangles(1, t)), position.col(triangles(2, t))};
+    }
+};
+
+RaySurface surface_of(const std::vector<Vector3>& points, const std::vector<std::array<Index, 3>>& faces) {
+    RaySurface surface;
+    surface.position.resize(3, static_cast<Eigen::Index>(points.size()));
+    surface.triangles.resize(3, static_cast<Eigen::Index>(faces.size()));
+    for (std::size_t i = 0; i < points.size(); ++i) surface.position.col(static_cast<Eigen::Index>(i)) = points[i];
+    for (std::size_t i = 0; i < faces.size(); ++i)
+        surface.triangles.col(static_cast<Eigen::Index>(i)) << faces[i][0], faces[i][1], faces[i][2];
+    return surface;
+}
+
+/// Stacked closed rings of `sides` around z, from z = 0 to 1.
+RaySurface shaft(Index rings, Index sides, double radius) {
+    std::vector<Vector3> points;
+    std::vector<std::array<Index, 3>> faces;
+    for (Index k = 0; k < rings; ++k) {
+        for (Index s = 0; s < sides; ++s) {
+            const double angle = 2.0 * std::numbers::pi * s / sides;
+            points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), 1.0 * k / (rings - 1));
+        }
+    }
+    for (Index k = 0; k + 1 < rings; ++k) {
+        for (Index s = 0; s < sides; ++s) {
+            const Index a = k * sides + s;
+            const Index b = k * sides + (s + 1) % sides;
+            faces.push_back({a, b, b + sides});
+            faces.push_back({a, b + sides, a + sides});
+        }
+    }
+    for (Index s = 2; s < sides; ++s) {
+        const Index top = (rings - 1) * sides;
+        faces.push_back({0, s, s - 1});
+        faces.push_back({top, top + s - 1, top + s});
+    }
+    return surface_of(points, faces);
+}
+
+/// Closed flat prisms above each other, all as wide as the whole.
+RaySurface discs(Index count, Index sides) {
+    std::vector<Vector3> points;
+    std::vector<std::array<Index, 3>> faces;
+    for (Index k = 0; k < count; ++k) {
+        const RaySurface disc = shaft(2, sides, 1.0);
+        const auto first = static_cast<Index>(points.size());
+        for (Eigen::Index v = 0; v < disc.position.cols(); ++v) {
+            Vector3 p = disc.position.col(v);
+            p.z() = 0.01 * (k + 0.4 * p.z());
+            points.push_back(p);
+        }
+        for (Index t = 0; t < disc.count(); ++t) {
+            const auto c = disc.triangles.col(t);
+            faces.push_back({first + c[0], first + c[1], first + c[2]});
+        }
+    }
+    return surface_of(points, faces);
+}
+
+/// A polygon with many corners as readers split it.
+RaySurface polygon(Index corners) {
+    std::vector<Vector3> points;
+    std::vector<std::array<Index, 3>> faces;
+    for (Index s = 0; s < corners; ++s) {
+        const double angle = 2.0 * std::numbers::pi * s / corners;
+        points.emplace_back(std::cos(angle), std::sin(angle), 0.0);
+        if (s >= 2) faces.push_back({0, s - 1, s});
+    }
+    return surface_of(points, faces);
+}
+
+/// Triangles between points of a coarse lattice: degenerate, coplanar and repeated ones among them, edges shared.
+RaySurface lattice_triangles(std::mt19937_64& random, Index count) {
+    std::uniform_int_distribution<int> place(0, 3);
+    std::uniform_int_distribution<Index> vertex(0, 39);
+    std::vector<Vector3> points;
+    for (Index i = 0; i < 40; ++i) points.emplace_back(place(random), place(random), place(random));
+    std::vector<std::array<Index, 3>> faces;
+    for (Index i = 0; i < count; ++i) {
+        faces.push_back({vertex(random), vertex(random), vertex(random)});
+        if (i % 5 == 0) faces.push_back(faces.back());
+    }
+    return surface_of(points, faces);
+}
+
+/// Needles that lie anywhere.
+RaySurface needles(std::mt19937_64& random, Index count) {
+    std::uniform_real_distribution<double> place(-1.0, 1.0);
+    std::vector<Vector3> points;
+    std::vector<std::array<Index, 3>> faces;
+    const Vector3 along = Vector3(place(random), place(random), place(random)).normalized();
+    for (Index i = 0; i < count; ++i) {
+        const Vector3 p(place(random), place(random), place(random));
+        const Vector3 aside = 1e-3 * Vector3(place(random), place(random), place(random));
+        const auto first = static_cast<Index>(points.size());
+        points.insert(points.end(), {p, p + 2.0 * along, p + 2.0 * along + aside});
+        faces.push_back({first, first + 1, first + 2});
+    }
+    return surface_of(points, faces);
+}
+
+void turn(RaySurface& surface, const Vector3& axis, double angle) {
+    surface.position = (Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix() * surface.position).eval();
+}
+
+std::vector<RaySurface> all_kinds(std::mt19937_64& random) {
+    std::vector<RaySurface> kinds{shaft(40, 5, 0.1),
+                                  shaft(2, 60, 0.1),
+                                  discs(20, 7),
+                                  polygon(200),
+                                  needles(random, 150),
+                                  lattice_triangles(random, 30),
+                                  lattice_triangles(random, 200),
+                                  lattice_triangles(random, 3)};
+    for (std::size_t kind = 0; kind < 4; ++kind) {
+        kinds.push_back(kinds[kind]);
+        turn(kinds.back(), Vector3(1.0, 2.0, 0.5), 0.9);
+    }
+    return kinds;
+}
+
+int crossings_one_by_one(const RaySurface& surface, const Vector3& p) {
+    int sum = 0;
+    for (Index t = 0; t < surface.count(); ++t) {
+        const Corners c = surface.corners(t);
+        sum += upward_crossing(c[0], c[1], c[2], p);
+    }
+    return sum;
+}
+
+/// Points everywhere about the surface, at its vertices, under and beside them, and on its triangles.
+std::vector<Vector3> asked_points(const RaySurface& surface, std::mt19937_64& random) {
+    std::uniform_real_distribution<double> share(-0.1, 1.1);
+    std::uniform_int_distribution<Index> vertex(0, static_cast<Index>(surface.position.cols()) - 1);
+    Box box;
+    for (Eigen::Index v = 0; v < surface.position.cols(); ++v) box.add(surface.position.col(v));
+    const Vector3 size = box.max - box.min;
+    std::vector<Vector3> points;
+    for (int i = 0; i < 60; ++i) {
+        const Vector3 anywhere = box.min + Vector3(share(random), share(random), share(random)).cwiseProduct(size);
+        const Vector3 at_vertex = surface.position.col(vertex(random));
+        const Vector3 between = 0.5 * (at_vertex + Vector3(surface.position.col(vertex(random))));
+        points.insert(points.end(), {anywhere, at_vertex, between, Vector3(at_vertex.x(), at_vertex.y(), anywhere.z()),
+                                     Vector3(between.x(), at_vertex.y(), box.min.z() - 1.0)});
+    }
+    return points;
+}
+
+TEST(RayTree, CountsTheCrossingsOfEveryTriangle) {
+    std::mt19937_64 random(1);
+    for (int round = 0; round < 6; ++round) {
+        for (RaySurface& surface : all_kinds(random)) {
+            RayTree tree;
+            tree.prepare(surface.triangles, {0, surface.count()}, surface.position);
+            // As prepared, turned, and with all vertices somewhere else.
+            for (int state = 0; state < 3; ++state) {
+                if (state == 1) turn(surface, Vector3(0.3, -1.0, 2.0), 0.3 + round);
+                if (state == 2) surface.position += 0.2 * Matrix3X::Random(3, surface.position.cols());
+                if (state > 0) tree.refit(surface.triangles, surface.position);
+                RayWork work;
+                int not_none = 0;
+                for (const Vector3& p : asked_points(surface, random)) {
+                    const int expected = crossings_one_by_one(surface, p);
+                    ASSERT_EQ(tree.crossings(surface.triangles, surface.position, p, &work), expected);
+                    not_none += expected != 0 ? 1 : 0;
+                }
+                if (surface.count() > 20) {
+                    EXPECT_GT(not_none, 0);
+                }
+            }
+        }
+    }
+}
+
+TEST(RayTree, VisitsEveryTriangleThatASegmentMeetsOnce) {
+    std::mt19937_64 random(2);
+    std::int64_t met = 0;
+    std::int64_t visited_in_all = 0;
+    for (int round = 0; round < 3; ++round) {
+        for (RaySurface& surface : all_kinds(random)) {
+            RayTree tree;
+            tree.prepare(surface.triangles, {0, surface.count()}, surface.position, round == 0);
+            if (round == 2) {
+                turn(surface, Vector3(1.0, 1.0, -0.3), 1.1);
+                tree.refit(surface.triangles, surface.position);
+            }
+            const std::vector<Vector3> points = asked_points(surface, random);
+            for (std::size_t i = 0; i + 1 < points.size(); i += 6) {
+                std::map<Index, int> visits;
+                std::set<Index> above;
+                tree.visit_along(points[i], points[i + 1], [&](Index t) { ++visits[t]; });
+                tree.visit_along_from_above(points[i], points[i + 1], [&](Index t) { above.insert(t); });
+                for (const auto& [triangle, times] : visits) {
+                    ASSERT_EQ(times, 1);
+                    ASSERT_TRUE(above.contains(triangle));
+                }
+                visited_in_all += static_cast<std::int64_t>(visits.size());
+                const auto flat = [](Corners corners) {
+                    for (Vector3& p : corners) p.z() = 0.0;
+                    return corners;
+                };
+                const Corners segment{points[i], points[i + 1], points[i + 1]};
+                for (Index t = 0; t < surface.count(); ++t) {
+                    if (triangles_intersect(segment, surface.corners(t))) {
+                        ++met;
+                        ASSERT_TRUE(visits.contains(t));
+                    }
+                    if (triangles_intersect(flat(segment), flat(surface.corners(t)))) {
+                        ASSERT_TRUE(above.contains(t));
+                    }
+                }
+            }
+        }
+    }
+    EXPECT_GT(met, 1000);
+    EXPECT_LT(visited_in_all, 40 * met);
+}
+
+/// Work of one question on average, and what is held per triangle.
+struct Cost {
+    double asked = 0.0;
+    double held = 0.0;
+};
+
+Cost cost_of(const RaySurface& surface) {
+    std::mt19937_64 random(3);
+    RayTree tree;
+    tree.prepare(surface.triangles, {0, surface.count()}, surface.position);
+    RayWork work;
+    const std::vector<Vector3> points = asked_points(surface, random);
+    for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+        static_cast<void>(tree.crossings(surface.triangles, surface.position, points[i], &work));
+        const Vector3 near = points[i] + 0.02 * (points[i + 1] - points[i]);
+        tree.visit_along(
+            points[i], near, [](Index) {}, &work);
+    }
+    return {static_cast<double>(work.nodes + work.triangles + work.rim_edges) / static_cast<double>(points.size()),
+            static_cast<double>(tree.node_count() + tree.rim_edge_count()) / static_cast<double>(surface.count())};
+}
+
+/// A grid over these had cells for every triangle of a shaft that stands upright, or for all of a disc.
+TEST(RayTree, CostsLittleMoreOnSixteenTimesTheTriangles) {
+    struct Kind {
+        const char* name;
+        RaySurface small;
+        RaySurface large;
+    };
+    std::vector<Kind> kinds{{"shaft", shaft(300, 12, 0.01), shaft(4800, 12, 0.01)},
+                            {"sheath of slivers", shaft(2, 2000, 0.01), shaft(2, 32000, 0.01)},
+                            {"stack of discs", discs(60, 18), discs(960, 18)},
+                            {"polygon", polygon(3000), polygon(48000)}};
+    for (std::size_t kind = 0; kind < 4; ++kind) {
+        kinds.push_back(kinds[kind]);
+        turn(kinds.back().small, Vector3(1.0, -1.0, 0.1), 0.95);
+        turn(kinds.back().large, Vector3(1.0, -1.0, 0.1), 0.95);
+    }
+    for (const Kind& kind : kinds) {
+        const Cost small = cost_of(kind.small);
+        const Cost large = cost_of(kind.large);
+        EXPECT_LT(large.asked, 6.0 * small.asked) << kind.name << ' ' << small.asked << ' ' << large.asked;
+        EXPECT_LT(large.held, 4.0) << kind.name;
+    }
+}
+
+}  // namespace
+}  // namespace trocar
