@@ -3,13 +3,19 @@
 #   ./test.sh          the release tests: what ./run.sh built, and the tests themselves
 #   ./test.sh checks   what costs builds of its own: bare build, contract tests under ASan and UBSan, format, tidy on
 #                      what changed
-#   ./test.sh full     both, with every file tidied, all tests under ASan, clang, TSan and long fuzzing
+#   ./test.sh full     both, with every file tidied, all tests under ASan, clang, TSan and a minute of every fuzz target
+#   ./test.sh fuzz MINUTES [TARGET…]   every reader and `run` on mutated inputs, MINUTES each (tests/fuzz)
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 source .ci/prepare.sh
 
 mode=${1:-tests}
-case $mode in tests | checks | full) ;; *) echo "usage: ./test.sh [checks | full]" >&2; exit 2 ;; esac
+usage() { echo "usage: ./test.sh [checks | full | fuzz MINUTES [TARGET...]]" >&2; exit 2; }
+case $mode in
+    tests | checks | full) [ $# -le 1 ] || usage ;;
+    fuzz) [[ ${2:-} =~ ^[0-9]+$ && $2 -gt 0 ]] || usage ;;
+    *) usage ;;
+esac
 
 passed=0 failed=0 skipped=0 without_data=0
 
@@ -71,18 +77,26 @@ tidy_is_clean() {
     printf '%s\n' "${built[@]}" | xargs -P2 -n1 clang-tidy-14 --quiet -p build/tidy
 }
 
+# fuzz MINUTES [TARGET…]
+fuzz() {
+    configure fuzz
+    build fuzz fuzz_targets
+    check "fuzzing" tests/fuzz/fuzz.sh "$@"
+}
+
 install_missing "${base_packages[@]}"
 [ "$mode" != full ] || install_missing "${full_packages[@]}"
+[ "$mode" != fuzz ] || install_missing "${fuzz_packages[@]}"
 find_data
 started=$SECONDS
 
-if [ "$mode" != checks ]; then
+if [ "$mode" = tests ] || [ "$mode" = full ]; then
     configure release
     build release
     run_tests release
 fi
 
-if [ "$mode" != tests ]; then
+if [ "$mode" = checks ] || [ "$mode" = full ]; then
     install_missing "${check_packages[@]}"
 
     configure bare
@@ -114,10 +128,9 @@ if [ "$mode" = full ]; then
     configure tsan
     build tsan
     run_tests tsan
-    say "long fuzzing"
-    export TROCAR_FUZZ_ROUNDS=200
-    run_tests release -R 'Fuzz'
+    fuzz 1
 fi
+[ "$mode" != fuzz ] || fuzz "${@:2}"
 
 say "done in $((SECONDS - started)) s"
 [ "$without_data" -eq 0 ] || echo "skipped: $without_data checks, no data"

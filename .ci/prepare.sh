@@ -14,13 +14,15 @@ rival_packages=(libembree-dev libbullet-dev libcgal-dev)
 docs_packages=(mkdocs mkdocs-material)
 # Checks beyond the tests.
 check_packages=(clang-format-14 clang-tidy-14)
+# ./test.sh fuzz; llvm-16 names the places of a find
+fuzz_packages=(clang-16 libclang-rt-16-dev llvm-16 python3)
 # ./test.sh full; those behind the compiler read what trocar writes for others: VTK the exports, LaTeX the tables, R and
 # pandas the CSV, rsvg the charts; a browser opens the
 # pages
 full_packages=(
-    clang-16 libclang-rt-16-dev
+    "${fuzz_packages[@]}"
     python3-vtk9 texlive-latex-base texlive-latex-recommended librsvg2-bin r-base-core python3-pandas
-    chromium chromium-driver python3
+    chromium chromium-driver
 )
 
 say() { printf '\n== %s\n' "$*"; }

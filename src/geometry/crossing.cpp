@@ -102,6 +102,36 @@ bool planar_overlap(const Corners& first, const Corners& second, int axis) {
     return true;
 }
 
+Crossing interval_test(const Corners& world_first, const Corners& world_second,
+                       std::array<double, 2>& smallest_altitudes);
+
+/// The test where products of lengths overflow: on triangles that a power of two makes smaller, which changes no bit of
+/// theirs that counts. No meeting where there is nothing to make smaller: a coordinate is not finite.
+Crossing shrunk_interval_test(const Corners& first, const Corners& second, std::array<double, 2>& smallest_altitudes) {
+    double largest = 0.0;
+    for (const Corners& t : {first, second}) {
+        for (const Vector3& corner : t) largest = std::fmax(largest, corner.cwiseAbs().maxCoeff());
+    }
+    constexpr int exponent = 230;  // some 1e69: lengths to the fourth power are below the largest double
+    const int excess = std::isfinite(largest) && largest > 0.0 ? std::ilogb(largest) - exponent : 0;
+    if (excess <= 0) return {};
+    const auto shrunk = [excess](const Corners& t) {
+        const double factor = std::ldexp(1.0, -excess);
+        return Corners{factor * t[0], factor * t[1], factor * t[2]};
+    };
+    Crossing result = interval_test(shrunk(first), shrunk(second), smallest_altitudes);
+    const double back = std::ldexp(1.0, excess);
+    for (std::array<double, 3>* depths : {&result.first_depth, &result.second_depth}) {
+        for (double& depth : *depths) depth *= back;
+    }
+    for (std::array<double, 2>* lengths : {&result.first_interval, &result.second_interval, &smallest_altitudes}) {
+        for (double& length : *lengths) length *= back;
+    }
+    result.length *= back;
+    for (CrossingEnd& end : result.ends) end.point *= back;
+    return result;
+}
+
 /// The whole test but for the altitude rule; the smallest altitude of either triangle is handed out for it.
 Crossing interval_test(const Corners& world_first, const Corners& world_second,
                        std::array<double, 2>& smallest_altitudes) {
@@ -117,6 +147,10 @@ Crossing interval_test(const Corners& world_first, const Corners& world_second,
 
     const std::array<double, 3> second_distance = distances(second, first[0], first_area, first_norm);
     const std::array<double, 3> first_distance = distances(first, second[0], second_area, second_norm);
+    double size = first_norm + second_norm;
+    for (std::size_t i = 0; i < 3; ++i) size += std::abs(first_distance[i]) + std::abs(second_distance[i]);
+    constexpr double largest_size = 1e150;  // beyond, and where it is NaN, something has overflowed or soon will
+    if (!(size < largest_size)) return shrunk_interval_test(world_first, world_second, smallest_altitudes);
     for (std::size_t i = 0; i < 3; ++i) {
         result.first_depth[i] = -first_distance[i];
         result.second_depth[i] = -second_distance[i];

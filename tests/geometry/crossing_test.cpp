@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "geometry/triangle_families.hpp"
 #include "support/data.hpp"
@@ -189,6 +190,60 @@ TEST(IntervalTest, EqualsExactTestOnGenericPairs) {
         ASSERT_EQ(interval_intersect(pair.first, pair.second), truth);
     }
     EXPECT_GT(meet, 5000);
+}
+
+/// Where lengths to the second or fourth power overflow.
+TEST(IntervalTest, IsTheSameWhereProductsOverflow) {
+    std::mt19937_64 random(14);
+    int meet = 0;
+    for (int n = 0; n < 2000; ++n) {
+        const TrianglePairCase pair = test::random_pair(random);
+        const bool truth = triangles_intersect(pair.first, pair.second);
+        meet += truth ? 1 : 0;
+        for (const int exponent : {230, 300, 500, 512, 700, 1010, 1020}) {
+            const double factor = std::ldexp(1.0, exponent);
+            ASSERT_EQ(interval_intersect(test::scaled(pair.first, factor), test::scaled(pair.second, factor)), truth)
+                << n << " times two to the " << exponent;
+        }
+    }
+    EXPECT_GT(meet, 200);
+}
+
+TEST(Crossing, LengthsGrowWithTrianglesWhoseProductsOverflow) {
+    const Corners blade = moved(face, Quaternion(Eigen::AngleAxisd(1.2, Vector3::UnitX())), {0.003, 0.002, 0.001});
+    const Crossing plain = cross_triangles(face, blade);
+    ASSERT_EQ(plain.kind, CrossingKind::crossing);
+    const double factor = std::ldexp(1.0, 900);
+    const Crossing huge = cross_triangles(test::scaled(face, factor), test::scaled(blade, factor));
+    EXPECT_EQ(huge.kind, CrossingKind::crossing);
+    EXPECT_EQ(huge.overlap_case, plain.overlap_case);
+    EXPECT_NEAR(huge.length / factor, plain.length, 1e-12);
+    for (std::size_t i = 0; i < 2; ++i) {
+        EXPECT_NEAR((huge.ends[i].point / factor - plain.ends[i].point).norm(), 0.0, 1e-12);
+        EXPECT_NEAR(huge.first_interval[i] / factor, plain.first_interval[i], 1e-12);
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_NEAR(huge.first_depth[i] / factor, plain.first_depth[i], 1e-12);
+        EXPECT_NEAR(huge.second_depth[i] / factor, plain.second_depth[i], 1e-12);
+    }
+}
+
+/// A find of the fuzzers: finite corners of which one is so far away that the area is not. The verdict may err (the
+/// margin is far below the rounding), but it is one, and what belongs to it is set.
+TEST(Crossing, OneCornerAtTheEndOfTheNumbersLeavesNothingUnset) {
+    const Corners first{Vector3(1.625, 1.25, -0.125), Vector3(1.375, 1.125, 0), Vector3(-0.125, 0, -0.375)};
+    for (const double far : {1e160, 1e300, -1e308}) {
+        const Corners second{Vector3(1.375, 1.125, 0), Vector3(-55.125, far, 0), Vector3(1.625, 1.25, -0.125)};
+        for (const auto& [one, two] : {std::pair(&first, &second), std::pair(&second, &first)}) {
+            const Crossing crossing = cross_triangles(*one, *two);
+            for (const double depth : crossing.first_depth) {
+                EXPECT_TRUE(std::isfinite(depth) || crossing.kind == CrossingKind::degenerate) << far;
+            }
+            if (crossing.kind != CrossingKind::crossing && crossing.kind != CrossingKind::touch) continue;
+            EXPECT_GE(crossing.length, 0.0) << far;
+            EXPECT_NEAR(crossing.direction.norm(), 1.0, 1e-12) << far;
+        }
+    }
 }
 
 TEST(IntervalTest, FindsTouchesOnALattice) {
