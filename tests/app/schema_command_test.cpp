@@ -41,14 +41,17 @@ TEST(Schema, FiguresTellUnitDirectionMeaningAndSourceOnce) {
 /// Paths of all leaves: [] for an element of a list, names of the maps whose names are free replaced by *.
 void collect_keys(const nlohmann::json& value, const std::string& path, std::set<std::string>& keys) {
     if (value.is_object()) {
-        const bool free_names = path == "rows[].stage_ns" || path == "cases[].got" || path == "confusion";
+        const bool free_names = path == "rows[].stage_ns" || path == "cases[].got" || path == "confusion" ||
+                                path.ends_with("].truth") || path.ends_with("].truth_kept");
         for (const auto& [name, inner] : value.items()) {
             const bool figure = path == "summary" && name != "state_hash";
-            const std::string key = free_names || figure ? "*" : name;
+            const bool contact = path.ends_with("worst[]") && inner.is_object();
+            const std::string key = free_names || figure || contact ? "*" : name;
             collect_keys(inner, path.empty() ? key : path + "." + key, keys);
         }
     } else if (value.is_array()) {
-        const bool vector = path.ends_with("_force") || path.ends_with("_moment");
+        const bool vector = path.ends_with("_force") || path.ends_with("_moment") || path.ends_with("*.point_m") ||
+                            path.ends_with("*.normal");
         for (const auto& inner : value) collect_keys(inner, vector ? path : path + "[]", keys);
     } else {
         keys.insert(path);
@@ -77,10 +80,21 @@ TEST(Schema, OutputTellsEveryKeyThatACommandPrints) {
         {"table", "table " + std::string(TROCAR_SOURCE_DIR) + "/reports/steppers --json"},
         {"detect", "detect " + in + "a.obj " + in + "b.obj --detector ohc --truth --json"},
         {"replay", "replay " + in + "poke.rec --detector ohc --truth --json"},
+        {"baseline", "baseline check " + in + "poke.rec --folder " + in + "kept --json"},
         {"mesh", "mesh " + in + "a.obj --json"},
         {"tritri", "tritri " + in + "pairs.txt --test exact --json"},
         {"respond", "respond " + in + "cases.json --json"},
     };
+    // Kept contacts of which one is gone and one has moved.
+    ASSERT_EQ(
+        test::run_program("baseline write " + in + "poke.rec --detector ohc --every 1 --folder " + in + "kept").status,
+        0);
+    nlohmann::json kept = nlohmann::json::parse(test::read_file(in + "kept/poke.json"));
+    ASSERT_FALSE(kept["contacts"][0].empty());
+    nlohmann::json& contacts = *kept["contacts"][0].begin();
+    contacts[0][9] = 1.0;
+    contacts.push_back(contacts[0]);
+    std::ofstream(in + "kept/poke.json") << kept;
     std::map<std::string, std::set<std::string>> told;
     for (const auto& entry : nlohmann::json::parse(test::run_program("schema output").out)) {
         EXPECT_TRUE(told[entry["command"]].insert(entry["key"]).second) << entry;
