@@ -14,7 +14,10 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-std::string vector_text(const Vector3& v) { return fmt::format("({:.9g}, {:.9g}, {:.9g})", v.x(), v.y(), v.z()); }
+/// Without -0.
+std::string vector_text(const Vector3& v) {
+    return fmt::format("({:.9g}, {:.9g}, {:.9g})", v.x() + 0.0, v.y() + 0.0, v.z() + 0.0);
+}
 
 /// What is told of it; "none" where there is none.
 std::string contact_text(const std::optional<Contact>& contact) {
@@ -22,7 +25,7 @@ std::string contact_text(const std::optional<Contact>& contact) {
     std::string text;
     const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : " ") + part; };
     if (contact->kind != ContactCase::unset) add(stored_word(contact->kind));
-    if (!std::isnan(contact->depth)) add(fmt::format("depth {:.9g} m", contact->depth));
+    if (!std::isnan(contact->depth)) add(fmt::format("depth {:.9g} m", contact->depth + 0.0));
     if (contact->point.allFinite()) add("at " + vector_text(contact->point) + " m");
     if (contact->normal.allFinite()) add("normal " + vector_text(contact->normal));
     return text.empty() ? "a pair" : text;
@@ -35,7 +38,7 @@ std::string difference_text(const NamedDifference& named) {
     switch (one.what) {
         case ContactDifference::What::missed:
             return text +
-                   fmt::format("missed{}, truly {}", one.touch ? ", they only touch" : "", contact_text(one.before));
+                   fmt::format("missed{}, truly: {}", one.touch ? " (they only touch)" : "", contact_text(one.before));
         case ContactDifference::What::untrue:
             return text + fmt::format("told, but {:.3g} m apart: {}", one.distance, contact_text(one.after));
         case ContactDifference::What::changed:

@@ -4,17 +4,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <iterator>
 #include <optional>
 #include <string>
 #include <tuple>
 #include <vector>
 
+#include "app/answer_bytes.hpp"
 #include "app/commands.hpp"
 #include "app/isolated_call.hpp"
 #include "app/pair_answer.hpp"
@@ -51,40 +50,6 @@ struct Truth {
     std::vector<TrianglePair> pairs;
     std::vector<Index> touch;
     bool known = true;  ///< false: the frame holds a number that is not finite, so there is no truth about it
-};
-
-template <typename Number>
-void append(const Number& number, std::string& bytes) {
-    std::array<char, sizeof(Number)> raw{};
-    std::memcpy(raw.data(), &number, sizeof(Number));
-    bytes.append(raw.data(), raw.size());
-}
-
-void append(const std::string& text, std::string& bytes) {
-    append(static_cast<std::uint64_t>(text.size()), bytes);
-    bytes += text;
-}
-
-/// Takes apart what append put together.
-class Bytes {
-public:
-    explicit Bytes(const std::string& bytes) : rest_(bytes) {}
-    template <typename Number>
-    Number number() {
-        Number value{};
-        std::memcpy(&value, take(sizeof(Number)).data(), sizeof(Number));
-        return value;
-    }
-    std::string text() { return std::string(take(number<std::uint64_t>())); }
-
-private:
-    std::string_view take(std::size_t count) {
-        if (count > rest_.size()) throw std::runtime_error("a child's answer ends early");
-        const std::string_view part = rest_.substr(0, count);
-        rest_.remove_prefix(count);
-        return part;
-    }
-    std::string_view rest_;
 };
 
 /// The frame that prepare sees: the first without a hole, so that one bad frame costs one tick.
@@ -155,7 +120,7 @@ DetectorAnswer ask(const MethodSpec& method, RecordingReader& recording, double 
         answer.outcome = {crashed ? OutcomeKind::crashed : OutcomeKind::timed_out, result.message};
         return answer;
     }
-    Bytes bytes(result.bytes);
+    AnswerBytes bytes(result.bytes);
     for (std::int64_t tick = 0; tick < recording.frame_count(); ++tick) {
         FrameAnswer& frame = answer.frames.emplace_back();
         frame.outcome.kind = bytes.number<OutcomeKind>();

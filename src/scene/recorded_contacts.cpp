@@ -112,11 +112,23 @@ private:
         return true;
     }
 
+    /// A line is a document of one line, so that of a place in it only the column tells something.
+    [[nodiscard]] Json parsed_line() const {
+        try {
+            return parse_json(line_, place_);
+        } catch (const InputError& error) {
+            std::string message = error.what();
+            const std::string only_line = place_ + ": line 1, column";
+            if (message.starts_with(only_line)) message.replace(0, only_line.size(), place_ + ", column");
+            throw InputError(message);
+        }
+    }
+
     std::int64_t read_head(std::int64_t frames) {
         if (!next_line()) {
             throw InputError(place_, "", fmt::format("a line with the format {}", contacts_format), "none");
         }
-        const Json document = parse_json(line_, place_);
+        const Json document = parsed_line();
         const JsonNode node(document, place_);
         node.expect_keys({"format", "ticks"});
         node.at("format").expect_word(contacts_format);
@@ -124,7 +136,7 @@ private:
     }
 
     RecordedTick read_tick(std::int64_t earliest, std::int64_t frames) {
-        const Json document = parse_json(line_, place_);
+        const Json document = parsed_line();
         const JsonNode node(document, place_);
         node.expect_keys({"tick", "contacts"});
         RecordedTick tick;

@@ -255,7 +255,9 @@ void TruthComparison::add(const Topology& topology, const Frame& frame, const Ti
 bool is_no_worse(const std::optional<TruthFigures>& before, std::int64_t ticks_before, const TruthFigures& after,
                  std::int64_t ticks_after) {
     if (!before) return after.missing == 0 && after.extra == 0;
-    return is_no_larger_part(after.missing, after.pairs, before->missing, before->pairs) &&
+    const std::int64_t ignored = before->missing_touch > 0 ? after.missing_touch : 0;
+    const std::int64_t ignored_before = before->missing_touch;
+    return is_no_larger_part(after.missing - ignored, after.pairs, before->missing - ignored_before, before->pairs) &&
            is_no_larger_part(after.extra, after.told, before->extra, before->told) &&
            is_no_larger_part(before->ticks, ticks_before, after.ticks, ticks_after);
 }

@@ -101,8 +101,9 @@ private:
 };
 
 /// Whether pairs agree with truth at least as well as those of other frames did: no larger part of the true pairs is
-/// missing, no larger part of the told ones untrue, and no smaller part of the stream's `ticks` was looked at. Without
-/// figures of before nothing may be wrong.
+/// missing, no larger part of the told ones untrue, and no smaller part of the stream's `ticks` was looked at. Missing
+/// pairs that only touch do not count where such were missing before: nobody promised them then. Without figures of
+/// before nothing may be wrong.
 bool is_no_worse(const std::optional<TruthFigures>& before, std::int64_t ticks_before, const TruthFigures& after,
                  std::int64_t ticks_after);
 

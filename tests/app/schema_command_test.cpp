@@ -8,6 +8,7 @@
 #include <string>
 
 #include "support/program.hpp"
+#include "support/recordings.hpp"
 
 namespace trocar {
 namespace {
@@ -80,21 +81,25 @@ TEST(Schema, OutputTellsEveryKeyThatACommandPrints) {
         {"table", "table " + std::string(TROCAR_SOURCE_DIR) + "/reports/steppers --json"},
         {"detect", "detect " + in + "a.obj " + in + "b.obj --detector ohc --truth --json"},
         {"replay", "replay " + in + "poke.rec --detector ohc --truth --json"},
-        {"baseline", "baseline check " + in + "poke.rec --folder " + in + "kept --json"},
+        {"baseline", "baseline check " + in + "frames.rec --folder " + in + "kept --json"},
         {"mesh", "mesh " + in + "a.obj --json"},
         {"tritri", "tritri " + in + "pairs.txt --test exact --json"},
         {"respond", "respond " + in + "cases.json --json"},
     };
-    // Kept contacts of which one is gone and one has moved.
-    ASSERT_EQ(
-        test::run_program("baseline write " + in + "poke.rec --detector ohc --every 1 --folder " + in + "kept").status,
-        0);
-    nlohmann::json kept = nlohmann::json::parse(test::read_file(in + "kept/poke.json"));
-    ASSERT_FALSE(kept["contacts"][0].empty());
-    nlohmann::json& contacts = *kept["contacts"][0].begin();
-    contacts[0][9] = 1.0;
-    contacts.push_back(contacts[0]);
-    std::ofstream(in + "kept/poke.json") << kept;
+    // A pair that meets in frame 1, kept with another depth.
+    test::RecordingText frames;
+    frames.header["frames"] = 2;
+    frames.positions.clear();
+    for (const double low : {1.0, -0.5}) {
+        frames.positions.insert(frames.positions.end(), {0, 0, 0, 1, 0, 0, 0, 1, 0});
+        frames.positions.insert(frames.positions.end(), {0.25, 0.25, low, 0.25, 0.25, 2, 0.5, 0.25, 2});
+    }
+    std::ofstream(in + "frames.rec", std::ios::binary) << frames.bytes();
+    ASSERT_EQ(test::run_program("baseline write " + in + "frames.rec --detector ohc --folder " + in + "kept").status,
+              0);
+    nlohmann::json kept = nlohmann::json::parse(test::read_file(in + "kept/frames.json"));
+    kept["contacts"][0]["1"][0][9] = 1.0;
+    std::ofstream(in + "kept/frames.json") << kept;
     std::map<std::string, std::set<std::string>> told;
     for (const auto& entry : nlohmann::json::parse(test::run_program("schema output").out)) {
         EXPECT_TRUE(told[entry["command"]].insert(entry["key"]).second) << entry;

@@ -221,7 +221,7 @@ TEST_F(RecordedContacts, BadLinesAreNamedWithTheirNumber) {
         {spoiled("[0,1]", "[1,0]"),
          "contacts line 2: /contacts/0/triangles/0: expected a triangle of body 'a' (0 to 0), got 1"},
         {spoiled("[0,1]", "[0]"), "contacts line 2: /contacts/0/triangles: expected the numbers of two triangles"},
-        {spoiled("0.3]", "NaN]"), "contacts line 2: line 1, column "},
+        {spoiled("0.3]", "NaN]"), "contacts line 2, column 78: expected JSON"},
         {spoiled("0.3]", "1e999]"), "contacts line 2: "},
         {spoiled("0.3]", "null]"), "contacts line 2: /contacts/0/point/2: expected "},
         {spoiled("[0,0.6,0.8]", "[0,0.6,0.81]"),

@@ -263,6 +263,16 @@ TEST(BaselineTruth, NoWorseMeansNoLargerPartMissedOrUntrueAndNoLessLookedAt) {
     EXPECT_FALSE(is_no_worse(TruthFigures{.ticks = 1}, 1, {.ticks = 1, .pairs = 1, .missing = 1}, 1));
 }
 
+TEST(BaselineTruth, TouchingPairsCountWhereNoneWereMissedBefore) {
+    const TruthFigures touching{.ticks = 1, .pairs = 10, .told = 7, .missing = 3, .missing_touch = 3};
+    EXPECT_FALSE(is_no_worse(TruthFigures{.ticks = 1, .pairs = 10, .told = 10}, 1, touching, 1));
+    const TruthFigures one_before{.ticks = 1, .pairs = 10, .told = 9, .missing = 1, .missing_touch = 1};
+    EXPECT_TRUE(is_no_worse(one_before, 1, touching, 1));
+    TruthFigures one_more = touching;
+    one_more.missing = 4;
+    EXPECT_FALSE(is_no_worse(one_before, 1, one_more, 1)) << "one of these goes through";
+}
+
 TEST(BaselineTruth, WithoutFiguresOfBeforeNothingMayBeWrong) {
     EXPECT_TRUE(is_no_worse(std::nullopt, 1, {.ticks = 1, .pairs = 5, .told = 5}, 1));
     EXPECT_FALSE(is_no_worse(std::nullopt, 1, {.ticks = 1, .pairs = 5, .told = 4, .missing = 1}, 1));
