@@ -1,226 +1,260 @@
-// `trocar baseline`: keeps the canonical contacts of detectors on scenes or recordings, or holds fresh ones against
-// those kept. Only `write` ever changes a stored file, and it tells what it changes.
+// `trocar baseline`: keeps contacts on scenes or recordings, those of detectors and those that a recording carries, or
+// holds fresh ones against those kept and against exact truth. Only `write` ever changes a stored file, and it tells
+// what it changes.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
-#include <nlohmann/json.hpp>
+#include <map>
 #include <optional>
+#include <set>
 
+#include "app/baseline_output.hpp"
+#include "app/baseline_source.hpp"
 #include "app/commands.hpp"
-#include "app/isolated_call.hpp"
-#include "contact/derive.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
 #include "method/registry.hpp"
-#include "scene/recording.hpp"
-#include "scene/scene.hpp"
-#include "simulate/frame_source.hpp"
+#include "study/baseline_comparison.hpp"
 #include "study/contact_baseline.hpp"
-#include "study/runner.hpp"
 
 namespace trocar::app {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-/// A scene or a recording as frames that can be had again and again.
-class Source {
-public:
-    Source(const std::filesystem::path& file, const CommonOptions& common) : file_(file) {
-        if (file.extension() == ".json") {
-            scene_ = std::make_unique<Scene>(read_scene(file, common.data));
-            name_ = scene_->name;
-            hash_ = fmt::format("{:016x}", scene_->hash);
-            ticks_ = scene_->ticks;
-        } else {
-            const RecordingReader reader(file);
-            name_ = file.stem().string();
-            hash_ = fmt::format("{:016x}", reader.hash());
-            ticks_ = reader.frame_count();
-        }
-        if (ticks_ < 1) throw InputError(file.string(), "", "at least one frame", "none");
-    }
-    [[nodiscard]] std::unique_ptr<FrameSource> frames() const {
-        return scene_ ? scene_frames(*scene_, ticks_) : recorded_frames(file_);
-    }
-    [[nodiscard]] ContactBaseline empty_baseline(std::int64_t every) const {
-        ContactBaseline baseline{.source = name_, .source_hash = hash_, .frames_hash = {}, .ticks = ticks_};
-        baseline.every = every;
-        std::uint64_t hash = 14695981039346656037ULL;
-        const std::unique_ptr<FrameSource> source = frames();
-        Frame frame;
-        while (source->next(frame)) hash = (hash ^ frame.hash()) * 1099511628211ULL;
-        baseline.frames_hash = fmt::format("{:016x}", hash);
-        return baseline;
-    }
-    [[nodiscard]] const std::string& name() const { return name_; }
-    [[nodiscard]] std::int64_t ticks() const { return ticks_; }
-
-private:
-    std::filesystem::path file_;
-    std::unique_ptr<Scene> scene_;
-    std::string name_;
-    std::string hash_;
-    std::int64_t ticks_ = 0;
+/// One answer that is asked for.
+struct Asked {
+    std::string name;
+    std::optional<MethodSpec> method;  ///< none: what the recording carries
+    std::string gone;                  ///< why it cannot be had; empty: it can
 };
 
-/// All frames through one detector; the answer is judged on every `every`-th tick.
-BaselineAnswer ask(const MethodSpec& method, const Source& source, std::int64_t every) {
-    BaselineAnswer answer;
-    const std::unique_ptr<FrameSource> frames = source.frames();
-    const std::unique_ptr<Detector> detector = make_detector(method.name, method.parameters);
-    ContactSet contacts;
-    contacts.native_wanted = false;
-    Frame frame;
-    for (std::int64_t tick = 0; frames->next(frame); ++tick) {
-        if (tick == 0) detector->prepare(frames->topology(), frame);
-        contacts.clear();
-        detector->update(frame, 0.0);
-        if (tick % every != 0) continue;
-        detector->detect(frame, contacts);
-        if (!contacts.outcome.ok() && answer.outcome == "ok") answer.outcome = name_of(contacts.outcome.kind);
-        if (contacts.truncated && answer.outcome == "ok") answer.outcome = "truncated";
-        if (contacts.pairs.empty()) continue;
-        derive(frames->topology(), frame, contacts);
-        answer.ticks.push_back({.tick = tick, .contacts = contacts.contacts});
+void expect_usable(const MethodSpec& method) { static_cast<void>(make_detector(method.name, method.parameters)); }
+
+std::vector<Asked> all_detectors() {
+    std::vector<Asked> asked;
+    for (const DetectorEntry& entry : registry().detectors()) {
+        if (!entry.control) asked.push_back({entry.name, MethodSpec{.name = entry.name}, ""});
     }
-    round_like_stored(answer);
-    return answer;
+    return asked;
 }
 
-/// The same in a process of its own, since a library may crash on what it is given.
-BaselineAnswer ask_isolated(const MethodSpec& method, const Source& source, const ContactBaseline& stream,
-                            double time_limit_s) {
-    const std::string name = method.text();
-    const IsolatedResult result = call_isolated(
-        [&] {
-            ContactBaseline alone = stream;
-            try {
-                alone.detectors[name] = ask(method, source, stream.every);
-            } catch (const std::exception& error) {
-                alone.detectors[name] = {.outcome = std::string("threw: ") + error.what(), .ticks = {}};
-            }
-            return to_json(alone);
-        },
-        time_limit_s);
-    if (result.kind == IsolatedResult::Kind::crashed) return {.outcome = "crashed", .ticks = {}};
-    if (result.kind == IsolatedResult::Kind::timed_out) return {.outcome = "timed_out", .ticks = {}};
-    return contact_baseline_from_json(result.bytes, name).detectors.at(name);
+/// What a file of kept contacts names; its detectors may have left.
+Asked as_kept(const std::string& name, const BaselineSource& source) {
+    if (name == recorded_answer) {
+        return {name, std::nullopt, source.recorded() ? "" : "contacts are kept, but the recording carries none"};
+    }
+    try {
+        const MethodSpec method = parse_method(name);
+        expect_usable(method);
+        return {name, method, ""};
+    } catch (const InputError&) {
+        return {name, std::nullopt, "contacts are kept, but this build has no such detector"};
+    }
 }
 
-std::vector<MethodSpec> methods_of(const BaselineOptions& options) {
-    std::vector<MethodSpec> methods;
-    for (const std::string& text : options.detectors) {
-        if (text == "all") {
-            for (const DetectorEntry& entry : registry().detectors()) {
-                if (!entry.control) methods.push_back({.name = entry.name});
-            }
+/// Without --detector: what is kept, else what the recording carries, else every detector.
+std::vector<Asked> answers_asked(const std::vector<std::string>& texts, const std::optional<ContactBaseline>& before,
+                                 const BaselineSource& source) {
+    std::vector<Asked> asked;
+    const bool carries = source.recorded().has_value();
+    const bool all = std::find(texts.begin(), texts.end(), "all") != texts.end();
+    if (all || (texts.empty() && !before && !carries)) asked = all_detectors();
+    if (carries && (all || texts.empty())) asked.push_back({recorded_answer, std::nullopt, ""});
+    if (before && (all || texts.empty())) {
+        for (const auto& [name, answer] : before->detectors) {
+            Asked one = as_kept(name, source);
+            if (all && one.gone.empty()) one.gone = "contacts are kept, but this detector was not asked";
+            asked.push_back(one);
+        }
+    }
+    for (const std::string& text : texts) {
+        if (text == "all") continue;
+        if (text != recorded_answer) {
+            const MethodSpec method = parse_method(text);
+            asked.push_back({method.text(), method, ""});
+        } else if (carries || (before && before->detectors.contains(text))) {
+            asked.push_back(as_kept(text, source));
+        } else {
+            throw InputError(source.file().string(), "", "a recording that carries contacts, for --detector recorded",
+                             "none");
+        }
+    }
+    std::set<std::string> names;
+    std::erase_if(asked, [&names](const Asked& one) { return !names.insert(one.name).second; });
+    return asked;
+}
+
+/// How many ticks of the stream an answer may speak of.
+std::int64_t ticks_of(const ContactBaseline& baseline, const std::string& name) {
+    const std::int64_t every = baseline.every_of(name);
+    return (baseline.ticks + every - 1) / every;
+}
+
+/// Fills state, difference and reason of a finding whose answer is in both.
+void compare_with_kept(const ContactBaseline& before, const ContactBaseline& after, bool same_frames,
+                       const BaselineTolerance& tolerance, BaselineFinding& finding) {
+    const std::string& name = finding.detector;
+    BaselineAnswer old = before.detectors.at(name);
+    BaselineAnswer now = after.detectors.at(name);
+    finding.outcome_kept = old.outcome;
+    finding.truth_kept = old.truth;
+    if (!same_frames) {
+        const bool as_good = old.outcome == now.outcome && (now.truth ? is_no_worse(old.truth, ticks_of(before, name),
+                                                                                    *now.truth, ticks_of(after, name))
+                                                                      : !old.truth);
+        finding.state = as_good ? FindingState::no_worse : FindingState::worse;
+        return;
+    }
+    const bool same_ticks = before.every_of(name) == after.every_of(name);
+    keep_every(after.every_of(name), old);
+    keep_every(before.every_of(name), now);
+    finding.difference = compare_answers(old, now, tolerance);
+    finding.state = finding.difference->within(tolerance) ? FindingState::same : FindingState::changed;
+    if (same_ticks && old.truth && now.truth && old.truth->ticks != now.truth->ticks) {
+        finding.state = FindingState::changed;
+        finding.reason = fmt::format("contacts of {} frames are told, {} were", now.truth->ticks, old.truth->ticks);
+    }
+}
+
+/// Asks, judges and compares; `after` gets the answers.
+BaselineReport guard(const BaselineSource& source, const std::vector<Asked>& asked,
+                     const std::optional<ContactBaseline>& before, const BaselineOptions& options,
+                     ContactBaseline& after) {
+    const ContactBaseline stream = after;
+    for (const Asked& one : asked) {
+        if (!one.gone.empty()) continue;
+        if (one.method) {
+            after.detectors[one.name] = ask_detector(*one.method, source, stream, options.time_limit_s);
             continue;
         }
-        methods.push_back(parse_method(text));
-        const MethodSpec& method = methods.back();
-        static_cast<void>(make_detector(method.name, method.parameters));  // a wrong name or value ends here
+        // What a recording tells costs nothing to look at, so that every tick of it is kept.
+        const bool kept = before && before->detectors.contains(one.name);
+        const std::int64_t every = options.every.value_or(kept ? before->every_of(one.name) : 1);
+        BaselineAnswer& answer = after.detectors[one.name];
+        answer = recorded_as_answer(source, every);
+        if (every != after.every) answer.every = every;
     }
-    return methods;
-}
-
-/// One line of the answer.
-struct Finding {
-    std::string detector;
-    std::string state;  ///< same, changed, missing, extra, stale, new, removed
-    std::string told;
-};
-
-std::string told(const AnswerDifference& difference) {
-    std::string text = fmt::format(
-        "{} contacts compared, {} missing, {} extra, {} of another kind; worst depth {:.3g} m, point {:.3g} m, normal "
-        "{:.3g} rad",
-        difference.compared, difference.missing, difference.extra, difference.other_kind, difference.worst_depth,
-        difference.worst_point, difference.worst_angle);
-    if (!difference.outcome.empty()) text += "; outcome " + difference.outcome;
-    if (!difference.example.empty()) text += "; " + difference.example;
-    return text;
-}
-
-std::vector<Finding> compare(const std::optional<ContactBaseline>& before, const ContactBaseline& after, bool all,
-                             const BaselineTolerance& tolerance) {
-    std::vector<Finding> findings;
-    const bool comparable = before && before->source_hash == after.source_hash &&
-                            before->frames_hash == after.frames_hash && before->every == after.every;
-    for (const auto& [name, answer] : after.detectors) {
-        if (!before || !before->detectors.contains(name)) {
-            findings.push_back({name, "missing", "no contacts of this detector are kept"});
-        } else if (!comparable) {
-            findings.push_back({name, "stale",
-                                before->source_hash != after.source_hash
-                                    ? "the scene or recording is another than the one whose contacts are kept"
-                                    : "the frames are others than those whose contacts are kept"});
-        } else {
-            const AnswerDifference difference = compare_answers(before->detectors.at(name), answer, tolerance);
-            findings.push_back({name, difference.within(tolerance) ? "same" : "changed", told(difference)});
+    const std::map<std::string, TruthComparison> truth = hold_against_truth(after, source);
+    BaselineReport report{.source = source.name(), .file = {}, .kept = before.has_value()};
+    report.same_frames = before && before->source_hash == after.source_hash && before->frames_hash == after.frames_hash;
+    for (const Asked& one : asked) {
+        BaselineFinding& finding = report.findings.emplace_back();
+        finding.detector = one.name;
+        if (!one.gone.empty()) {
+            finding.state = FindingState::gone;
+            finding.reason = one.gone;
+            continue;
         }
+        BaselineAnswer& answer = after.detectors[one.name];
+        finding.outcome = answer.outcome;
+        const std::vector<ContactDifference>* worst = nullptr;
+        if (const auto found = truth.find(one.name); found != truth.end()) {
+            answer.truth = found->second.figures();
+            worst = &found->second.worst();
+        } else if (answer.outcome == "ok") {
+            answer.truth.emplace();  // there was no frame that it speaks of
+        }
+        finding.truth = answer.truth;
+        if (before && before->detectors.contains(one.name)) {
+            compare_with_kept(*before, after, report.same_frames, {.length = options.tolerance}, finding);
+        } else {
+            finding.state = FindingState::not_kept;
+        }
+        if (finding.difference) worst = &finding.difference->worst;
+        if (worst == nullptr) continue;
+        for (const ContactDifference& difference : *worst) finding.worst.push_back(source.named(difference));
     }
-    if (!before || !all) return findings;
-    for (const auto& [name, answer] : before->detectors) {
-        if (after.detectors.contains(name)) continue;
-        findings.push_back(
-            {name, "extra", "contacts are kept, but this detector was not asked or is not in this build"});
-    }
-    return findings;
+    return report;
 }
 
-}  // namespace
+/// Answers that were not asked keep what was kept of them on these frames; of others it is told that they go.
+void keep_others(const ContactBaseline& before, bool all, BaselineReport& report, ContactBaseline& after) {
+    for (const auto& [name, answer] : before.detectors) {
+        if (after.detectors.contains(name)) continue;
+        std::erase_if(report.findings, [&name](const BaselineFinding& finding) { return finding.detector == name; });
+        if (!all && report.same_frames) {
+            BaselineAnswer& kept = after.detectors[name];
+            kept = answer;
+            kept.every.reset();
+            if (before.every_of(name) != after.every) kept.every = before.every_of(name);
+            continue;
+        }
+        BaselineFinding& finding = report.findings.emplace_back();
+        finding.detector = name;
+        finding.state = FindingState::dropped;
+        finding.outcome_kept = answer.outcome;
+        finding.truth_kept = answer.truth;
+        finding.reason = report.same_frames ? "it is not in this build or recording, and no longer kept"
+                                            : "it was not asked, and what was kept is of other frames";
+    }
+}
 
-int baseline(const CommonOptions& common, const BaselineOptions& options) {
+/// `check` without a file of kept contacts has nothing to do, and a CI that lost its file must see that.
+BaselineReport nothing_kept(const BaselineSource& source, const std::vector<Asked>& asked) {
+    BaselineReport report{.source = source.name(), .file = {}, .kept = false};
+    for (const Asked& one : asked) {
+        BaselineFinding& finding = report.findings.emplace_back();
+        finding.detector = one.name;
+        finding.state = FindingState::no_baseline;
+        finding.reason = "no contacts are kept (trocar baseline write)";
+    }
+    return report;
+}
+
+void expect_usable(const BaselineOptions& options) {
     if (options.every && *options.every < 1) {
         throw InputError("command line", "--every", "an integer >= 1", fmt::format("{}", *options.every));
     }
     if (!(options.tolerance >= 0.0)) {
         throw InputError("command line", "--tolerance", "metres >= 0", fmt::format("{}", options.tolerance));
     }
+    if (options.junit && options.what == "write") {
+        throw InputError("command line", "--junit", "what check finds", "write");
+    }
+    for (const std::string& text : options.detectors) {
+        if (text != "all" && text != recorded_answer) expect_usable(parse_method(text));  // a wrong name ends here
+    }
+}
+
+}  // namespace
+
+int baseline(const CommonOptions& common, const BaselineOptions& options) {
+    expect_usable(options);
     const bool write = options.what == "write";
     const bool all = std::find(options.detectors.begin(), options.detectors.end(), "all") != options.detectors.end();
-    const std::vector<MethodSpec> methods = methods_of(options);
-    const BaselineTolerance tolerance{.length = options.tolerance};
     constexpr std::int64_t samples = 20;
-    Json answers = Json::array();
-    bool all_same = true;
+    std::vector<BaselineReport> reports;
+    bool failed = false;
     for (const std::filesystem::path& file : options.sources) {
-        const Source source(file, common);
+        const BaselineSource source(file, common.data);
         const std::filesystem::path folder = options.folder.value_or(file.parent_path() / "baseline");
         const std::filesystem::path kept = folder / (source.name() + ".json");
         std::optional<ContactBaseline> before;
         if (std::filesystem::exists(kept)) before = read_contact_baseline(kept);
-        const std::int64_t every =
-            options.every.value_or(before ? before->every : std::max<std::int64_t>(1, source.ticks() / samples));
-        ContactBaseline after = source.empty_baseline(every);
-        const ContactBaseline stream = after;
-        for (const MethodSpec& method : methods) {
-            after.detectors[method.text()] = ask_isolated(method, source, stream, options.time_limit_s);
-        }
-        const std::vector<Finding> findings = compare(before, after, all, tolerance);
-        if (write) {
-            std::filesystem::create_directories(folder);
-            // Detectors that were not asked keep what was kept of them on these frames.
-            if (before && !all && before->frames_hash == after.frames_hash && before->every == after.every) {
-                after.detectors.merge(std::map(before->detectors));
-            }
-            write_whole(kept, to_json(after));
-        }
-        Json list = Json::array();
-        for (const Finding& finding : findings) {
-            all_same = all_same && finding.state == "same";
-            list.push_back({{"detector", finding.detector}, {"state", finding.state}, {"message", finding.told}});
-            if (!common.json) {
-                fmt::print("{:<16} {:<32} {:<8} {}\n", source.name(), finding.detector, finding.state, finding.told);
+        const std::vector<Asked> asked = answers_asked(options.detectors, before, source);
+        BaselineReport report;
+        if (!before && !write) {
+            report = nothing_kept(source, asked);
+        } else {
+            ContactBaseline after = source.empty_baseline(
+                options.every.value_or(before ? before->every : std::max<std::int64_t>(1, source.ticks() / samples)));
+            report = guard(source, asked, before, options, after);
+            if (write) {
+                if (before) keep_others(*before, all, report, after);
+                std::filesystem::create_directories(folder);
+                write_whole(kept, to_json(after));
             }
         }
-        answers.push_back({{"source", source.name()}, {"file", kept.string()}, {"detectors", list}});
-        if (write && !common.json) fmt::print("{:<16} written: {}\n", source.name(), kept.string());
+        report.file = kept;
+        for (const BaselineFinding& finding : report.findings) failed = failed || is_failure(finding.state);
+        if (!common.json) {
+            fmt::print("{}", baseline_text(report));
+            if (write) fmt::print("{:<16} written: {}\n", report.source, kept.string());
+        }
+        reports.push_back(std::move(report));
     }
-    if (common.json) fmt::print("{}\n", Json{{"written", write}, {"sources", answers}}.dump());
-    return write || all_same ? done : comparison_failed;
+    if (common.json) fmt::print("{}\n", baseline_json(reports, write));
+    if (options.junit) write_whole(*options.junit, baseline_junit(reports));
+    return write || !failed ? done : comparison_failed;
 }
 
 }  // namespace trocar::app

@@ -1,19 +1,19 @@
 // `trocar replay`: one or all detectors on the frames of a recording, the same bits for each, held against the exact
-// oracle. Each detector works in a child process, since a library may crash on what it is given.
+// oracle, and so are the contacts that the recording carries. Each detector works in a child process, since a library
+// may crash on what it is given.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <iterator>
 #include <optional>
 #include <string>
 #include <tuple>
 #include <vector>
 
+#include "app/answer_bytes.hpp"
 #include "app/commands.hpp"
 #include "app/isolated_call.hpp"
 #include "app/pair_answer.hpp"
@@ -21,6 +21,7 @@
 #include "measure/pair_truth.hpp"
 #include "method/registry.hpp"
 #include "scene/recording.hpp"
+#include "study/contact_baseline.hpp"
 
 namespace trocar::app {
 namespace {
@@ -30,9 +31,10 @@ struct FrameAnswer {
     Outcome outcome;
     bool truncated = false;
     std::vector<TrianglePair> pairs;
-    std::vector<Index> touch;  ///< positions in pairs
+    std::vector<TrianglePair> apart;  ///< of recorded contacts: pairs found, but told to be apart (depth below 0)
+    std::vector<Index> touch;         ///< positions in pairs
     std::vector<SweptContact> swept;
-    std::int64_t update_ns = -1;
+    std::int64_t update_ns = -1;  ///< below 0: nobody was timed
     std::int64_t detect_ns = -1;
     std::optional<PairErrors> errors;
 };
@@ -48,40 +50,6 @@ struct Truth {
     std::vector<TrianglePair> pairs;
     std::vector<Index> touch;
     bool known = true;  ///< false: the frame holds a number that is not finite, so there is no truth about it
-};
-
-template <typename Number>
-void append(const Number& number, std::string& bytes) {
-    std::array<char, sizeof(Number)> raw{};
-    std::memcpy(raw.data(), &number, sizeof(Number));
-    bytes.append(raw.data(), raw.size());
-}
-
-void append(const std::string& text, std::string& bytes) {
-    append(static_cast<std::uint64_t>(text.size()), bytes);
-    bytes += text;
-}
-
-/// Takes apart what append put together.
-class Bytes {
-public:
-    explicit Bytes(const std::string& bytes) : rest_(bytes) {}
-    template <typename Number>
-    Number number() {
-        Number value{};
-        std::memcpy(&value, take(sizeof(Number)).data(), sizeof(Number));
-        return value;
-    }
-    std::string text() { return std::string(take(number<std::uint64_t>())); }
-
-private:
-    std::string_view take(std::size_t count) {
-        if (count > rest_.size()) throw std::runtime_error("a child's answer ends early");
-        const std::string_view part = rest_.substr(0, count);
-        rest_.remove_prefix(count);
-        return part;
-    }
-    std::string_view rest_;
 };
 
 /// The frame that prepare sees: the first without a hole, so that one bad frame costs one tick.
@@ -152,7 +120,7 @@ DetectorAnswer ask(const MethodSpec& method, RecordingReader& recording, double 
         answer.outcome = {crashed ? OutcomeKind::crashed : OutcomeKind::timed_out, result.message};
         return answer;
     }
-    Bytes bytes(result.bytes);
+    AnswerBytes bytes(result.bytes);
     for (std::int64_t tick = 0; tick < recording.frame_count(); ++tick) {
         FrameAnswer& frame = answer.frames.emplace_back();
         frame.outcome.kind = bytes.number<OutcomeKind>();
@@ -167,6 +135,29 @@ DetectorAnswer ask(const MethodSpec& method, RecordingReader& recording, double 
         if (!frame.outcome.ok() && answer.outcome.ok()) {
             answer.outcome = {frame.outcome.kind, fmt::format("frame {}: {}", tick, frame.outcome.message)};
         }
+    }
+    return answer;
+}
+
+void sort_once(std::vector<TrianglePair>& pairs) {
+    std::sort(pairs.begin(), pairs.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+}
+
+/// What the recording carries, as the answer of somebody who was not timed.
+DetectorAnswer as_answer(const std::vector<RecordedTick>& ticks, std::int64_t frames) {
+    DetectorAnswer answer{.name = recorded_answer, .claims_exact = false, .outcome = {}, .frames = {}};
+    answer.outcome.message = fmt::format("carried by the recording, of {} of {} frames", ticks.size(), frames);
+    FrameAnswer untold;
+    untold.outcome = {OutcomeKind::unsupported, "the recording tells no contacts of this frame"};
+    answer.frames.assign(static_cast<std::size_t>(frames), untold);
+    for (const RecordedTick& tick : ticks) {
+        FrameAnswer& frame = answer.frames[static_cast<std::size_t>(tick.tick)];
+        frame.outcome = {};
+        for (const RecordedContact& contact : tick.contacts) {
+            (contact.depth < 0.0 ? frame.apart : frame.pairs).push_back({contact.a, contact.b});
+        }
+        sort_once(frame.pairs);
     }
     return answer;
 }
@@ -187,6 +178,10 @@ void judge(RecordingReader& recording, std::vector<DetectorAnswer>& answers, std
             if (answer.frames.empty()) continue;
             FrameAnswer& said = answer.frames[static_cast<std::size_t>(tick)];
             if (!said.outcome.ok()) continue;
+            for (const TrianglePair& pair : said.apart) {
+                if (std::binary_search(exact.pairs.begin(), exact.pairs.end(), pair)) said.pairs.push_back(pair);
+            }
+            sort_once(said.pairs);
             if (truth != nullptr) said.errors = compare_pairs(said.pairs, exact.pairs, exact.touch);
             const bool is_truth = truth != nullptr && said.pairs == exact.pairs;
             const std::vector<Index> touch = is_truth ? exact.touch : touching_pairs(topology, frame, said.pairs);
@@ -241,12 +236,12 @@ void print_json(std::uint64_t hash, const std::vector<DetectorAnswer>& answers, 
             const FrameAnswer& frame = answer.frames[tick];
             fmt::format_to(out, "{}{{\"tick\":{},\"outcome\":\"{}\",\"truncated\":{},", tick > 0 ? "," : "", tick,
                            name_of(frame.outcome.kind), frame.truncated);
-            const bool ok = frame.outcome.ok();
+            const bool timed = frame.outcome.ok() && frame.update_ns >= 0;
             append_json({.pairs = frame.pairs,
                          .touch = frame.touch,
                          .errors = frame.errors,
-                         .update_ns = ok ? std::optional(frame.update_ns) : std::nullopt,
-                         .detect_ns = ok ? std::optional(frame.detect_ns) : std::nullopt},
+                         .update_ns = timed ? std::optional(frame.update_ns) : std::nullopt,
+                         .detect_ns = timed ? std::optional(frame.detect_ns) : std::nullopt},
                         text);
             if (!frame.swept.empty()) print_swept(frame.swept, text);
             fmt::format_to(out, "}}");
@@ -307,8 +302,8 @@ void print_table(const RecordingReader& recording, const std::vector<DetectorAns
             ++good;
             pairs += frame.pairs.size();
             touch += frame.touch.size();
-            update.push_back(frame.update_ns);
-            detect.push_back(frame.detect_ns);
+            if (frame.update_ns >= 0) update.push_back(frame.update_ns);
+            if (frame.detect_ns >= 0) detect.push_back(frame.detect_ns);
             if (!frame.errors) continue;
             errors.missing += frame.errors->missing;
             errors.extra += frame.errors->extra;
@@ -325,12 +320,13 @@ void print_table(const RecordingReader& recording, const std::vector<DetectorAns
 
 int replay(const CommonOptions& common, const ReplayOptions& options) {
     const bool all = options.detector == "all";
+    const bool only_recorded = options.detector == recorded_answer;
     std::vector<MethodSpec> methods;
     if (all) {
         for (const DetectorEntry& entry : registry().detectors()) {
             if (!entry.control) methods.push_back({.name = entry.name});
         }
-    } else {
+    } else if (!only_recorded) {
         methods.push_back(parse_method(options.detector));
         static_cast<void>(registry().detector(methods.front().name));  // an unknown name ends here
     }
@@ -338,9 +334,17 @@ int replay(const CommonOptions& common, const ReplayOptions& options) {
         throw InputError("command line", "--time-limit", "seconds > 0", fmt::format("{}", options.time_limit_s));
     }
     RecordingReader recording(options.recording);
+    if (only_recorded && !recording.has_contacts()) {
+        throw InputError(options.recording.string(), "", "a recording that carries contacts, for --detector recorded",
+                         "none");
+    }
+    const std::vector<RecordedTick> recorded = recording.contacts();  // malformed ones end here
     std::vector<DetectorAnswer> answers;
-    answers.reserve(methods.size());
+    answers.reserve(methods.size() + 1);
     for (const MethodSpec& method : methods) answers.push_back(ask(method, recording, options.time_limit_s));
+    if (recording.has_contacts() && (all || only_recorded)) {
+        answers.push_back(as_answer(recorded, recording.frame_count()));
+    }
     std::vector<Truth> exact;
     std::vector<Truth>* const truth = all || options.truth ? &exact : nullptr;
     judge(recording, answers, truth);

@@ -143,13 +143,15 @@ struct ReferenceOptions {
 int reference(const CommonOptions& common, const ReferenceOptions& options);
 
 struct BaselineOptions {
-    std::string what;                             ///< write | check
-    std::vector<std::filesystem::path> sources;   ///< scenes (.json) and recordings
-    std::vector<std::string> detectors{"all"};    ///< NAME[:parameters] or all
+    std::string what;                            ///< write | check
+    std::vector<std::filesystem::path> sources;  ///< scenes (.json) and recordings
+    /// NAME[:parameters], all, or recorded: what a recording carries; empty: what is kept, else recorded, else all
+    std::vector<std::string> detectors;
     std::optional<std::filesystem::path> folder;  ///< default: baseline/ beside each source
     std::optional<std::int64_t> every;            ///< default: as kept, else about 20 ticks of the source
     double tolerance = 1.0e-9;                    ///< m
     double time_limit_s = 600.0;                  ///< per detector and source
+    std::optional<std::filesystem::path> junit;   ///< file for a CI server, of check
 };
 int baseline(const CommonOptions& common, const BaselineOptions& options);
 

@@ -228,7 +228,9 @@ int run_command(int argc, char** argv) {
     ReplayOptions replay_options;
     sub = line.add("replay", "Detectors on recorded frames", "trocar replay frames.trocrec --detector all");
     sub->add_option("recording", replay_options.recording, "Recording file (trocar schema recording)")->required();
-    sub->add_option("--detector", replay_options.detector, "NAME[:key=value,...] or all")->capture_default_str();
+    sub->add_option("--detector", replay_options.detector,
+                    "NAME[:key=value,...], all, or recorded (the contacts that the recording carries)")
+        ->capture_default_str();
     sub->add_flag("--truth", replay_options.truth, "Hold the answers against the exact oracle");
     sub->add_option("--time-limit", replay_options.time_limit_s, "Seconds after which a detector is given up")
         ->capture_default_str();
@@ -282,22 +284,26 @@ int run_command(int argc, char** argv) {
     line.on(sub, reference_options, reference);
 
     BaselineOptions baseline_options;
-    sub = line.add("baseline", "Keep the contacts of detectors on scenes or recordings, or check them for changes",
-                   "trocar baseline write frames.trocrec --detector ohc; trocar baseline check frames.trocrec "
-                   "--detector ohc");
+    sub = line.add("baseline",
+                   "Keep the contacts that recordings carry, or those of detectors, and check them for changes",
+                   "trocar baseline write frames.trocrec; trocar baseline check frames.trocrec --junit contacts.xml");
     sub->add_option("what", baseline_options.what, "write: store the contacts; check: status 1 when one changed")
         ->required()
         ->check(CLI::IsMember({"write", "check"}));
     sub->add_option("sources", baseline_options.sources, "Scene files (JSON), names of trocar scenes, and recordings")
         ->required()
         ->type_name("SCENE");
-    sub->add_option("--detector", baseline_options.detectors, "NAME[:key=value,...] or all; may be repeated")
+    sub->add_option("--detector", baseline_options.detectors,
+                    "NAME[:key=value,...], all, or recorded (what a recording carries); may be repeated. Default: what "
+                    "is stored; to begin with what the recording carries, else all")
         ->take_all()
         ->allow_extra_args(false);
     sub->add_option("--folder", baseline_options.folder, "Folder of the stored files (default: baseline/ beside each)");
-    sub->add_option("--every", baseline_options.every, "Keep every n-th tick (default: as stored, else about 20)");
+    sub->add_option("--every", baseline_options.every,
+                    "Keep every n-th tick (default: as stored, else about 20, of what a recording carries all)");
     sub->add_option("--tolerance", baseline_options.tolerance, "Change of a depth or point in m that counts as none")
         ->capture_default_str();
+    sub->add_option("--junit", baseline_options.junit, "Also write what check finds as a JUnit file");
     sub->add_option("--time-limit", baseline_options.time_limit_s, "Seconds after which a detector is given up")
         ->capture_default_str();
     line.on(sub, baseline_options, baseline);

@@ -21,7 +21,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the format is little-endian and is read as it stands");
 
 constexpr std::string_view magic = "TROCREC1";
-constexpr const char* recording_format = "trocar-recording-1";
+const std::vector<std::string> recording_formats{"trocar-recording-1", "trocar-recording-2"};  // the second has contacts
 constexpr std::int64_t header_offset = 16;
 constexpr std::int64_t most_frames = std::int64_t{1} << 40;
 const std::vector<std::string> kind_words{"instrument", "rigid", "tissue"};
@@ -34,15 +34,19 @@ BodyKind kind_from(const std::string& word) {
     return static_cast<BodyKind>(std::find(kind_words.begin(), kind_words.end(), word) - kind_words.begin());
 }
 
-std::uint64_t hash_of_bytes(std::ifstream& stream) {
+/// Of the first `count` bytes.
+std::uint64_t hash_of_bytes(std::ifstream& stream, std::int64_t count) {
     std::uint64_t value = 14695981039346656037ULL;
     std::vector<char> block(std::size_t{1} << 16);
     stream.seekg(0);
-    while (stream.read(block.data(), static_cast<std::streamsize>(block.size())) || stream.gcount() > 0) {
+    while (count > 0) {
+        stream.read(block.data(), std::min(count, static_cast<std::int64_t>(block.size())));
+        if (stream.gcount() == 0) break;
         for (std::streamsize i = 0; i < stream.gcount(); ++i) {
             value ^= static_cast<unsigned char>(block[static_cast<std::size_t>(i)]);
             value *= 1099511628211ULL;
         }
+        count -= stream.gcount();
     }
     stream.clear();
     return value;
@@ -94,6 +98,7 @@ std::vector<Index> file_numbers(const std::vector<Range>& ranges) {
 }
 
 struct Header {
+    bool contacts = false;  ///< after the frames
     double dt = 0.0;
     std::int64_t frames = 0;
     std::int64_t vertices = 0;
@@ -106,9 +111,9 @@ struct Header {
 
 Header read_header(const JsonNode& node) {
     node.expect_keys({"format", "unit", "dt", "frames", "vertices", "triangles", "bodies", "body_pairs"});
-    node.at("format").expect_word(recording_format);
-    node.at("unit").expect_word("m");
     Header header;
+    header.contacts = node.at("format").word(recording_formats) == recording_formats[1];
+    node.at("unit").expect_word("m");
     header.dt = node.at("dt").positive();
     header.frames = node.at("frames").integer(0, most_frames);
     constexpr std::int64_t most = std::numeric_limits<Index>::max();
@@ -175,14 +180,15 @@ RecordingReader::RecordingReader(const std::filesystem::path& file) : file_(file
     const std::int64_t triangle_bytes = padded(12 * header.triangles);
     const std::int64_t frame_bytes = 24 * header.vertices;
     const std::int64_t left = size - triangle_offset - triangle_bytes;
-    const bool right_size =
-        left >= 0 && (frame_bytes == 0 ? left == 0 : left % frame_bytes == 0 && left / frame_bytes == header.frames);
+    const bool frames_fit = left >= 0 && (frame_bytes == 0 || left / frame_bytes >= header.frames);
+    const bool right_size = frames_fit && (header.contacts || left == frame_bytes * header.frames);
     if (!right_size) {
         const double promised = static_cast<double>(triangle_offset + triangle_bytes) +
                                 static_cast<double>(frame_bytes) * static_cast<double>(header.frames);
         throw InputError(file_, "",
-                         fmt::format("{:.0f} bytes as the header's {} triangles, {} vertices and {} frames need",
-                                     promised, header.triangles, header.vertices, header.frames),
+                         fmt::format("{:.0f} bytes as the header's {} triangles, {} vertices and {} frames need{}",
+                                     promised, header.triangles, header.vertices, header.frames,
+                                     header.contacts ? ", and contacts after them" : ""),
                          fmt::format("{} bytes", size));
     }
 
@@ -223,7 +229,22 @@ RecordingReader::RecordingReader(const std::filesystem::path& file) : file_(file
     dt_ = header.dt;
     frame_count_ = header.frames;
     first_frame_offset_ = triangle_offset + triangle_bytes;
-    hash_ = hash_of_bytes(stream_);
+    const std::int64_t frames_end = first_frame_offset_ + frame_bytes * frame_count_;
+    if (header.contacts) contacts_offset_ = frames_end;
+    hash_ = hash_of_bytes(stream_, frames_end);
+}
+
+std::vector<RecordedTick> RecordingReader::contacts() {
+    if (!has_contacts()) return {};
+    std::vector<Index> triangle_of_file(file_triangle_.size());
+    for (std::size_t t = 0; t < file_triangle_.size(); ++t) {
+        triangle_of_file[static_cast<std::size_t>(file_triangle_[t])] = static_cast<Index>(t);
+    }
+    stream_.clear();
+    stream_.seekg(contacts_offset_);
+    std::vector<RecordedTick> ticks = read_recorded_contacts(stream_, topology_, triangle_of_file, frame_count_, file_);
+    stream_.clear();  // the text ends with the file
+    return ticks;
 }
 
 void RecordingReader::read_positions(std::int64_t tick, Matrix3X& position) {
@@ -265,11 +286,14 @@ struct RecordingWriter::State {
     std::ofstream stream;
     nlohmann::ordered_json header;
     std::size_t header_bytes = 0;
-    Index vertex_count = 0;
+    Topology topology;
     std::int64_t frames = 0;
+    std::filesystem::path contacts_beside;  ///< empty: none were told
+    std::ofstream contacts;
+    std::int64_t contact_ticks = 0;
 
     void check() const {
-        if (!stream) throw InputError(file.string(), "", "a file that can be written", "a write error");
+        if (!stream || !contacts) throw InputError(file.string(), "", "a file that can be written", "a write error");
     }
     /// The header with the present frame count, padded with spaces to its fixed length.
     std::string header_text() {
@@ -295,8 +319,8 @@ RecordingWriter::RecordingWriter(std::filesystem::path file, const Topology& top
     state.beside = file;
     state.beside += fmt::format(".{}.partial", getpid());
     state.file = std::move(file);
-    state.vertex_count = topology.vertex_count;
-    state.header = {{"format", recording_format},
+    state.topology = topology;
+    state.header = {{"format", recording_formats[0]},
                     {"unit", "m"},
                     {"dt", dt},
                     {"frames", 0},
@@ -338,23 +362,51 @@ RecordingWriter::RecordingWriter(std::filesystem::path file, const Topology& top
 RecordingWriter::~RecordingWriter() {
     if (state_ == nullptr || state_->beside.empty()) return;
     state_->stream.close();
+    state_->contacts.close();
     std::error_code ignored;
     std::filesystem::remove(state_->beside, ignored);
+    if (!state_->contacts_beside.empty()) std::filesystem::remove(state_->contacts_beside, ignored);
 }
 
 void RecordingWriter::write(const Frame& frame) {
     State& state = *state_;
-    if (frame.position.cols() != state.vertex_count) {
+    const Index vertices = state.topology.vertex_count;
+    if (frame.position.cols() != vertices) {
         throw InputError(state.file.string(), fmt::format("frame {}", state.frames),
-                         fmt::format("{} vertices", state.vertex_count), std::to_string(frame.position.cols()));
+                         fmt::format("{} vertices", vertices), std::to_string(frame.position.cols()));
     }
-    state.stream.write(reinterpret_cast<const char*>(frame.position.data()), 24 * std::int64_t{state.vertex_count});
+    state.stream.write(reinterpret_cast<const char*>(frame.position.data()), 24 * std::int64_t{vertices});
     ++state.frames;
+    state.check();
+}
+
+void RecordingWriter::add(const Frame& frame, std::vector<RecordedContact> contacts) {
+    State& state = *state_;
+    const std::string line = recorded_tick_line(state.topology, {.tick = state.frames, .contacts = std::move(contacts)},
+                                                state.file.string());
+    write(frame);
+    if (state.contacts_beside.empty()) {
+        // They stand after the last frame, and nobody knows yet which one that is.
+        state.contacts_beside = state.beside;
+        state.contacts_beside += ".contacts";
+        state.contacts.open(state.contacts_beside, std::ios::binary | std::ios::trunc);
+        state.header["format"] = recording_formats[1];
+    }
+    state.contacts << line;
+    ++state.contact_ticks;
     state.check();
 }
 
 void RecordingWriter::finish() {
     State& state = *state_;
+    if (!state.contacts_beside.empty()) {
+        state.contacts.close();
+        state.check();
+        state.stream << recorded_contacts_head(state.contact_ticks)
+                     << std::ifstream(state.contacts_beside, std::ios::binary).rdbuf();
+        std::error_code ignored;
+        std::filesystem::remove(state.contacts_beside, ignored);
+    }
     state.stream.seekp(header_offset);
     const std::string text = state.header_text();
     state.stream.write(text.data(), static_cast<std::streamsize>(text.size()));
@@ -364,47 +416,6 @@ void RecordingWriter::finish() {
     std::filesystem::rename(state.beside, state.file, error);
     if (error) throw InputError(state.file.string(), "", "a file that can be written", error.message());
     state.beside.clear();
-}
-
-std::string recording_schema() {
-    return R"({
-  "$schema": "https://json-schema.org/draft/2020-12/schema",
-  "title": "trocar recording, format TROCREC1",
-  "description": "A little-endian file: 8 bytes TROCREC1; u64 H; H bytes of UTF-8 JSON (the header described here), padded with spaces so that H is a multiple of 8; triangles x 3 u32 global vertex numbers, zero-padded to a multiple of 8 bytes; then frames x vertices x 3 float64 positions (x y z of vertex 0, of vertex 1, ...). Nothing follows. The previous position of a frame is the frame before (frame 0: itself); velocity = (position - previous) / dt. A non-finite position is that tick's outcome not_finite.",
-  "type": "object",
-  "additionalProperties": false,
-  "required": ["format", "unit", "dt", "frames", "vertices", "triangles", "bodies"],
-  "properties": {
-    "format": {"const": "trocar-recording-1"},
-    "unit": {"const": "m"},
-    "dt": {"type": "number", "exclusiveMinimum": 0, "unit": "s", "description": "Time between two frames"},
-    "frames": {"type": "integer", "minimum": 0, "description": "F, number of frames"},
-    "vertices": {"type": "integer", "minimum": 0, "maximum": 2147483647, "description": "N, vertices of all bodies"},
-    "triangles": {"type": "integer", "minimum": 0, "maximum": 2147483647, "description": "T, triangles of all bodies"},
-    "bodies": {
-      "description": "Their ranges cover every vertex and every triangle once",
-      "type": "array",
-      "items": {
-        "type": "object",
-        "additionalProperties": false,
-        "required": ["name", "kind", "closed", "vertices", "triangles"],
-        "properties": {
-          "name": {"type": "string", "minLength": 1, "description": "One of its own"},
-          "kind": {"enum": ["instrument", "rigid", "tissue"]},
-          "closed": {"type": "boolean", "description": "false: an open sheet, which has no inside"},
-          "vertices": {"$ref": "#/$defs/range"},
-          "triangles": {"$ref": "#/$defs/range"},
-          "instrument": {"type": "string", "minLength": 1, "description": "Parts with the same name are not tested against each other"}}}},
-    "body_pairs": {
-      "description": "Pairs of body numbers (0-based) to test; default: every two bodies except rigid with rigid and parts of one instrument",
-      "type": "array",
-      "items": {"type": "array", "items": {"type": "integer", "minimum": 0}, "minItems": 2, "maxItems": 2}}
-  },
-  "$defs": {
-    "range": {"type": "array", "items": {"type": "integer", "minimum": 0}, "minItems": 2, "maxItems": 2, "description": "[first, count]"}
-  }
-}
-)";
 }
 
 }  // namespace trocar

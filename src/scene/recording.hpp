@@ -1,14 +1,16 @@
 // A stream of frames on disk (format TROCREC1, DESIGN §10), so that anyone's frames reach every detector
-// bit-identically.
+// bit-identically, and beside them the contacts that their writer found.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <ranges>
 #include <string>
 #include <vector>
 
+#include "scene/recorded_contacts.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
@@ -29,7 +31,13 @@ public:
     /// Reads frame `tick` (0-based). previous = the frame before (frame 0: itself), velocity = (position -
     /// previous)/dt. Positions may be non-finite. Throws InputError when the file cannot be read.
     void read(std::int64_t tick, Frame& frame);
-    /// 64-bit FNV-1a over the whole file's bytes.
+    /// Whether the file carries contacts beside its frames (trocar-recording-2).
+    [[nodiscard]] bool has_contacts() const { return contacts_offset_ > 0; }
+    /// What the file tells of contacts, ascending by tick, triangles by their numbers in the topology; a frame that is
+    /// not among them is one that nothing is told of. Empty without contacts. Throws InputError, naming the line, on
+    /// contacts that are malformed: the constructor does not look at them.
+    [[nodiscard]] std::vector<RecordedTick> contacts();
+    /// 64-bit FNV-1a over the file's bytes, contacts left out.
     [[nodiscard]] std::uint64_t hash() const { return hash_; }
 
 private:
@@ -41,6 +49,7 @@ private:
     double dt_ = 0.001;
     std::int64_t frame_count_ = 0;
     std::int64_t first_frame_offset_ = 0;
+    std::int64_t contacts_offset_ = 0;  ///< 0: none
     std::uint64_t hash_ = 0;
     std::vector<Index> file_vertex_;    ///< number in the file of each vertex; empty: the same
     std::vector<Index> file_triangle_;  ///< likewise
@@ -60,6 +69,19 @@ public:
     RecordingWriter(RecordingWriter&&) = delete;
     RecordingWriter& operator=(RecordingWriter&&) = delete;
     void write(const Frame& frame);
+    /// The same, with the contacts that somebody's own simulation found in the frame (DESIGN §10 has their units and
+    /// signs); an empty list says that there are none, while `write` says nothing of them. Throws InputError on what
+    /// RecordedContact does not allow; the frame is not written then.
+    void add(const Frame& frame, std::vector<RecordedContact> contacts);
+    /// Any list whose elements name their fields as RecordedContact does: a std::vector<Contact> is one.
+    template <std::ranges::input_range Contacts>
+    void add(const Frame& frame, const Contacts& contacts) {
+        std::vector<RecordedContact> list;
+        for (const auto& contact : contacts) {
+            list.push_back({contact.a, contact.b, contact.point, contact.normal, contact.depth});
+        }
+        add(frame, std::move(list));
+    }
     void finish();
 
 private:

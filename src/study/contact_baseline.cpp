@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
@@ -16,10 +17,11 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-constexpr const char* baseline_format = "trocar-baseline-1";
+const std::vector<std::string> baseline_formats{"trocar-baseline-1", "trocar-baseline-2"};  // the second has truth
 constexpr std::array<const char*, 7> kind_names{"unset", "a_enters_b", "b_enters_a", "edges_cross",
                                                 "touch", "coplanar",   "degenerate"};
-constexpr std::size_t contact_numbers = 10;  // a, b, point, normal, depth without the kind
+constexpr std::int64_t most_stored = 1'000'000'000'000;  // of anything that is counted
+constexpr std::size_t contact_numbers = 10;              // a, b, point, normal, depth without the kind
 
 /// To 1e-12: far below any length or normal that means something, and the same text on every read and write.
 double rounded(double value) {
@@ -32,7 +34,7 @@ double rounded(double value) {
 OrderedJson number(double value) { return std::isfinite(value) ? OrderedJson(value) : OrderedJson(nullptr); }
 
 OrderedJson contact_json(const Contact& contact) {
-    OrderedJson json{contact.a, contact.b, kind_names.at(static_cast<std::size_t>(contact.kind))};
+    OrderedJson json{contact.a, contact.b, stored_word(contact.kind)};
     for (const double value : {contact.point.x(), contact.point.y(), contact.point.z(), contact.normal.x(),
                                contact.normal.y(), contact.normal.z(), contact.depth}) {
         json.push_back(number(value));
@@ -48,6 +50,26 @@ OrderedJson ticks_json(const BaselineAnswer& answer) {
         json[std::to_string(tick.tick)] = std::move(contacts);
     }
     return json;
+}
+
+OrderedJson truth_json(const TruthFigures& truth) {
+    return {{"ticks", truth.ticks},
+            {"pairs", truth.pairs},
+            {"told", truth.told},
+            {"missing", truth.missing},
+            {"missing_touch", truth.missing_touch},
+            {"extra", truth.extra}};
+}
+
+TruthFigures read_truth(const JsonNode& node) {
+    node.expect_keys({"ticks", "pairs", "told", "missing", "missing_touch", "extra"});
+    const auto count = [&node](const char* key) { return node.at(key).integer(0, most_stored); };
+    return {.ticks = count("ticks"),
+            .pairs = count("pairs"),
+            .told = count("told"),
+            .missing = count("missing"),
+            .missing_touch = count("missing_touch"),
+            .extra = count("extra")};
 }
 
 Contact read_contact(const JsonNode& node) {
@@ -66,72 +88,6 @@ Contact read_contact(const JsonNode& node) {
     return contact;
 }
 
-double gap(double before, double after) {
-    if (std::isnan(before) && std::isnan(after)) return 0.0;
-    const double size = std::abs(after - before);
-    return std::isnan(size) ? HUGE_VAL : size;
-}
-
-double length_between(const Vector3& before, const Vector3& after) {
-    double squares = 0.0;
-    for (int i = 0; i < 3; ++i) squares += std::pow(gap(before[i], after[i]), 2);
-    return std::sqrt(squares);
-}
-
-/// rad, from the chord, which keeps its digits where the cosine loses them.
-double angle_between(const Vector3& before, const Vector3& after) {
-    const double chord = length_between(before, after);
-    return std::isinf(chord) ? HUGE_VAL : 2.0 * std::asin(std::min(1.0, chord / 2.0));
-}
-
-std::string told(const Contact& contact) {
-    return fmt::format("{} depth {:.9g} m at ({:.9g}, {:.9g}, {:.9g}) m",
-                       kind_names.at(static_cast<std::size_t>(contact.kind)), contact.depth, contact.point.x(),
-                       contact.point.y(), contact.point.z());
-}
-
-class Comparison {
-public:
-    explicit Comparison(const BaselineTolerance& tolerance) : tolerance_(tolerance) {}
-
-    /// Null: there is none.
-    void add(std::int64_t tick, const Contact* before, const Contact* after) {
-        if (before == nullptr && after == nullptr) return;
-        const Contact& any = before != nullptr ? *before : *after;
-        const auto example = [&] {
-            return fmt::format("tick {}, triangles {} and {}: {} -> {}", tick, any.a, any.b,
-                               before == nullptr ? "none" : told(*before), after == nullptr ? "none" : told(*after));
-        };
-        if (before == nullptr || after == nullptr) {
-            (before == nullptr ? found.extra : found.missing) += 1;
-            if (!lost_told_) found.example = example();
-            lost_told_ = true;
-            return;
-        }
-        ++found.compared;
-        if (before->kind != after->kind) ++found.other_kind;
-        const double depth = gap(before->depth, after->depth);
-        const double point = length_between(before->point, after->point);
-        const double angle = angle_between(before->normal, after->normal);
-        found.worst_depth = std::max(found.worst_depth, depth);
-        found.worst_point = std::max(found.worst_point, point);
-        found.worst_angle = std::max(found.worst_angle, angle);
-        const double badness = std::max({depth / tolerance_.length, point / tolerance_.length, angle / tolerance_.angle,
-                                         before->kind != after->kind ? 2.0 : 0.0});
-        if (!lost_told_ && badness > 1.0 && badness > worst_badness_) {
-            worst_badness_ = badness;
-            found.example = example();
-        }
-    }
-
-    AnswerDifference found;
-
-private:
-    BaselineTolerance tolerance_;
-    bool lost_told_ = false;
-    double worst_badness_ = 0.0;
-};
-
 }  // namespace
 
 void round_like_stored(BaselineAnswer& answer) {
@@ -144,6 +100,8 @@ void round_like_stored(BaselineAnswer& answer) {
     }
 }
 
+const char* stored_word(ContactCase kind) { return kind_names.at(static_cast<std::size_t>(kind)); }
+
 std::string to_json(const ContactBaseline& baseline) {
     OrderedJson sets = OrderedJson::array();
     OrderedJson detectors = OrderedJson::object();
@@ -152,13 +110,16 @@ std::string to_json(const ContactBaseline& baseline) {
         const auto same = std::find(sets.begin(), sets.end(), ticks);
         const auto position = same - sets.begin();
         if (same == sets.end()) sets.push_back(ticks);
-        detectors[name] = {{"outcome", answer.outcome}, {"contacts", position}};
+        OrderedJson& entry = detectors[name];
+        entry = {{"outcome", answer.outcome}, {"contacts", position}};
+        if (answer.every) entry["every"] = *answer.every;
+        if (answer.truth) entry["truth"] = truth_json(*answer.truth);
     }
     // One line per tick, so that a change of the file can be read.
     std::string text = fmt::format(
         "{{\n\"format\": \"{}\",\n\"source\": {},\n\"source_hash\": \"{}\",\n\"frames_hash\": \"{}\",\n\"ticks\": {},\n"
         "\"every\": {},\n\"detectors\": {},\n\"contacts\": [",
-        baseline_format, OrderedJson(baseline.source).dump(), baseline.source_hash, baseline.frames_hash,
+        baseline_formats.back(), OrderedJson(baseline.source).dump(), baseline.source_hash, baseline.frames_hash,
         baseline.ticks, baseline.every, detectors.dump());
     for (std::size_t i = 0; i < sets.size(); ++i) {
         text += i == 0 ? "\n{" : ",\n{";
@@ -180,14 +141,13 @@ ContactBaseline contact_baseline_from_json(const std::string& text, const std::s
     const Json document = parse_json(text, name);
     const JsonNode root(document, name);
     root.expect_keys({"format", "source", "source_hash", "frames_hash", "ticks", "every", "detectors", "contacts"});
-    root.at("format").expect_word(baseline_format);
+    const bool has_truth = root.at("format").word(baseline_formats) == baseline_formats.back();
     ContactBaseline baseline;
     baseline.source = root.at("source").text();
     baseline.source_hash = root.at("source_hash").text();
     baseline.frames_hash = root.at("frames_hash").text();
-    constexpr std::int64_t most = 1'000'000'000'000;
-    baseline.ticks = root.at("ticks").integer(1, most);
-    baseline.every = root.at("every").integer(1, most);
+    baseline.ticks = root.at("ticks").integer(1, most_stored);
+    baseline.every = root.at("every").integer(1, most_stored);
     const std::vector<JsonNode> sets = root.at("contacts").list();
     std::vector<std::vector<BaselineTick>> answers(sets.size());
     for (std::size_t i = 0; i < sets.size(); ++i) {
@@ -207,12 +167,16 @@ ContactBaseline contact_baseline_from_json(const std::string& text, const std::s
     const JsonNode detectors = root.at("detectors");
     for (const std::string& key : detectors.keys()) {
         const JsonNode entry = detectors.at(key);
-        entry.expect_keys({"outcome", "contacts"});
+        entry.expect_keys(has_truth ? std::vector<std::string>{"outcome", "contacts", "every", "truth"}
+                                    : std::vector<std::string>{"outcome", "contacts"});
         const JsonNode number = entry.at("contacts");
-        const std::int64_t position = number.integer(0, most);
+        const std::int64_t position = number.integer(0, most_stored);
         if (position >= static_cast<std::int64_t>(answers.size())) number.fail("a position in /contacts");
-        baseline.detectors[key] = {.outcome = entry.at("outcome").text(),
-                                   .ticks = answers[static_cast<std::size_t>(position)]};
+        BaselineAnswer& answer = baseline.detectors[key];
+        answer.outcome = entry.at("outcome").text();
+        answer.ticks = answers[static_cast<std::size_t>(position)];
+        if (const auto every = entry.find("every")) answer.every = every->integer(1, most_stored);
+        if (const auto truth = entry.find("truth")) answer.truth = read_truth(*truth);
     }
     return baseline;
 }
@@ -220,48 +184,39 @@ ContactBaseline contact_baseline_from_json(const std::string& text, const std::s
 std::string contact_baseline_schema() {
     return R"({
   "$schema": "https://json-schema.org/draft/2020-12/schema",
-  "title": "stored contacts, format trocar-baseline-1",
-  "description": "What trocar baseline write keeps and trocar baseline check reads, one document per scene or recording. Contacts are canonical ones (trocar computes them from the pairs of triangles, the same way for every detector).",
+  "title": "stored contacts, format trocar-baseline-2",
+  "description": "What trocar baseline write keeps and trocar baseline check reads, one document per scene or recording. Contacts of detectors are canonical ones (trocar computes them from the pairs of triangles, the same way for every detector); those under the name recorded are the ones that the recording carries, as it tells them. Format 1 has neither every nor truth in an entry of detectors, and no recorded contacts.",
   "type": "object", "additionalProperties": false,
   "required": ["format", "source", "source_hash", "frames_hash", "ticks", "every", "detectors", "contacts"],
   "properties": {
-    "format": {"const": "trocar-baseline-1"},
+    "format": {"enum": ["trocar-baseline-1", "trocar-baseline-2"]},
     "source": {"type": "string", "description": "Name of the scene or recording"},
-    "source_hash": {"type": "string", "description": "16 hex digits, of its content; another one makes the file stale"},
-    "frames_hash": {"type": "string", "description": "16 hex digits, over all frames; another one makes the file stale"},
+    "source_hash": {"type": "string", "description": "16 hex digits, of its content; another one: other frames"},
+    "frames_hash": {"type": "string", "description": "16 hex digits, over all frames; another one: other frames, on which pairs are held against exact truth alone"},
     "ticks": {"type": "integer", "minimum": 1, "description": "Frames of the stream"},
     "every": {"type": "integer", "minimum": 1, "description": "Contacts are kept on ticks 0, every, 2 every, ..."},
-    "detectors": {"type": "object", "description": "Keys: NAME[:key=value,...]", "additionalProperties": {
+    "detectors": {"type": "object", "description": "Keys: NAME[:key=value,...], or recorded", "additionalProperties": {
       "type": "object", "additionalProperties": false, "required": ["outcome", "contacts"], "properties": {
         "outcome": {"type": "string", "description": "ok, or the first tick's that was not; truncated: a limit cut a list"},
-        "contacts": {"type": "integer", "minimum": 0, "description": "Position in the list below; detectors with the same contacts share it"}}}},
+        "contacts": {"type": "integer", "minimum": 0, "description": "Position in the list below; detectors with the same contacts share it"},
+        "every": {"type": "integer", "minimum": 1, "description": "Where it is another one than the document's"},
+        "truth": {"$ref": "#/$defs/truth"}}}},
     "contacts": {"type": "array", "items": {"type": "object", "description": "Keys: ticks with a contact", "additionalProperties": {
       "type": "array", "items": {"type": "array", "minItems": 10, "maxItems": 10,
-        "description": "a, b (triangle numbers, a < b), kind, point x y z (m, world), unit normal x y z from a to b, depth (m, >= 0); null: not set"}}}}
+        "description": "a, b (triangle numbers, a < b), kind, point x y z (m, world), unit normal x y z from a to b, depth (m, positive inside); null: not set"}}}}
+  },
+  "$defs": {
+    "truth": {"type": "object", "additionalProperties": false, "description": "Pairs of triangles held against exact truth, over all ticks looked at",
+      "required": ["ticks", "pairs", "told", "missing", "missing_touch", "extra"], "properties": {
+        "ticks": {"type": "integer", "minimum": 0, "description": "Whose pairs are known and whose frame is finite"},
+        "pairs": {"type": "integer", "minimum": 0, "description": "That truly meet"},
+        "told": {"type": "integer", "minimum": 0, "description": "Of the answer; those told to be apart (depth below 0) only where they meet"},
+        "missing": {"type": "integer", "minimum": 0, "description": "True pairs that were not told"},
+        "missing_touch": {"type": "integer", "minimum": 0, "description": "Those of missing that only touch"},
+        "extra": {"type": "integer", "minimum": 0, "description": "Told pairs that do not meet"}}}
   }
 }
 )";
-}
-
-bool AnswerDifference::within(const BaselineTolerance& tolerance) const {
-    return missing == 0 && extra == 0 && other_kind == 0 && outcome.empty() && worst_depth <= tolerance.length &&
-           worst_point <= tolerance.length && worst_angle <= tolerance.angle;
-}
-
-AnswerDifference compare_answers(const BaselineAnswer& before, const BaselineAnswer& after,
-                                 const BaselineTolerance& tolerance) {
-    Comparison comparison(tolerance);
-    if (before.outcome != after.outcome) comparison.found.outcome = before.outcome + " -> " + after.outcome;
-    using Key = std::tuple<std::int64_t, Index, Index>;
-    std::map<Key, std::pair<const Contact*, const Contact*>> both;
-    for (const BaselineTick& tick : before.ticks) {
-        for (const Contact& contact : tick.contacts) both[{tick.tick, contact.a, contact.b}].first = &contact;
-    }
-    for (const BaselineTick& tick : after.ticks) {
-        for (const Contact& contact : tick.contacts) both[{tick.tick, contact.a, contact.b}].second = &contact;
-    }
-    for (const auto& [key, pair] : both) comparison.add(std::get<0>(key), pair.first, pair.second);
-    return comparison.found;
 }
 
 }  // namespace trocar

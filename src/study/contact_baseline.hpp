@@ -1,6 +1,5 @@
-// Canonical contacts of detectors on a scene's or a recording's frames, kept in a file, so that a simulator's authors
-// see when a change of code changes their contacts. Missing, extra and stale baselines are failures, and contacts are
-// compared one by one: a mean would hide the one that went wrong.
+// Contacts on a scene's or a recording's frames, those of detectors and those that a recording carries, kept in a file,
+// so that a simulator's authors see when a change of code changes their contacts.
 #pragma once
 
 #include <cstdint>
@@ -19,10 +18,27 @@ struct BaselineTick {
     std::int64_t tick = 0;
     std::vector<Contact> contacts;  ///< kind, a, b, point, normal, depth; the rest is not kept
 };
+
+/// How pairs of triangles agree with exact truth, summed over the ticks that were looked at.
+struct TruthFigures {
+    std::int64_t ticks = 0;    ///< whose pairs are known and whose frame is finite
+    std::int64_t pairs = 0;    ///< that truly meet
+    std::int64_t told = 0;     ///< pairs of the answer; those told to be apart (depth below 0) only where they meet
+    std::int64_t missing = 0;  ///< of `pairs`, not told
+    std::int64_t missing_touch = 0;  ///< of `missing`, those that only touch
+    std::int64_t extra = 0;          ///< of `told`, those that do not meet
+    bool operator==(const TruthFigures&) const = default;
+};
+
 struct BaselineAnswer {
     std::string outcome = "ok";  ///< the first that was not ok, by its name
     std::vector<BaselineTick> ticks;
+    std::optional<std::int64_t> every = {};  ///< where another one than the document's
+    std::optional<TruthFigures> truth = {};  ///< none in a file of format 1
 };
+
+/// The name that contacts carried by a recording have among those of detectors.
+inline constexpr const char* recorded_answer = "recorded";
 
 struct ContactBaseline {
     std::string source;       ///< name of the scene or recording
@@ -31,12 +47,16 @@ struct ContactBaseline {
     std::int64_t ticks = 0;   ///< frames of the stream
     std::int64_t every = 1;   ///< contacts are kept on ticks 0, every, 2 every …
     std::map<std::string, BaselineAnswer> detectors = {};
+    /// Of an answer that it has.
+    [[nodiscard]] std::int64_t every_of(const std::string& name) const {
+        return detectors.at(name).every.value_or(every);
+    }
 };
 
-/// One JSON document (trocar-baseline-1); detectors with the same answer share it. Lengths in m, to 1e-12; normals to
+/// One JSON document (trocar-baseline-2); detectors with the same answer share it. Lengths in m, to 1e-12; normals to
 /// 1e-12.
 std::string to_json(const ContactBaseline& baseline);
-/// Throws InputError: no such file, not this format, wrong types or counts.
+/// Format 1 or 2. Throws InputError: no such file, not this format, wrong types or counts.
 ContactBaseline read_contact_baseline(const std::filesystem::path& file);
 /// From the text itself; `name` stands in complaints.
 ContactBaseline contact_baseline_from_json(const std::string& text, const std::string& name);
@@ -46,25 +66,7 @@ std::string contact_baseline_schema();
 /// Rounds to what the file keeps, so that fresh contacts and stored ones are equal when nothing has changed.
 void round_like_stored(BaselineAnswer& answer);
 
-struct BaselineTolerance {
-    double length = 1.0e-9;  ///< m, for depths and points
-    double angle = 1.0e-6;   ///< rad, for normals
-};
-
-struct AnswerDifference {
-    std::int64_t compared = 0;  ///< contacts that both have
-    std::int64_t missing = 0;   ///< contacts of the baseline that are gone
-    std::int64_t extra = 0;     ///< contacts that the baseline does not have
-    std::int64_t other_kind = 0;
-    double worst_depth = 0.0;  ///< m, largest of any contact; infinite where only one of the two is a number
-    double worst_point = 0.0;  ///< m
-    double worst_angle = 0.0;  ///< rad
-    std::string outcome;       ///< "ok -> crashed"; empty: the same
-    /// The first contact that is gone or new, else the worst one: "tick 40, triangles 3 and 17: depth 0.1 mm -> …".
-    std::string example;
-    [[nodiscard]] bool within(const BaselineTolerance& tolerance) const;
-};
-AnswerDifference compare_answers(const BaselineAnswer& before, const BaselineAnswer& after,
-                                 const BaselineTolerance& tolerance);
+/// The word of the file for a contact's case.
+const char* stored_word(ContactCase kind);
 
 }  // namespace trocar

@@ -1,5 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -32,8 +36,9 @@ protected:
     void put(const test::RecordingText& text) const {
         std::ofstream(folder.path() / "frames.trocrec", std::ios::binary) << text.bytes();
     }
-    [[nodiscard]] std::string state(const test::ProgramResult& result) const {
-        return Json::parse(result.out)["sources"][0]["detectors"][0]["state"];
+    [[nodiscard]] std::string state(const test::ProgramResult& result) const { return answer(result)["state"]; }
+    [[nodiscard]] static Json answer(const test::ProgramResult& result) {
+        return Json::parse(result.out)["sources"][0]["detectors"][0];
     }
     test::TemporaryFolder folder;
 };
@@ -50,26 +55,75 @@ TEST_F(Baseline, StoresTheContactThatTheCoordinatesTell) {
     EXPECT_EQ(run("check", "--detector ohc").status, 0);
 }
 
-TEST_F(Baseline, AMissingStaleOrExtraOneFails) {
+TEST_F(Baseline, WithoutKeptContactsACheckFails) {
     put(two_frames(0.5));
-    test::ProgramResult result = run("check", "--detector ohc --json");
+    const test::ProgramResult result = run("check", "--detector ohc --json");
     EXPECT_EQ(result.status, 1);
     EXPECT_EQ(state(result), "missing");
-    ASSERT_EQ(run("write", "--detector ohc --detector brute_force").status, 0);
-    EXPECT_EQ(run("check", "--detector brute_force").status, 0);
-    put(two_frames(0.25));
-    result = run("check", "--detector ohc --json");
-    EXPECT_EQ(result.status, 1);
-    EXPECT_EQ(state(result), "stale");
-    const std::filesystem::path file = folder.path() / "baseline" / "frames.json";
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "baseline"));
+}
+
+TEST_F(Baseline, ADetectorThatWasNeverWrittenIsNoFailure) {
     put(two_frames(0.5));
+    const test::ProgramResult written = run("write", "--detector ohc --json");
+    EXPECT_EQ(written.status, 0);
+    EXPECT_EQ(state(written), "new") << "not missing: this is what writing is for";
+    const test::ProgramResult result = run("check", "--detector brute_force --json");
+    EXPECT_EQ(result.status, 0);
+    EXPECT_EQ(state(result), "new");
+    EXPECT_EQ(answer(result)["truth"]["pairs"], 1) << "truth can be told all the same";
+    EXPECT_EQ(answer(result)["truth"]["missing"], 0);
+}
+
+TEST_F(Baseline, WithoutDetectorItChecksWhatIsStored) {
+    put(two_frames(0.5));
+    ASSERT_EQ(run("write", "--detector ohc --detector brute_force").status, 0);
+    const Json document = Json::parse(run("check", "--json").out);
+    ASSERT_EQ(document["sources"][0]["detectors"].size(), 2U);
+    EXPECT_EQ(document["sources"][0]["detectors"][0]["detector"], "brute_force");
+    EXPECT_EQ(document["sources"][0]["detectors"][1]["detector"], "ohc");
+}
+
+TEST_F(Baseline, OtherFramesAreJudgedByTruthAloneAndThatIsSaid) {
+    put(two_frames(0.5));
+    ASSERT_EQ(run("write", "--detector ohc --detector ohc:work_budget=1 --every 1").status, 0);
+    put(two_frames(0.25));
+    test::ProgramResult result = run("check", "--detector ohc");
+    EXPECT_EQ(result.status, 0);
+    EXPECT_NE(result.out.find("the frames are others than those whose contacts are kept: judged by truth alone"),
+              std::string::npos)
+        << result.out;
+    EXPECT_EQ(state(run("check", "--detector ohc --json")), "no_worse");
+    EXPECT_EQ(state(run("check", "--detector ohc:work_budget=1 --json")), "no_worse") << "it missed the pair before";
+    // Now as if it had found all of them.
+    const std::filesystem::path file = folder.path() / "baseline" / "frames.json";
+    Json stored = Json::parse(test::read_file(file));
+    stored["detectors"]["ohc:work_budget=1"]["truth"] = stored["detectors"]["ohc"]["truth"];
+    std::ofstream(file) << stored;
+    result = run("check", "--detector ohc:work_budget=1 --json");
+    EXPECT_EQ(result.status, 1);
+    EXPECT_EQ(state(result), "worse");
+    EXPECT_EQ(Json::parse(result.out)["sources"][0]["frames"], "changed");
+    const Json missed = answer(result)["worst"][0];
+    EXPECT_EQ(missed["what"], "missed");
+    EXPECT_EQ(missed["tick"], 1);
+    EXPECT_EQ(missed["bodies"], Json({"a", "b"}));
+    EXPECT_EQ(missed["before"]["depth_m"], 0.25) << "what the coordinates tell";
+}
+
+TEST_F(Baseline, ADetectorThatHasLeftFailsUnlessOthersWereAskedFor) {
+    put(two_frames(0.5));
+    ASSERT_EQ(run("write", "--detector ohc").status, 0);
+    const std::filesystem::path file = folder.path() / "baseline" / "frames.json";
     Json stored = Json::parse(test::read_file(file));
     stored["detectors"]["departed"] = {{"outcome", "ok"}, {"contacts", 0}};
     std::ofstream(file) << stored;
     EXPECT_EQ(run("check", "--detector ohc").status, 0) << "only what was asked for";
-    result = run("check", "--detector all");
-    EXPECT_EQ(result.status, 1);
-    EXPECT_NE(result.out.find("departed"), std::string::npos);
+    for (const char* options : {"", "--detector all"}) {
+        const test::ProgramResult result = run("check", options);
+        EXPECT_EQ(result.status, 1);
+        EXPECT_NE(result.out.find("departed                         gone"), std::string::npos) << result.out;
+    }
 }
 
 TEST_F(Baseline, AChangedContactIsToldBeforeAndAfterAndOnlyWriteTakesItOver) {
@@ -110,6 +164,184 @@ TEST_F(Baseline, BadInputIsNamed) {
     EXPECT_EQ(run("keep", "").status, 2);
     EXPECT_EQ(run("check", "--detector nobody").status, 2);
     EXPECT_EQ(run("check", "--every 0").status, 2);
+    EXPECT_EQ(run("check", "--detector recorded").status, 2) << "it carries none";
+    EXPECT_EQ(run("write", "--junit " + (folder.path() / "j.xml").string()).status, 2);
+}
+
+/// Two frames with contacts of somebody's own: the second has the pair that truly meets, the first has none.
+class RecordedBaseline : public Baseline {
+protected:
+    static std::string contact(const std::string& rest) {
+        return R"({"bodies":["a","b"],"triangles":[0,1])" + rest + "}";
+    }
+    void put_with(const std::string& contacts, double depth = 0.5, const std::string& first_frame = "") const {
+        test::RecordingText text = two_frames(depth);
+        text.header["format"] = "trocar-recording-2";
+        text.tail = "{\"format\":\"trocar-contacts-1\",\"ticks\":2}\n{\"tick\":0,\"contacts\":[" + first_frame +
+                    "]}\n{\"tick\":1,\"contacts\":[" + contacts + "]}\n";
+        put(text);
+    }
+    const std::string whole = contact(R"(,"point":[0.25,0.25,0],"normal":[0,0,-1],"depth":0.5)");
+};
+
+TEST_F(RecordedBaseline, KeepsWhatTheRecordingCarriesAndNothingElse) {
+    put_with(whole);
+    ASSERT_EQ(run("write", "").status, 0);
+    const Json stored = Json::parse(test::read_file(folder.path() / "baseline" / "frames.json"));
+    EXPECT_EQ(stored["format"], "trocar-baseline-2");
+    ASSERT_EQ(stored["detectors"].size(), 1U);
+    EXPECT_EQ(stored["detectors"]["recorded"]["truth"]["pairs"], 1);
+    EXPECT_EQ(stored["detectors"]["recorded"]["truth"]["missing"], 0);
+    EXPECT_EQ(stored["contacts"][0]["1"][0], Json({0, 1, "unset", 0.25, 0.25, 0.0, 0.0, 0.0, -1.0, 0.5}));
+    const test::ProgramResult result = run("check", "--json");
+    EXPECT_EQ(result.status, 0);
+    EXPECT_EQ(state(result), "same");
+    EXPECT_EQ(answer(result)["difference"]["compared"], 1);
+}
+
+TEST_F(RecordedBaseline, ALostPairFails) {
+    put_with(whole);
+    ASSERT_EQ(run("write", "").status, 0);
+    put_with("");
+    const test::ProgramResult result = run("check", "--json");
+    EXPECT_EQ(result.status, 1);
+    EXPECT_EQ(state(result), "changed");
+    EXPECT_EQ(Json::parse(result.out)["sources"][0]["frames"], "same") << "contacts are no part of the frames";
+    const Json found = answer(result);
+    EXPECT_EQ(found["difference"]["missing"], 1);
+    EXPECT_EQ(found["truth"]["missing"], 1);
+    const Json& lost = found["worst"][0];
+    EXPECT_EQ(lost["what"], "lost");
+    EXPECT_EQ(lost["tick"], 1);
+    EXPECT_EQ(lost["bodies"], Json({"a", "b"}));
+    EXPECT_EQ(lost["triangles"], Json({0, 1}));
+    EXPECT_EQ(lost["before"]["depth_m"], 0.5);
+    EXPECT_TRUE(lost["after"].is_null());
+    EXPECT_NE(run("check", "").out.find("tick 1, 'a' triangle 0, 'b' triangle 1: lost: depth 0.5 m"),
+              std::string::npos);
+}
+
+TEST_F(RecordedBaseline, AMovedPointATurnedNormalAnotherDepthAndAnExtraPairFail) {
+    put_with(whole);
+    ASSERT_EQ(run("write", "").status, 0);
+    const auto change = [this](const std::string& contacts, const std::string& first = "") {
+        put_with(contacts, 0.5, first);
+        const test::ProgramResult result = run("check", "--json");
+        EXPECT_EQ(result.status, 1) << contacts;
+        return answer(result);
+    };
+    Json found = change(contact(R"(,"point":[0.25,0.2501,0],"normal":[0,0,-1],"depth":0.5)"));
+    EXPECT_NEAR(found["difference"]["worst_point_m"], 1e-4, 1e-12);
+    EXPECT_NEAR(found["worst"][0]["point_m"], 1e-4, 1e-12);
+    EXPECT_EQ(found["worst"][0]["depth_m"], 0.0);
+    found = change(contact(R"(,"point":[0.25,0.25,0],"normal":[0,0.6,-0.8],"depth":0.5)"));
+    EXPECT_NEAR(found["difference"]["worst_normal_rad"], std::atan2(0.6, 0.8), 1e-9);
+    found = change(contact(R"(,"point":[0.25,0.25,0],"normal":[0,0,-1],"depth":0.4)"));
+    EXPECT_NEAR(found["difference"]["worst_depth_m"], 0.1, 1e-12);
+    found = change(contact(R"(,"point":[0.25,0.25,0],"normal":[0,0,-1])"));
+    EXPECT_TRUE(found["difference"]["worst_depth_m"].is_null()) << "a depth that is no longer told";
+    found = change(whole, contact(""));
+    EXPECT_EQ(found["difference"]["extra"], 1);
+    EXPECT_EQ(found["worst"][0]["what"], "added");
+    EXPECT_EQ(found["worst"][0]["tick"], 0);
+    EXPECT_EQ(found["truth"]["extra"], 1) << "and truth knows that they are apart there";
+    put_with(contact(R"(,"point":[0.25,0.2501,0],"normal":[0,0,-1],"depth":0.5)"));
+    EXPECT_EQ(run("check", "--tolerance 1e-3").status, 0);
+}
+
+TEST_F(RecordedBaseline, OnOtherFramesTruthAloneDecides) {
+    put_with(whole);
+    ASSERT_EQ(run("write", "").status, 0);
+    put_with(contact(""), 0.25);
+    test::ProgramResult result = run("check", "");
+    EXPECT_EQ(result.status, 0);
+    EXPECT_NE(result.out.find("judged by truth alone"), std::string::npos) << result.out;
+    put_with("", 0.25);
+    result = run("check", "--json");
+    EXPECT_EQ(result.status, 1);
+    EXPECT_EQ(state(result), "worse");
+    EXPECT_EQ(answer(result)["worst"][0]["what"], "missed");
+    put_with(whole, 0.25, contact(""));
+    result = run("check", "--json");
+    EXPECT_EQ(state(result), "worse");
+    EXPECT_EQ(answer(result)["worst"][0]["what"], "untrue");
+    EXPECT_EQ(answer(result)["worst"][0]["distance_m"], 1.0) << "triangle b stands 1 above a in frame 0";
+    put_with(whole, 0.25, contact(R"(,"depth":-1)"));
+    EXPECT_EQ(run("check", "").status, 0) << "told to be apart, and they are";
+}
+
+TEST_F(RecordedBaseline, FramesOfWhichNothingIsToldAnyMoreFail) {
+    put_with(whole);
+    ASSERT_EQ(run("write", "").status, 0);
+    test::RecordingText text = two_frames(0.5);
+    text.header["format"] = "trocar-recording-2";
+    text.tail = "{\"format\":\"trocar-contacts-1\",\"ticks\":1}\n{\"tick\":1,\"contacts\":[" + whole + "]}\n";
+    put(text);
+    test::ProgramResult result = run("check", "");
+    EXPECT_EQ(result.status, 1) << "frame 0 had no contact, and now nobody says so";
+    EXPECT_NE(result.out.find("contacts of 1 frames are told, 2 were"), std::string::npos) << result.out;
+    put(two_frames(0.5));
+    result = run("check", "");
+    EXPECT_EQ(result.status, 1);
+    EXPECT_NE(result.out.find("the recording carries none"), std::string::npos) << result.out;
+}
+
+TEST_F(RecordedBaseline, DetectorsStandBesideWhereTheyAreAskedFor) {
+    put_with(whole);
+    ASSERT_EQ(run("write", "--detector recorded --detector ohc").status, 0);
+    EXPECT_EQ(run("check", "--detector ohc").status, 0);
+    put_with("");
+    EXPECT_EQ(run("check", "--detector ohc").status, 0) << "its contacts are what they were";
+    EXPECT_EQ(run("check", "--detector recorded").status, 1);
+    EXPECT_EQ(run("check", "").status, 1);
+}
+
+TEST_F(RecordedBaseline, OnlyEveryNthTickWhereThatIsAskedFor) {
+    put_with(whole);
+    ASSERT_EQ(run("write", "--every 2").status, 0);
+    put_with("");
+    EXPECT_EQ(run("check", "").status, 0) << "tick 1 was not kept";
+    put_with("", 0.5, contact(""));
+    EXPECT_EQ(run("check", "").status, 1);
+}
+
+TEST_F(RecordedBaseline, MalformedContactsAreOneLineAndLeaveNothing) {
+    put_with(R"({"bodies":["a","c"],"triangles":[0,1]})");
+    for (const char* what : {"write", "check"}) {
+        const test::ProgramResult result = run(what, "");
+        EXPECT_EQ(result.status, 2);
+        EXPECT_TRUE(result.out.empty());
+        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+        EXPECT_NE(result.err.find("frames.trocrec: contacts line 3: /contacts/0/bodies/1: expected the name of a body"),
+                  std::string::npos)
+            << result.err;
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "baseline"));
+}
+
+TEST_F(RecordedBaseline, TheJunitFileTellsFailuresAndIsValidWhateverTheNames) {
+    test::RecordingText text = two_frames(0.5);
+    text.header["format"] = "trocar-recording-2";
+    text.header["bodies"][0]["name"] = "<a> & \"b\"']]>";
+    const std::string head = "{\"format\":\"trocar-contacts-1\",\"ticks\":1}\n";
+    text.tail = head + R"({"tick":1,"contacts":[{"bodies":["<a> & \"b\"']]>","b"],"triangles":[0,1]}]})" + "\n";
+    put(text);
+    ASSERT_EQ(run("write", "").status, 0);
+    text.tail = head + "{\"tick\":1,\"contacts\":[]}\n";
+    put(text);
+    const std::filesystem::path file = folder.path() / "contacts.xml";
+    EXPECT_EQ(run("check", "--detector recorded --detector ohc --junit " + file.string()).status, 1);
+    const std::string junit = test::read_file(file);
+    EXPECT_NE(junit.find("<testsuite name=\"frames\" tests=\"2\" failures=\"1\" errors=\"0\" skipped=\"1\">"),
+              std::string::npos)
+        << junit;
+    EXPECT_NE(junit.find("<testcase classname=\"frames\" name=\"recorded\">"), std::string::npos) << junit;
+    EXPECT_NE(junit.find("<failure type=\"changed\" message=\"0 contacts compared, 1 missing"), std::string::npos);
+    EXPECT_NE(junit.find("&lt;a&gt; &amp; &quot;b&quot;&#39;]]&gt;"), std::string::npos) << junit;
+    if (std::system("python3 -c pass 2>/dev/null") == 0) {
+        const std::string parse = "python3 -c 'import sys, xml.dom.minidom; xml.dom.minidom.parse(sys.argv[1])' ";
+        EXPECT_EQ(std::system((parse + file.string()).c_str()), 0) << junit;
+    }
 }
 
 }  // namespace

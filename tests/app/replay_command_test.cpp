@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -58,6 +59,32 @@ TEST_F(Replay, GivesPairsTouchesAndTruthPerFrame) {
         EXPECT_GE(frame["update_ns"], 0);
         EXPECT_GE(frame["detect_ns"], 0);
     }
+}
+
+TEST_F(Replay, ContactsThatTheRecordingCarriesAreARowOfTheirOwn) {
+    test::RecordingText text = three_frames();
+    text.header["format"] = "trocar-recording-2";
+    const std::string pair = R"({"bodies":["a","b"],"triangles":[0,1]})";
+    const std::string head =
+        "{\"format\":\"trocar-contacts-1\",\"ticks\":2}\n{\"tick\":0,\"contacts\":[" + pair + "]}\n";
+    text.tail = head + "{\"tick\":1,\"contacts\":[" + pair + "," + pair + "]}\n";
+    const test::ProgramResult result = run(text, "--detector recorded --truth --json");
+    EXPECT_EQ(result.status, 0) << "it promises nothing";
+    const json document = json::parse(result.out);
+    ASSERT_EQ(document["detectors"].size(), 1U);
+    const json& row = document["detectors"][0];
+    EXPECT_EQ(row["name"], "recorded");
+    EXPECT_EQ(row["frames"][0]["extra"], 1) << "they are apart in frame 0";
+    EXPECT_EQ(row["frames"][1]["pairs"], json::array({{0, 1}}));
+    EXPECT_EQ(row["frames"][1]["missing"], 0);
+    EXPECT_TRUE(row["frames"][1]["update_ns"].is_null());
+    EXPECT_EQ(row["frames"][2]["outcome"], "unsupported") << "nothing is told of it";
+    const json all = json::parse(run(text, "--detector all --json").out)["detectors"];
+    EXPECT_TRUE(std::any_of(all.begin(), all.end(), [](const json& one) { return one["name"] == "recorded"; }));
+    EXPECT_EQ(json::parse(run(text, "--detector ohc --json").out)["detectors"].size(), 1U);
+    text.tail = head + "{\"tick\":9,\"contacts\":[]}\n";
+    EXPECT_EQ(run(text, "--detector ohc").status, 2) << "there is no frame 9";
+    EXPECT_EQ(run(three_frames(), "--detector recorded").status, 2) << "it carries none";
 }
 
 TEST_F(Replay, WithoutTruthTheComparisonIsNull) {
