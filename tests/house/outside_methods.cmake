@@ -1,0 +1,105 @@
+# A project of its own in an empty folder: its detector and its response (the two files to copy, under other names), one
+# detector that loses a pair and one whose library is missing, built against the installed tree. The program has them all,
+# runs with them, and the contract tests pass the good and fail the bad.
+if(NOT EXISTS ${BUILD_DIR}/lib/libtrocar_contract.so)
+    message(STATUS "skipped: the target trocar_contract is not built")
+    return()
+endif()
+set(work ${BUILD_DIR}/outside_methods)
+file(REMOVE_RECURSE ${work})
+file(MAKE_DIRECTORY ${work}/project ${work}/elsewhere)
+set(ENV{TROCAR_SHARE} "")
+
+function(step)
+    execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
+    if(NOT status EQUAL 0)
+        message(FATAL_ERROR "${ARGN}\n${output}")
+    endif()
+    set(output "${output}" PARENT_SCOPE)
+endfunction()
+
+# expect(STATUS PATTERN words …): the command ends so and prints the pattern.
+function(expect status pattern)
+    execute_process(COMMAND ${ARGN} WORKING_DIRECTORY ${work}/elsewhere
+        RESULT_VARIABLE got OUTPUT_VARIABLE output ERROR_VARIABLE output)
+    if(NOT got EQUAL status OR NOT output MATCHES "${pattern}")
+        message(FATAL_ERROR "${ARGN}: status ${got} instead of ${status}, or not ${pattern} in\n${output}")
+    endif()
+endfunction()
+
+# copy_method(FROM TO KIND NAME): the example, called otherwise.
+function(copy_method from to kind name)
+    file(READ ${SOURCE_DIR}/baselines/${from} text)
+    string(REPLACE "example_${kind}()" "${name}_${kind}()" text "${text}")
+    string(REPLACE "name = \"example\"" "name = \"${name}\"" text "${text}")
+    if(ARGN)
+        string(REPLACE ${ARGN} text "${text}")
+    endif()
+    file(WRITE ${work}/project/${to} "${text}")
+endfunction()
+copy_method(example.cpp outer.cpp detector outer)
+copy_method(example.cpp careless.cpp detector careless
+    "contacts.sort_pairs();" "contacts.sort_pairs(); if (contacts.pairs.size() > 20) contacts.pairs.pop_back();")
+copy_method(example_response.cpp outer_response.cpp response outer)
+set(project "cmake_minimum_required(VERSION 3.25)
+project(outer LANGUAGES CXX)
+enable_testing()
+find_package(trocar 0.2 REQUIRED)
+trocar_add_detector(outer)
+trocar_add_response(outer outer_response.cpp)
+trocar_add_detector(careless careless.cpp)
+trocar_add_detector(homeless NEEDS no::such_library)
+")
+file(WRITE ${work}/project/CMakeLists.txt "${project}")
+
+step(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${work}/installed)
+set(configure ${CMAKE_COMMAND} -G ${GENERATOR} -S ${work}/project -D CMAKE_PREFIX_PATH=${work}/installed
+    -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_BUILD_TYPE=Release)
+step(${configure} -B ${work}/build -D CMAKE_EXPORT_COMPILE_COMMANDS=ON)
+# Flags that the answers depend on come along.
+file(READ ${work}/build/compile_commands.json commands)
+foreach(flag -ffp-contract=off -std=c\\+\\+20 EIGEN_MAX_ALIGN_BYTES=16)
+    if(NOT commands MATCHES "${flag}[^\n]*outer.cpp")
+        message(FATAL_ERROR "${flag} is not among the flags of outer.cpp:\n${commands}")
+    endif()
+endforeach()
+step(${CMAKE_COMMAND} --build ${work}/build)
+
+set(program ${work}/build/bin/trocar)
+expect(0 "ohc_clustered .*outer .*careless .*homeless +absent \\(library not found: no::such_library\\).*hold .*outer "
+    ${program} list)
+expect(0 "outer . outer, tracked" ${program} run i2t_poke --ticks 400 --detector ohc_clustered:order=given --response outer)
+expect(0 "outer . outer, canonical" ${program} run i2t_poke --ticks 400 --detector outer --response outer --contacts canonical)
+expect(0 "ohc_clustered . hold, tracked" ${program} run i2t_poke --ticks 5)
+expect(3 "homeless.*absent \\(library not found: no::such_library\\)" ${program} run i2t_poke --detector homeless)
+
+set(tests ${work}/build/bin/trocar_contract_test)
+expect(0 "DetectorContract.*outer_SamePairsAsTheOracle.*ResponseContract.*outer_tracked_ActionIsReaction"
+    ${tests} --gtest_list_tests)
+expect(0 "PASSED" ${tests} "--gtest_filter=*/outer_*:*/outer")
+expect(1 "1 of [0-9]+ pairs missing" ${tests} "--gtest_filter=*/careless_*")
+# By ctest, under the same names.
+step(${CMAKE_CTEST_COMMAND} --test-dir ${work}/build -R DetectorContract.*outer_SamePairs)
+if(NOT output MATCHES "100% tests passed, 0 tests failed out of 1\n")
+    message(FATAL_ERROR "${output}")
+endif()
+
+# A name that trocar has is refused in a line, by both programs.
+copy_method(example.cpp outer.cpp detector outer "name = \"outer\"" "name = \"ohc\"")
+step(${CMAKE_COMMAND} --build ${work}/build)
+expect(2 "^trocar: methods of this program: expected names that no other method has, got two detectors are named 'ohc'\n$"
+    ${program} list)
+expect(2 "^contract tests: methods of this program: expected names that no other method has, got [^\n]*\n$" ${tests})
+
+# Without the contract library everything else is there, and the target says what is missing.
+file(REMOVE ${work}/installed/${LIBDIR}/libtrocar_contract.so)
+set(lack "the contract tests are not installed: they need GTest")
+step(${configure} -B ${work}/bare)
+if(NOT output MATCHES "${lack}")
+    message(FATAL_ERROR "${output}")
+endif()
+execute_process(COMMAND ${CMAKE_COMMAND} --build ${work}/bare --target trocar_contract
+    RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
+if(status EQUAL 0 OR NOT output MATCHES "${lack}")
+    message(FATAL_ERROR "trocar_contract: status ${status}\n${output}")
+endif()
