@@ -72,13 +72,14 @@ private:
         spring.weights = pushed.weights;
         spring.normal = push_b ? contact.normal : Vector3(-contact.normal);
         spring.gap = contact.gap;
-        // Somebody takes the reaction, exactly once: the vertices of a tissue, or the tool. Bone needs nobody.
+        // Somebody takes the reaction, exactly once: the vertices of a tissue, or the tool, in a point on the line of
+        // the force, since two forces beside each other would turn what they act on. Bone needs nobody.
         if (push_b && kind_a == BodyKind::tissue) {
             spring.reaction_vertices = other.vertices;
             spring.reaction_weights = other.weights;
         } else if (push_b && kind_a == BodyKind::instrument) {
             spring.reaction_body = contact.body_a;
-            spring.reaction_point = other.blend(frame.position);
+            spring.reaction_point = pushed.blend(frame.position) - contact.gap * spring.normal;
         }
         spring.face_velocity = other.blend(frame.velocity).dot(spring.normal);
         set_law(contact, pushed, spring);
@@ -113,9 +114,10 @@ ResponseEntry example_response() {
     ResponseEntry entry;
     entry.name = "example";
     entry.own = true;
-    // The sources that it can work from, its default first; `native` wants a library's own contacts, which may lack
-    // points and bodies.
-    entry.sources = {"tracked", "near", "canonical"};
+    // The sources that it can work from, its default first (docs/CONTACT.md, section 2). This law takes each contact as
+    // it comes, so that it wants the source whose contacts are features along one line, each once, whatever the order
+    // of the triangles: on `near` and `canonical` a law first has to choose among contacts, as penalty.cpp does.
+    entry.sources = {"tracked"};
     entry.parameters = {
         {.name = "k",
          .unit = "N/m",

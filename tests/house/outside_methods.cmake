@@ -1,6 +1,6 @@
-# A project of its own in an empty folder: its detector and its response (the two files to copy, under other names), one
-# detector that loses a pair and one whose library is missing, built against the installed tree. The program has them all,
-# runs with them, and the contract tests pass the good and fail the bad.
+# A project of its own in an empty folder, as README shows it: a detector and a response (the two files to copy), and beyond
+# README a detector that loses a pair and one whose library is missing, built against the installed tree. The program has
+# them all, runs with them, and the contract tests pass the good and fail the bad.
 if(NOT EXISTS ${BUILD_DIR}/lib/libtrocar_contract.so)
     message(STATUS "skipped: the target trocar_contract is not built")
     return()
@@ -37,20 +37,17 @@ function(copy_method from to kind name)
     endif()
     file(WRITE ${work}/project/${to} "${text}")
 endfunction()
-copy_method(example.cpp outer.cpp detector outer)
-copy_method(example.cpp careless.cpp detector careless
+copy_method(example.cpp my_detector.cpp detector my_detector)
+copy_method(example.cpp other.cpp detector careless
     "contacts.sort_pairs();" "contacts.sort_pairs(); if (contacts.pairs.size() > 20) contacts.pairs.pop_back();")
-copy_method(example_response.cpp outer_response.cpp response outer)
-set(project "cmake_minimum_required(VERSION 3.25)
-project(outer LANGUAGES CXX)
-enable_testing()
-find_package(trocar 0.2 REQUIRED)
-trocar_add_detector(outer)
-trocar_add_response(outer outer_response.cpp)
-trocar_add_detector(careless careless.cpp)
+copy_method(example_response.cpp my_response.cpp response my_response)
+include(${CMAKE_CURRENT_LIST_DIR}/code_block.cmake)
+file(READ ${SOURCE_DIR}/README.md readme)
+code_block("${readme}" "<!-- example: methods -->" cmake project)
+file(WRITE ${work}/project/CMakeLists.txt "${project}
+trocar_add_detector(careless other.cpp)
 trocar_add_detector(homeless NEEDS no::such_library)
 ")
-file(WRITE ${work}/project/CMakeLists.txt "${project}")
 
 step(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${work}/installed)
 set(configure ${CMAKE_COMMAND} -G ${GENERATOR} -S ${work}/project -D CMAKE_PREFIX_PATH=${work}/installed
@@ -59,34 +56,34 @@ step(${configure} -B ${work}/build -D CMAKE_EXPORT_COMPILE_COMMANDS=ON)
 # Flags that the answers depend on come along.
 file(READ ${work}/build/compile_commands.json commands)
 foreach(flag -ffp-contract=off -std=c\\+\\+20 EIGEN_MAX_ALIGN_BYTES=16)
-    if(NOT commands MATCHES "${flag}[^\n]*outer.cpp")
-        message(FATAL_ERROR "${flag} is not among the flags of outer.cpp:\n${commands}")
+    if(NOT commands MATCHES "${flag}[^\n]*my_detector.cpp")
+        message(FATAL_ERROR "${flag} is not among the flags of my_detector.cpp:\n${commands}")
     endif()
 endforeach()
-step(${CMAKE_COMMAND} --build ${work}/build)
+step(${CMAKE_COMMAND} --build ${work}/build --parallel 2)
 
 set(program ${work}/build/bin/trocar)
-expect(0 "ohc_clustered .*outer .*careless .*homeless +absent \\(library not found: no::such_library\\).*hold .*outer "
+expect(0 "ohc_clustered .*my_detector .*careless .*homeless +absent \\(library not found: no::such_library\\).*hold .*my_response "
     ${program} list)
-expect(0 "outer . outer, tracked" ${program} run i2t_poke --ticks 400 --detector ohc_clustered:order=given --response outer)
-expect(0 "outer . outer, canonical" ${program} run i2t_poke --ticks 400 --detector outer --response outer --contacts canonical)
+expect(0 "ohc_clustered . my_response, tracked" ${program} run i2t_poke --ticks 400 --response my_response)
+expect(0 "my_detector . penalty, canonical" ${program} run i2t_poke --ticks 400 --detector my_detector --response penalty --contacts canonical)
 expect(0 "ohc_clustered . hold, tracked" ${program} run i2t_poke --ticks 5)
-expect(3 "homeless.*absent \\(library not found: no::such_library\\)" ${program} run i2t_poke --detector homeless)
+expect(2 "homeless.*absent \\(library not found: no::such_library\\)" ${program} run i2t_poke --detector homeless)
 
 set(tests ${work}/build/bin/trocar_contract_test)
-expect(0 "DetectorContract.*outer_SamePairsAsTheOracle.*ResponseContract.*outer_tracked_ActionIsReaction"
+expect(0 "DetectorContract.*my_detector_SamePairsAsTheOracle.*ResponseContract.*my_response_tracked_ActionIsReaction"
     ${tests} --gtest_list_tests)
-expect(0 "PASSED" ${tests} "--gtest_filter=*/outer_*:*/outer")
-expect(1 "1 of [0-9]+ pairs missing" ${tests} "--gtest_filter=*/careless_*")
+expect(0 "PASSED" ${tests} "--gtest_filter=*/my_*")
+expect(1 "1 of [0-9]+ pairs missing" ${tests} "--gtest_filter=*/careless_SamePairs*")
 # By ctest, under the same names.
-step(${CMAKE_CTEST_COMMAND} --test-dir ${work}/build -R DetectorContract.*outer_SamePairs)
+step(${CMAKE_CTEST_COMMAND} --test-dir ${work}/build -R DetectorContract.*my_detector_SamePairs)
 if(NOT output MATCHES "100% tests passed, 0 tests failed out of 1\n")
     message(FATAL_ERROR "${output}")
 endif()
 
 # A name that trocar has is refused in a line, by both programs.
-copy_method(example.cpp outer.cpp detector outer "name = \"outer\"" "name = \"ohc\"")
-step(${CMAKE_COMMAND} --build ${work}/build)
+copy_method(example.cpp my_detector.cpp detector my_detector "name = \"my_detector\"" "name = \"ohc\"")
+step(${CMAKE_COMMAND} --build ${work}/build --parallel 2)
 expect(2 "^trocar: methods of this program: expected names that no other method has, got two detectors are named 'ohc'\n$"
     ${program} list)
 expect(2 "^contract tests: methods of this program: expected names that no other method has, got [^\n]*\n$" ${tests})
