@@ -1,8 +1,14 @@
-# How a method joins: one line, trocar_add_detector(NAME [NEEDS targets …]), trocar_add_response(…), trocar_add_source(…)
-# or trocar_add_stepper(…), beside NAME.cpp.
-# NAME.cpp defines, in namespace trocar, `DetectorEntry NAME_detector()` or `ResponseEntry NAME_response()`.
-# The names are collected and written into method_table.cpp, so that a wrong name is a link error. A method whose
-# library is missing stays visible: it is listed as absent with the reason.
+# How a method joins, in trocar and in a project of its own: one line,
+#
+#     trocar_add_detector(NAME [FILE …] [NEEDS target …] [SOURCES FILE …])
+#
+# or trocar_add_response(…), trocar_add_source(…), trocar_add_stepper(…). The method is NAME.cpp beside the line, or the
+# files named; SOURCES come on top. It defines, in namespace trocar, `DetectorEntry NAME_detector()`, `ResponseEntry
+# NAME_response()`, `SourceEntry NAME_source()` or `StepperEntry NAME_stepper()`; a wrong name is a link error. A method
+# whose library is missing stays visible: it is listed as absent with the reason.
+#
+# What happens to it then is the including file's: trocar_join_method(KIND NAME REASON FILES NEEDS), where a REASON says
+# that it is absent.
 
 function(trocar_add_method kind name)
     cmake_parse_arguments(METHOD "" "REASON" "NEEDS;SOURCES" ${ARGN})
@@ -12,35 +18,31 @@ function(trocar_add_method kind name)
             list(APPEND missing ${target})
         endif()
     endforeach()
-    if(missing OR METHOD_REASON)
-        set(reason "${METHOD_REASON}")
-        if(NOT reason)
-            if(NOT TROCAR_FOREIGN)
-                set(reason "built without foreign libraries")
-            else()
-                list(JOIN missing ", " missing_text)
-                set(reason "library not found: ${missing_text}")
-            endif()
+    set(reason "${METHOD_REASON}")
+    if(missing AND NOT reason)
+        if(DEFINED TROCAR_FOREIGN AND NOT TROCAR_FOREIGN)
+            set(reason "built without foreign libraries")
+        else()
+            list(JOIN missing ", " missing_text)
+            set(reason "library not found: ${missing_text}")
         endif()
-        set_property(GLOBAL APPEND_STRING PROPERTY TROCAR_TABLE_BODY
-            "    registry.add_absent_${kind}({\"${name}\", \"${reason}\"});\n")
+    endif()
+    if(reason)
         message(STATUS "trocar: ${kind} ${name} absent (${reason})")
-        return()
     endif()
-    add_library(trocar_${kind}_${name} OBJECT ${name}.cpp ${METHOD_SOURCES})
-    target_link_libraries(trocar_${kind}_${name} PRIVATE trocar_options fmt::fmt ${METHOD_NEEDS})
-    set_property(GLOBAL APPEND PROPERTY TROCAR_OBJECTS trocar_${kind}_${name})
-    if(kind STREQUAL "detector")
-        set(entry DetectorEntry)
-    elseif(kind STREQUAL "source")
-        set(entry SourceEntry)
-    elseif(kind STREQUAL "stepper")
-        set(entry StepperEntry)
-    else()
-        set(entry ResponseEntry)
+    set(files ${METHOD_UNPARSED_ARGUMENTS})
+    if(NOT files)
+        set(files ${name}.cpp)
     endif()
-    set_property(GLOBAL APPEND_STRING PROPERTY TROCAR_TABLE_HEAD "${entry} ${name}_${kind}();\n")
-    set_property(GLOBAL APPEND_STRING PROPERTY TROCAR_TABLE_BODY "    registry.add(${name}_${kind}());\n")
+    trocar_join_method(${kind} ${name} "${reason}" "${files};${METHOD_SOURCES}" "${METHOD_NEEDS}")
+endfunction()
+
+# DetectorEntry, ResponseEntry, …
+function(trocar_entry_type kind result)
+    string(SUBSTRING ${kind} 0 1 first)
+    string(SUBSTRING ${kind} 1 -1 rest)
+    string(TOUPPER ${first} first)
+    set(${result} ${first}${rest}Entry PARENT_SCOPE)
 endfunction()
 
 function(trocar_add_detector name)
@@ -51,30 +53,12 @@ function(trocar_add_response name)
     trocar_add_method(response ${name} ${ARGN})
 endfunction()
 
-# A contact source: `SourceEntry NAME_source()`. What it needs is always there.
+# A contact source.
 function(trocar_add_source name)
     trocar_add_method(source ${name} ${ARGN})
 endfunction()
 
-# How tissue moves: `StepperEntry NAME_stepper()`.
+# How tissue moves.
 function(trocar_add_stepper name)
     trocar_add_method(stepper ${name} ${ARGN})
-endfunction()
-
-function(trocar_write_method_table file)
-    get_property(head GLOBAL PROPERTY TROCAR_TABLE_HEAD)
-    get_property(body GLOBAL PROPERTY TROCAR_TABLE_BODY)
-    file(CONFIGURE OUTPUT ${file} CONTENT
-"// Written by CMake from the trocar_add_detector, trocar_add_response, trocar_add_source and trocar_add_stepper lines.
-#include \"method/registry.hpp\"
-
-namespace trocar {
-
-${head}
-void register_all_methods(Registry& registry);
-void register_all_methods([[maybe_unused]] Registry& registry) {
-${body}}
-
-}  // namespace trocar
-" @ONLY)
 endfunction()

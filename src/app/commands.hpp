@@ -1,4 +1,4 @@
-// One plain structure of options and one function per command. main.cpp fills the structures from the command line, so
+// One plain structure of options and one function per command. command_line.cpp fills the structures from the command line, so
 // that the heavy parser header stays in one file; each function returns the exit status (DESIGN §10).
 #pragma once
 

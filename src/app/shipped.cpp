@@ -18,6 +18,11 @@ namespace fs = std::filesystem;
 constexpr const char* scene_folders[] = {"scenes", "bench/studies/scenes", "bench/studies/scenes/size"};
 constexpr const char* study_folders[] = {"bench/studies"};
 
+fs::path& added_root() {
+    static fs::path root;
+    return root;
+}
+
 bool is_root(const fs::path& folder) {
     std::error_code ignored;
     return fs::is_directory(folder / "scenes", ignored) && fs::is_directory(folder / "bench" / "studies", ignored);
@@ -98,9 +103,12 @@ std::vector<fs::path> shipped_roots() {
         if (fs::is_regular_file(above / "CMakeLists.txt", ignored)) candidates.push_back(above);
     }
     candidates.push_back(folder.parent_path() / "share" / "trocar");
+    if (!added_root().empty()) candidates.push_back(added_root());
     std::erase_if(candidates, [](const fs::path& candidate) { return !is_root(candidate); });
     return candidates;
 }
+
+void add_shipped_root(const fs::path& root) { added_root() = root; }
 
 std::vector<fs::path> shipped_scenes() { return files_in(scene_folders); }
 

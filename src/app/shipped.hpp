@@ -9,8 +9,11 @@
 namespace trocar::app {
 
 /// Roots in the order in which they are asked, those that exist: $TROCAR_SHARE, the source tree above the program (a
-/// build in a clone), share/trocar beside the program's bin.
+/// build in a clone), share/trocar beside the program's bin, the added one.
 std::vector<std::filesystem::path> shipped_roots();
+
+/// For programs that are not installed with trocar: share/trocar of the trocar they were built against. Empty: none.
+void add_shipped_root(const std::filesystem::path& root);
 
 /// Scene files of every root, the first root's first, each name once, sorted by name within a folder: scenes/ first,
 /// then those that only studies use.

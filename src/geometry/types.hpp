@@ -12,7 +12,7 @@ namespace trocar {
 
 using Index = std::int32_t;  ///< Vertex, triangle or body number; -1 means "not set".
 /// A number that is set, as a subscript of the standard library's containers.
-inline std::size_t at(Index number) { return static_cast<std::size_t>(number); }
+inline std::size_t at(std::ptrdiff_t number) { return static_cast<std::size_t>(number); }
 /// And the other way: a subscript as Eigen counts.
 inline Eigen::Index eigen_index(std::size_t number) { return static_cast<Eigen::Index>(number); }
 

@@ -9,13 +9,11 @@
 namespace trocar {
 namespace {
 
-constexpr Index leaf_size = 4;
+constexpr Index leaf_crossings = 4;
 /// Triangles under a node that is worth a rim of its own.
 constexpr Index least_for_a_rim = 8;
 /// A node whose second-longest extent is at most this part of its longest gets a box along its own axes.
 constexpr double thin = 0.125;
-
-std::size_t at(std::ptrdiff_t i) { return static_cast<std::size_t>(i); }
 
 Box box_of_triangle(const Triangles& triangles, const Matrix3X& position, Index t) {
     const Vector3 a = position.col(triangles(0, t));
@@ -79,7 +77,7 @@ Index RayTree::build(Build& build, Index first, Index count, std::vector<NetEdge
     nodes_.emplace_back();
     nodes_.back().first = first;
     nodes_.back().count = count;
-    if (count <= leaf_size) {
+    if (count <= leaf_crossings) {
         if (build.keeps_rims) build.rim_of(order_, first, count, rim);
         return node;
     }

@@ -27,8 +27,6 @@ MovingTriangle backwards(MovingTriangle triangle) {
 Corners at_start(const MovingTriangle& t) { return {t[0].start, t[1].start, t[2].start}; }
 Corners at_end(const MovingTriangle& t) { return {t[0].end, t[1].end, t[2].end}; }
 
-std::size_t at(std::ptrdiff_t index) { return static_cast<std::size_t>(index); }
-
 }  // namespace
 
 bool SpaceTimeTruth::measure(const Frame& frame) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "method/device.hpp"
+#include "method/outside.hpp"
 
 namespace trocar {
 
@@ -100,10 +101,60 @@ const StepperEntry& Registry::default_stepper() const {
     throw std::logic_error("no stepper is marked default");
 }
 
+namespace {
+
+struct Outside {
+    std::vector<void (*)(Registry&)> add;
+    std::vector<std::string> names;
+    bool is_over = false;  ///< the registry is filled
+};
+
+Outside& outside() {
+    static Outside all;
+    return all;
+}
+
+template <typename Entry>
+void append_names(const std::vector<Entry>& entries, std::size_t from, std::vector<std::string>& names) {
+    for (std::size_t i = from; i < entries.size(); ++i) names.push_back(entries[i].name);
+}
+
+void add_outside_methods(Registry& filled) {
+    outside().is_over = true;
+    const std::size_t detectors = filled.detectors().size();
+    const std::size_t responses = filled.responses().size();
+    const std::size_t sources = filled.sources().size();
+    const std::size_t steppers = filled.steppers().size();
+    try {
+        for (const auto add : outside().add) add(filled);
+    } catch (const std::logic_error& error) {
+        throw InputError("methods of this program", "", "names that no other method has", error.what());
+    }
+    std::vector<std::string>& names = outside().names;
+    names.clear();
+    append_names(filled.detectors(), detectors, names);
+    append_names(filled.responses(), responses, names);
+    append_names(filled.sources(), sources, names);
+    append_names(filled.steppers(), steppers, names);
+}
+
+}  // namespace
+
+OutsideMethod::OutsideMethod(void (*add)(Registry&)) {
+    if (outside().is_over) throw std::logic_error("a method joins after the registry was asked");
+    outside().add.push_back(add);
+}
+
+const std::vector<std::string>& outside_methods() {
+    registry();
+    return outside().names;
+}
+
 const Registry& registry() {
     static const Registry instance = [] {
         Registry filled;
         register_all_methods(filled);
+        add_outside_methods(filled);
         return filled;
     }();
     return instance;

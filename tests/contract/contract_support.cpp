@@ -5,9 +5,15 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "contract/shipped_folder.hpp"
 #include "support/program.hpp"
 
 namespace trocar::test {
+
+std::filesystem::path& shipped_folder() {
+    static std::filesystem::path folder(TROCAR_SOURCE_DIR);
+    return folder;
+}
 
 Corners corners(const World& world, Index triangle) {
     const auto v = world.topology.triangles.col(triangle);
@@ -162,7 +168,7 @@ std::string over(const std::vector<World>& worlds, const std::function<std::stri
 
 std::map<std::pair<std::string, std::string>, std::string> known_gaps() {
     std::map<std::pair<std::string, std::string>, std::string> gaps;
-    const auto list = nlohmann::json::parse(read_file(std::string(TROCAR_SOURCE_DIR) + "/tests/known_gaps.json"));
+    const auto list = nlohmann::json::parse(read_file(shipped_folder() / "tests/known_gaps.json"));
     for (const auto& gap : list.at("detectors")) {
         gaps[{gap.at("method").get<std::string>(), gap.at("check").get<std::string>()}] =
             gap.at("reason").get<std::string>();

@@ -5,6 +5,7 @@ function(step)
     if(NOT status EQUAL 0)
         message(FATAL_ERROR "${ARGN}\n${output}")
     endif()
+    set(output "${output}" PARENT_SCOPE)
 endfunction()
 
 # Text between ```LANGUAGE after the marker and the next ```.

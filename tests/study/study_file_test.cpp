@@ -575,6 +575,7 @@ TEST(ShippedDefaultStudy, RunsEveryResponseOnEveryOneOfItsScenesAndJudgesEveryTi
         }
     }
     for (const ResponseEntry& entry : registry().responses()) {
+        if (entry.name == "example") continue;  // the file to copy is no contestant
         EXPECT_EQ(judged[entry.name].size(), study.closed_loop->scenes.size()) << entry.name;
     }
 }

@@ -1,0 +1,131 @@
+// A complete response to copy: one file like this one and one line in baselines/CMakeLists.txt, or in a project of your
+// own that found trocar with find_package,
+//
+//     trocar_add_response(my_response)                          or, with a library,
+//     trocar_add_response(my_response NEEDS some_library::target)
+//
+// and `trocar list`, the contract tests, the studies and the report know it. The response found here is the plainest
+// one: a spring and a damper for every contact that is closed or closes within the tick.
+//
+// Say in this comment which settings of your library you changed from its defaults, and why (README.md, rule 1).
+#include <cmath>
+#include <memory>
+
+#include "method/entry.hpp"
+
+namespace trocar {
+namespace {  // nothing but the entry function at the end is visible to the outside
+
+class ExampleResponse final : public Response {
+public:
+    explicit ExampleResponse(double k) : k_(k) {}
+
+    // Nobody keeps a 3×N array of forces for a response that says it writes none.
+    [[nodiscard]] bool holds_forces() const override { return false; }
+
+    // Once per run. Topology and materials stay the same and outlive the run; whatever needs memory gets it here.
+    void prepare(const Topology& topology, const Materials& materials) override {
+        topology_ = &topology;
+        materials_ = &materials;
+    }
+
+    // Once per tick: says in `effect` what shall happen and does nothing itself. What is owed:
+    //   - `contacts.contacts` is all there is to know of what touches. Without contacts there is no effect, whatever
+    //   the
+    //     frame looks like: a response that searches for itself would hide what a detector has missed.
+    //   - The same contacts give the same effect to the bit, in another order the same but for rounding.
+    //   - Never throw, never ask for memory after the first ticks (the lists of `effect` keep theirs), leave frame and
+    //     contacts alone. What is written must be finite, vertices must exist, weights sum to 1, normals be of
+    //     length 1. A response that breaks this ends the run by name, `threw` or `not_finite`.
+    // `loads` tells what each contact of the last effect gave; this law does not ask.
+    void respond(const Frame& frame, double /*dt*/, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
+                 Effect& effect) override {
+        effect.clear();  // it holds the last tick's
+        for (const Contact& contact : contacts.contacts) {
+            // What a source could not tell is NaN or -1 (touching and coplanar triangles have no direction).
+            if (!std::isfinite(contact.gap) || !contact.normal.allFinite()) {
+                ++effect.skipped;
+                continue;
+            }
+            // The gap is that at the start of the tick, negative inside; scripts bring `approach` more within it.
+            if (contact.gap + contact.approach >= 0.0) continue;
+            effect.contacts.push_back(spring(frame, contact));
+        }
+    }
+
+private:
+    // The stepper evaluates the force anew in every sub-step, so that a stiff spring stays stable; that is why a
+    // response tells a law and not a force.
+    [[nodiscard]] LinearContact spring(const Frame& frame, const Contact& contact) const {
+        const BodyKind kind_a = topology_->bodies[at(contact.body_a)].kind;
+        const BodyKind kind_b = topology_->bodies[at(contact.body_b)].kind;
+        // Bodies are sorted (instrument, rigid, tissue), so that b is the softer one: it is pushed along the normal,
+        // which points from a to b. Bone is never pushed.
+        const bool push_b = kind_b != BodyKind::rigid;
+        const ContactPoint& pushed = push_b ? contact.on_b : contact.on_a;
+        const ContactPoint& other = push_b ? contact.on_a : contact.on_b;
+        LinearContact spring;
+        spring.source_id = contact.id;
+        spring.vertices = pushed.vertices;
+        spring.weights = pushed.weights;
+        spring.normal = push_b ? contact.normal : Vector3(-contact.normal);
+        spring.gap = contact.gap;
+        // Somebody takes the reaction, exactly once: the vertices of a tissue, or the tool, in a point on the line of
+        // the force, since two forces beside each other would turn what they act on. Bone needs nobody.
+        if (push_b && kind_a == BodyKind::tissue) {
+            spring.reaction_vertices = other.vertices;
+            spring.reaction_weights = other.weights;
+        } else if (push_b && kind_a == BodyKind::instrument) {
+            spring.reaction_body = contact.body_a;
+            spring.reaction_point = pushed.blend(frame.position) - contact.gap * spring.normal;
+        }
+        spring.face_velocity = other.blend(frame.velocity).dot(spring.normal);
+        set_law(contact, pushed, spring);
+        return spring;
+    }
+
+    // The user's setting first, else the scene's law for the two bodies, else the springs of the tissue that is pushed.
+    void set_law(const Contact& contact, const ContactPoint& pushed, LinearContact& spring) const {
+        const ContactLaw& law = materials_->contact_laws[at(topology_->body_pair(contact.body_a, contact.body_b))];
+        spring.mu = std::isnan(law.mu) ? 2.0 : law.mu;
+        spring.k = std::isnan(k_) ? law.k : k_;
+        if (!std::isnan(spring.k)) return;
+        spring.k = 1000.0;
+        if (topology_->bodies[at(contact.body_b)].kind != BodyKind::tissue) return;
+        spring.k = 0.0;
+        for (std::size_t i = 0; i < pushed.vertices.size(); ++i) {
+            if (pushed.vertices[i] >= 0)
+                spring.k += pushed.weights[i] * materials_->mean_stiffness[at(pushed.vertices[i])];
+        }
+    }
+
+    double k_;  ///< N/m; NaN: auto
+    const Topology* topology_ = nullptr;
+    const Materials* materials_ = nullptr;
+};
+
+}  // namespace
+
+// The one function that the CMake line looks for: <name>_response. The line names this file, since the detector has
+// example.cpp: trocar_add_response(example example_response.cpp).
+ResponseEntry example_response() {
+    ResponseEntry entry;
+    entry.name = "example";
+    entry.own = true;
+    // The sources that it can work from, its default first (docs/CONTACT.md, section 2). This law takes each contact as
+    // it comes, so that it wants the source whose contacts are features along one line, each once, whatever the order
+    // of the triangles: on `near` and `canonical` a law first has to choose among contacts, as penalty.cpp does.
+    entry.sources = {"tracked"};
+    entry.parameters = {
+        {.name = "k",
+         .unit = "N/m",
+         .default_value = "auto",
+         .minimum = 0.0,
+         .maximum = 1e9,
+         .meaning = "contact stiffness; auto: the scene's, else 1000, on tissue the mean of the springs",
+         .words = {"auto"}}};
+    entry.make = [](const ParameterValues& values) { return std::make_unique<ExampleResponse>(values.number("k")); };
+    return entry;
+}
+
+}  // namespace trocar

@@ -1,0 +1,4 @@
+// The contract tests of a project of its own, which compiles this file with its methods beside it (src/outside.cmake).
+#include "contract/contract_program.hpp"
+
+int main(int argc, char** argv) { return trocar::test::run_contract_tests(argc, argv, TROCAR_SHARE); }
