@@ -83,7 +83,7 @@ TEST_F(Export, RefusesWithOneLineAndWritesNothing) {
     expect_refused(words("gltf", "--ticks 200 --every 1"), "--every 4");
     expect_refused(words("obj", "--response nobody"), "nobody");
     expect_refused(words("film"), "film");
-    expect_refused("export nowhere.Json --to obj --output " + output.string(), "nowhere.json");
+    expect_refused("export nowhere.json --to obj --output " + output.string(), "nowhere.json");
     std::filesystem::create_directories(folder.path() / "full");
     std::ofstream(folder.path() / "full" / "mine") << "mine";
     expect_refused("export " + scene.string() + " --to obj --output " + (folder.path() / "full").string(), "full");

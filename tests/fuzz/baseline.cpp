@@ -1,4 +1,5 @@
 #include "fuzz_target.hpp"
+#include "study/baseline_comparison.hpp"
 #include "study/contact_baseline.hpp"
 
 void trocar::fuzz::baseline(std::string_view input) {
