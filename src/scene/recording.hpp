@@ -8,6 +8,7 @@
 #include <memory>
 #include <ranges>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "scene/recorded_contacts.hpp"
@@ -73,12 +74,20 @@ public:
     /// signs); an empty list says that there are none, while `write` says nothing of them. Throws InputError on what
     /// RecordedContact does not allow; the frame is not written then.
     void add(const Frame& frame, std::vector<RecordedContact> contacts);
-    /// Any list whose elements name their fields as RecordedContact does: a std::vector<Contact> is one.
+    /// Any list whose elements name their fields as RecordedContact does, as a std::vector<Contact>, or have a and b
+    /// alone, as the pairs of a ContactSet.
     template <std::ranges::input_range Contacts>
     void add(const Frame& frame, const Contacts& contacts) {
         std::vector<RecordedContact> list;
         for (const auto& contact : contacts) {
-            list.push_back({contact.a, contact.b, contact.point, contact.normal, contact.depth});
+            RecordedContact& told = list.emplace_back();
+            told.a = contact.a;
+            told.b = contact.b;
+            if constexpr (requires { contact.point, contact.normal, contact.depth; }) {
+                told.point = contact.point;
+                told.normal = contact.normal;
+                told.depth = contact.depth;
+            }
         }
         add(frame, std::move(list));
     }

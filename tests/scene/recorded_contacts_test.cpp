@@ -118,12 +118,13 @@ TEST_F(RecordedContacts, WhatIsAddedComesBackBitForBit) {
     writer.add(frame, {contact, {.a = 0, .b = 1}});
     writer.add(frame, std::vector<RecordedContact>{});
     writer.add(frame, std::vector<Contact>{own});
+    writer.add(frame, std::vector<TrianglePair>{{.a = 0, .b = 1}});
     writer.finish();
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
     RecordingReader reader(file());
-    EXPECT_EQ(reader.frame_count(), 4);
+    EXPECT_EQ(reader.frame_count(), 5);
     const std::vector<RecordedTick> ticks = reader.contacts();
-    ASSERT_EQ(ticks.size(), 3U) << "write says nothing of contacts, an empty list that there are none";
+    ASSERT_EQ(ticks.size(), 4U) << "write says nothing of contacts, an empty list that there are none";
     EXPECT_EQ(ticks[0].tick, 1);
     EXPECT_EQ(ticks[0].contacts.at(0).point, contact.point);
     EXPECT_EQ(ticks[0].contacts.at(0).normal, contact.normal);
@@ -132,6 +133,8 @@ TEST_F(RecordedContacts, WhatIsAddedComesBackBitForBit) {
     EXPECT_TRUE(ticks[1].contacts.empty());
     EXPECT_EQ(ticks[2].contacts.at(0).a, 0);
     EXPECT_EQ(ticks[2].contacts.at(0).normal, Vector3(0.0, 0.0, -1.0)) << "turned with the pair";
+    EXPECT_EQ(ticks[3].contacts.at(0).b, 1);
+    EXPECT_TRUE(ticks[3].contacts.at(0).normal.array().isNaN().all());
     Frame back;
     reader.read(3, back);
     EXPECT_EQ(back.position, frame.position);
