@@ -6,24 +6,10 @@
 #include <array>
 #include <cmath>
 
+#include "study/kept_contacts.hpp"
+
 namespace trocar {
 namespace {
-
-Contact contact_at(Index a, Index b, double depth) {
-    Contact contact;
-    contact.a = a;
-    contact.b = b;
-    contact.kind = ContactCase::a_enters_b;
-    contact.point = {0.25, 0.25, -depth};
-    contact.normal = {0.0, 0.0, 1.0};
-    contact.depth = depth;
-    return contact;
-}
-
-BaselineAnswer three_contacts() {
-    return {.ticks = {{.tick = 0, .contacts = {contact_at(0, 5, 1e-3), contact_at(2, 5, 2e-3)}},
-                      {.tick = 40, .contacts = {contact_at(0, 6, 3e-3)}}}};
-}
 
 const BaselineTolerance nanometre;
 
