@@ -27,6 +27,31 @@ bool all_finite(const std::array<double, 3>& numbers) { return std::isfinite(num
 constexpr double most_off_unit = 1e-6;
 bool is_unit(const Vector3& normal) { return std::abs(normal.squaredNorm() - 1.0) <= most_off_unit; }
 
+/// Weights of the vertices that there are; 1 where there is none.
+double weight_sum(const std::array<Index, 3>& vertices, const std::array<double, 3>& weights) {
+    double sum = 0.0;
+    bool any = false;
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+        if (vertices.at(corner) < 0) continue;
+        any = true;
+        sum += weights.at(corner);
+    }
+    return any ? sum : 1.0;
+}
+constexpr double most_off_one = 1e-6;
+
+/// What is wrong with a contact whose numbers are finite and whose vertices exist; null: nothing.
+const char* fault_of(const LinearContact& one) {
+    if (!is_unit(one.normal)) return "a normal that is not a unit, of contact";
+    if (std::abs(weight_sum(one.vertices, one.weights) - 1.0) > most_off_one ||
+        std::abs(weight_sum(one.reaction_vertices, one.reaction_weights) - 1.0) > most_off_one)
+        return "weights whose sum is not 1, of contact";
+    // What presses when it should pull, and pulls through the normal, makes energy from nothing.
+    if (one.k < 0.0 || one.mu < 0.0 || one.limit < 0.0 || one.friction < 0.0 || one.tangent_k < 0.0)
+        return "a stiffness, damping, friction or limit below 0, of contact";
+    return nullptr;
+}
+
 }  // namespace
 
 Outcome check_contacts(const Topology& topology, const ContactSet& contacts) {
@@ -70,6 +95,7 @@ Outcome check_effect(const Topology& topology, const Effect& effect) {
         if (!std::isfinite(sum) || std::isnan(one.limit) || !all_finite(one.weights) ||
             !all_finite(one.reaction_weights))
             return failed(OutcomeKind::not_finite, "a number that is not finite, of contact", i);
+        if (const char* fault = fault_of(one)) return failed(OutcomeKind::threw, fault, i);
     }
     for (std::size_t i = 0; i < effect.placements.size(); ++i) {
         const Placement& one = effect.placements[i];
