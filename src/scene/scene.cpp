@@ -192,6 +192,8 @@ struct Part {
     Surface surface;                   ///< m, body frame
     std::vector<Index> file_triangle;  ///< number in the file of every triangle
     Index file_triangles = 0;          ///< in the file, those left out included
+    std::vector<Index> file_vertex;    ///< number in the file of every vertex
+    Index file_vertices = 0;           ///< in the file, those left out included
     std::optional<JsonNode> mesh;      ///< where the file is named; absent: a shape
     bool open_shape = false;
     bool watertight = true;
@@ -199,10 +201,34 @@ struct Part {
     std::string jaw;
 };
 
-void number_triangles(Part& part) {
+void number_as_in_file(Part& part) {
     part.file_triangles = static_cast<Index>(part.surface.triangles.cols());
     part.file_triangle.resize(at(part.file_triangles));
     std::iota(part.file_triangle.begin(), part.file_triangle.end(), 0);
+    part.file_vertices = static_cast<Index>(part.surface.vertices.cols());
+    part.file_vertex.resize(at(part.file_vertices));
+    std::iota(part.file_vertex.begin(), part.file_vertex.end(), 0);
+}
+
+/// What `before` alone had as corners would touch others as points without a surface. Vertices that no triangle had
+/// stay as the file has them.
+void leave_out_vertices_of(const Triangles& before, Part& part) {
+    std::vector<std::uint8_t> kept(at(part.file_vertices), 1);
+    for (Eigen::Index k = 0; k < before.size(); ++k) kept[at(before.data()[k])] = 0;
+    Triangles& triangles = part.surface.triangles;
+    for (Eigen::Index k = 0; k < triangles.size(); ++k) kept[at(triangles.data()[k])] = 1;
+    Matrix3X& vertices = part.surface.vertices;
+    std::vector<Index> new_number(kept.size(), -1);
+    Index count = 0;
+    for (Index v = 0; v < part.file_vertices; ++v) {
+        if (kept[at(v)] == 0) continue;
+        vertices.col(count) = vertices.col(v).eval();
+        part.file_vertex[at(count)] = v;
+        new_number[at(v)] = count++;
+    }
+    vertices.conservativeResize(Eigen::NoChange, count);
+    part.file_vertex.resize(at(count));
+    for (Eigen::Index k = 0; k < triangles.size(); ++k) triangles.data()[k] = new_number[at(triangles.data()[k])];
 }
 
 /// A triangle that is there twice doubles what the surface does and hides which triangles are neighbours: it is taken
@@ -211,6 +237,7 @@ void leave_out_repeated(const JsonNode& mesh, bool same_place, Part& part, std::
     Triangles& triangles = part.surface.triangles;
     const auto repeated = repeated_triangles(part.surface.vertices, triangles, same_place);
     if (repeated.empty()) return;
+    const Triangles before = triangles;
     auto next = repeated.begin();
     Index kept = 0;
     for (Index t = 0; t < part.file_triangles; ++t) {
@@ -224,6 +251,7 @@ void leave_out_repeated(const JsonNode& mesh, bool same_place, Part& part, std::
     }
     triangles.conservativeResize(Eigen::NoChange, kept);
     part.file_triangle.resize(at(kept));
+    leave_out_vertices_of(before, part);
     notes.push_back(fmt::format("{}: {} of {} triangles repeat an earlier one and are left out (first: {} is {} again)",
                                 mesh.place(), repeated.size(), part.file_triangles, repeated.front()[0],
                                 repeated.front()[1]));
@@ -250,7 +278,7 @@ Part read_part(const JsonNode& node, const Places& places, BodyKind kind, std::v
         node.expect_keys(keys);
         part.mesh = node.at("mesh");
         part.surface = read_part_mesh(*part.mesh, places);
-        number_triangles(part);
+        number_as_in_file(part);
         // Vertices of tissue have a mass each: two at one place are two.
         leave_out_repeated(*part.mesh, kind != BodyKind::tissue, part, notes);
         part.watertight = is_watertight(part.surface.triangles);
@@ -264,7 +292,7 @@ Part read_part(const JsonNode& node, const Places& places, BodyKind kind, std::v
         keys.insert(keys.begin(), own.begin(), own.end());
         node.expect_keys(keys);
         part.surface = read_shape(node, shape);
-        number_triangles(part);
+        number_as_in_file(part);
         part.open_shape = !shape.closed;
         part.watertight = shape.closed;
     } else {
@@ -419,6 +447,7 @@ void read_parts(const JsonNode& node, const Places& places, BodyPlan& plan) {
     Index first_vertex = 0;
     Index first_triangle = 0;
     Index file_triangles = 0;
+    Index file_vertices = 0;
     bool open_shape = false;
     bool watertight = true;
     Index edges_of_holes = 0;
@@ -435,6 +464,8 @@ void read_parts(const JsonNode& node, const Places& places, BodyPlan& plan) {
         }
         for (const Index t : part.file_triangle) plan.scene_body.file_triangle.push_back(file_triangles + t);
         file_triangles += part.file_triangles;
+        for (const Index v : part.file_vertex) plan.scene_body.file_vertex.push_back(file_vertices + v);
+        file_vertices += part.file_vertices;
         first_vertex += vertices;
         first_triangle += triangles;
         open_shape = open_shape || part.open_shape;
@@ -694,7 +725,6 @@ Scene read_scene(const std::filesystem::path& file, const std::optional<std::fil
         const BodyRange& range = scene.topology.bodies[b];
         SceneBody body = std::move(plans[b].scene_body);
         for (JawPart& jaw : body.jaws) jaw.vertices.first += range.vertices.first;
-        for (Index i = 0; i < range.vertices.count; ++i) body.file_vertex.push_back(i);
         const Pose pose = body.motion ? body.motion->pose_at(0.0) : plans[b].fixed;
         place_body(body, range.vertices, pose, scene.first.position);
         scene.notes.insert(scene.notes.end(), plans[b].notes.begin(), plans[b].notes.end());

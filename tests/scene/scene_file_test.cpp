@@ -559,6 +559,15 @@ TEST_F(BoneFile, TrianglesStoredTwiceAreTakenOnceWithANoteAndKeepTheirNumbers) {
     const Scene copy = read(with_bone(plate_obj(plate_faces) + plate_obj(plate_faces)));
     EXPECT_EQ(copy.topology.bodies[1].triangles.count, 12);
     EXPECT_EQ(copy.notes.size(), 1U);
+    // Its vertices would be points that touch without a surface. One that no triangle of the file has stays.
+    EXPECT_EQ(copy.first.position, plain.first.position);
+    EXPECT_EQ(copy.bodies[1].file_vertex, plain.bodies[1].file_vertex);
+    const Scene lone = read(with_bone(plate_obj(plate_faces) + plate_obj(plate_faces) + "v 0.3 0.2 0.1\n"));
+    const Index corners = plain.topology.bodies[1].vertices.count;
+    ASSERT_EQ(lone.topology.bodies[1].vertices.count, corners + 1);
+    EXPECT_EQ(lone.bodies[1].file_vertex.back(), 2 * corners);
+    EXPECT_EQ(lone.topology.triangles, plain.topology.triangles);
+    EXPECT_EQ(lone.bodies[1].local.leftCols(corners), plain.bodies[1].local);
 }
 
 TEST_F(SceneFile, BodiesOfOneInstrumentAreNotTestedAgainstEachOther) {
