@@ -4,12 +4,21 @@
 #   ./test.sh checks   what costs builds of its own: bare build, contract tests under ASan and UBSan, format, tidy on
 #                      what changed
 #   ./test.sh full     both, with every file tidied, all tests under ASan, clang, TSan and long fuzzing
+#   ./test.sh mutants [N] [--seed S …]   would the tests notice? N one-line changes of the product, one after the other
+#                      (hours; tests/mutation/mutants.py --help)
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 source .ci/prepare.sh
 
 mode=${1:-tests}
-case $mode in tests | checks | full) ;; *) echo "usage: ./test.sh [checks | full]" >&2; exit 2 ;; esac
+case $mode in tests | checks | full | mutants) ;; *) echo "usage: ./test.sh [checks | full | mutants [N]]" >&2; exit 2 ;; esac
+
+if [ "$mode" = mutants ]; then
+    install_missing "${base_packages[@]}" python3
+    find_data
+    shift
+    exec python3 tests/mutation/mutants.py "$@"
+fi
 
 passed=0 failed=0 skipped=0 without_data=0
 
