@@ -290,7 +290,7 @@ TEST(OccupancySparse, LosesNoPairWhereverItStandsInAWord) {
                 for (int phase = 0; phase < apart; ++phase) {
                     TwoBodies bodies(triangles, 0.0);
                     for (Index t = 0; t < triangles; ++t) {
-                        const Vector3 cell = Vector3(apart * t + phase, 3.0, 3.0) + Vector3::Constant(0.5);
+                        const Vector3 cell(apart * t + phase, 3.0, 3.0);  // the middle of one
                         const Index inside = first_reaches ? triangles + t : t;
                         const Index reaching = first_reaches ? t : triangles + t;
                         for (int k = 0; k < 3; ++k) {
@@ -299,6 +299,8 @@ TEST(OccupancySparse, LosesNoPairWhereverItStandsInAWord) {
                             bodies.frame.position.col(3 * reaching + k) = corner;
                         }
                         bodies.frame.position.col(3 * reaching) = cell + side * Vector3::Unit(axis);
+                        ASSERT_EQ(bodies.range_of(inside).cell_count(), 1.0);
+                        ASSERT_EQ(bodies.range_of(reaching).cell_count(), 2.0);
                     }
                     Occupancy occupancy;
                     const std::vector<Index> shared = bodies.kept(occupancy);

@@ -82,10 +82,10 @@ TEST(TipDisplay, RateLimitFilterAndRampFollowTheirClosedFormsAtEveryTick) {
         const TipSettings five_ms{.ramp = 0.005};
         const auto part = [dt](int tick) { return std::min(1.0, tick * dt / 0.005); };
         for (int tick = 1; tick <= 25; ++tick) {
-            EXPECT_NEAR(ramp.show(Vector3(0.0, 0.0, 3.0), five_ms, dt).z(), 3.0 * part(tick), 1e-12);
+            EXPECT_NEAR(ramp.show(Vector3(0.0, 0.0, 0.3), five_ms, dt).z(), 0.3 * part(tick), 1e-12);
         }
         EXPECT_EQ(ramp.show(Vector3::Zero(), five_ms, dt), Vector3(Vector3::Zero()));
-        EXPECT_NEAR(ramp.show(Vector3(0.0, 0.0, 3.0), five_ms, dt).z(), 3.0 * part(1), 1e-12)
+        EXPECT_NEAR(ramp.show(Vector3(0.0, 0.0, 0.3), five_ms, dt).z(), 0.3 * part(1), 1e-12)
             << "a new contact, a new ramp";
     }
 }
