@@ -5,17 +5,27 @@
 #                      what changed
 #   ./test.sh full     both, with every file tidied, all tests under ASan, clang, TSan and a minute of every fuzz target
 #   ./test.sh fuzz MINUTES [TARGET…]   every reader and `run` on mutated inputs, MINUTES each (tests/fuzz)
+#   ./test.sh mutants [N] [--seed S …]   would the tests notice? N one-line changes of the product, one after the other
+#                      (hours; tests/mutation/mutants.py --help)
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 source .ci/prepare.sh
 
 mode=${1:-tests}
-usage() { echo "usage: ./test.sh [checks | full | fuzz MINUTES [TARGET...]]" >&2; exit 2; }
+usage() { echo "usage: ./test.sh [checks | full | fuzz MINUTES [TARGET...] | mutants [N]]" >&2; exit 2; }
 case $mode in
     tests | checks | full) [ $# -le 1 ] || usage ;;
     fuzz) [[ ${2:-} =~ ^[0-9]+$ && $2 -gt 0 ]] || usage ;;
+    mutants) ;;
     *) usage ;;
 esac
+
+if [ "$mode" = mutants ]; then
+    install_missing "${base_packages[@]}" python3
+    find_data
+    shift
+    exec python3 tests/mutation/mutants.py "$@"
+fi
 
 passed=0 failed=0 skipped=0 without_data=0
 

@@ -169,53 +169,36 @@ TEST(OccupancyKernels, SidesTellWhetherATrianglesBoxOverlapsOneOfTheBoxes) {
     }
 }
 
-/// Two bodies of small triangles strewn around, some far outside, some large, the first body's with something around
-/// them, and which cells both hold, found cell by cell: no triangle that holds one may be lost.
-class OccupancyAround : public testing::TestWithParam<double> {};
-
-TEST_P(OccupancyAround, LosesNoTriangleWithASharedCell) {
-    const double around = GetParam();
-    std::mt19937 random(4);
-    std::uniform_real_distribution<double> unit(-1.0, 1.0);
-    for (const double reach : {4.0, 40.0, 700.0, 1e4}) {
-        constexpr Index triangles = 600;
-        Frame frame;
-        frame.position.resize(3, 2 * 3 * triangles);
-        std::vector<Index> corners(2 * 3 * triangles);
-        for (Index t = 0; t < 2 * triangles; ++t) {
-            // Each body fills a part of space; they overlap in a third of it.
-            Vector3 middle = reach * Vector3(unit(random) + (t < triangles ? 0.6 : -0.6), unit(random), unit(random));
-            if (t >= triangles && t % 10 == 0) middle = frame.position.col(3 * (t - triangles));  // a sure meeting
-            const double size = t % 50 == 0 ? 0.2 * reach : 0.6;
-            for (int k = 0; k < 3; ++k) {
-                frame.position.col(3 * t + k) = middle + size * Vector3(unit(random), unit(random), unit(random));
-                corners[static_cast<std::size_t>(3 * t + k)] = 3 * t + k;
-            }
-        }
-        Lattice lattice;
+/// Two bodies of as many triangles of their own vertices, the first body's with something around them.
+struct TwoBodies {
+    TwoBodies(Index count, double distance) : triangles(count), around(distance), corners(2 * 3 * at(count)) {
+        frame.position.resize(3, 2 * 3 * count);
+        for (std::size_t k = 0; k < corners.size(); ++k) corners[k] = static_cast<Index>(k);
         lattice.set(1.0, Vector3::Zero());
-        const auto range_of = [&](Index t) {
-            const Vector3 wider = Vector3::Constant(t < triangles ? around : 0.0);
-            CellRange range{lattice.cell(frame.position.col(3 * t) - wider),
-                            lattice.cell(frame.position.col(3 * t) + wider)};
-            for (int k = 1; k < 3; ++k) {
-                range.low = cell_min(range.low, lattice.cell(frame.position.col(3 * t + k) - wider));
-                range.high = cell_max(range.high, lattice.cell(frame.position.col(3 * t + k) + wider));
-            }
-            return range;
-        };
+    }
+    [[nodiscard]] CellRange range_of(Index t) const {
+        const Vector3 wider = Vector3::Constant(t < triangles ? around : 0.0);
+        CellRange range{lattice.cell(frame.position.col(3 * t) - wider),
+                        lattice.cell(frame.position.col(3 * t) + wider)};
+        for (int k = 1; k < 3; ++k) {
+            range.low = cell_min(range.low, lattice.cell(frame.position.col(3 * t + k) - wider));
+            range.high = cell_max(range.high, lattice.cell(frame.position.col(3 * t + k) + wider));
+        }
+        return range;
+    }
+    /// The triangles of both bodies that may hold a shared cell, ascending.
+    std::vector<Index> kept(Occupancy& occupancy) const {
         CellRange group[2] = {range_of(0), range_of(triangles)};
         for (Index t = 0; t < 2 * triangles; ++t) {
             CellRange& all = group[t / triangles];
             all.low = cell_min(all.low, range_of(t).low);
             all.high = cell_max(all.high, range_of(t).high);
         }
-        Occupancy occupancy;
         occupancy.prepare(2 * 3 * triangles);
         occupancy.start(lattice, {cell_max(group[0].low, group[1].low), cell_min(group[0].high, group[1].high)},
                         around);
         const int spread = occupancy.spread_for(around);
-        ASSERT_LE(spread, Occupancy::most_spread);
+        EXPECT_LE(spread, Occupancy::most_spread);
         std::vector<Index> wide;
         occupancy.encode(frame, {0, 3 * triangles});
         occupancy.add_vertices({0, 3 * triangles});
@@ -239,15 +222,47 @@ TEST_P(OccupancyAround, LosesNoTriangleWithASharedCell) {
             if (occupancy.any_shared(range_of(t))) shared.push_back(t);
         }
         std::sort(shared.begin(), shared.end());
+        return shared;
+    }
+
+    Index triangles;
+    double around;
+    Frame frame;
+    std::vector<Index> corners;
+    Lattice lattice;
+};
+
+/// Small triangles strewn around, some far outside, some large, and which cells both bodies hold, found cell by cell:
+/// no triangle that holds one may be lost.
+class OccupancyAround : public testing::TestWithParam<double> {};
+
+TEST_P(OccupancyAround, LosesNoTriangleWithASharedCell) {
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    for (const double reach : {4.0, 40.0, 700.0, 1e4}) {
+        constexpr Index triangles = 600;
+        TwoBodies bodies(triangles, GetParam());
+        Matrix3X& position = bodies.frame.position;
+        for (Index t = 0; t < 2 * triangles; ++t) {
+            // Each body fills a part of space; they overlap in a third of it.
+            Vector3 middle = reach * Vector3(unit(random) + (t < triangles ? 0.6 : -0.6), unit(random), unit(random));
+            if (t >= triangles && t % 10 == 0) middle = position.col(3 * (t - triangles));  // a sure meeting
+            const double size = t % 50 == 0 ? 0.2 * reach : 0.6;
+            for (int k = 0; k < 3; ++k) {
+                position.col(3 * t + k) = middle + size * Vector3(unit(random), unit(random), unit(random));
+            }
+        }
+        Occupancy occupancy;
+        const std::vector<Index> shared = bodies.kept(occupancy);
         int meetings = 0;
         for (Index a = 0; a < triangles; ++a) {
             for (Index b = triangles; b < 2 * triangles; ++b) {
-                if (!range_of(a).overlaps(range_of(b))) continue;
+                if (!bodies.range_of(a).overlaps(bodies.range_of(b))) continue;
                 ++meetings;
                 EXPECT_TRUE(std::binary_search(shared.begin(), shared.end(), a)) << reach;
                 EXPECT_TRUE(std::binary_search(shared.begin(), shared.end(), b)) << reach;
-                const CellRange common{cell_max(range_of(a).low, range_of(b).low),
-                                       cell_min(range_of(a).high, range_of(b).high)};
+                const CellRange common{cell_max(bodies.range_of(a).low, bodies.range_of(b).low),
+                                       cell_min(bodies.range_of(a).high, bodies.range_of(b).high)};
                 std::int64_t cells = 0;
                 if (common.cell_count() < 1e5) {
                     occupancy.for_each_shared(common, [&cells](Cell) { ++cells; });
@@ -261,6 +276,40 @@ TEST_P(OccupancyAround, LosesNoTriangleWithASharedCell) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Metres, OccupancyAround, testing::Values(0.0, 0.2, 0.9, 1.7));
+
+/// Cells hold one pair each, six cells apart, so that nothing but the pair's own bit leads to it; each triangle of one
+/// body lies in one cell, the other's reaches in from the next cell, where its first corner is. Bits of 32 cells share
+/// a word along x: the pairs stand at every place of a word and beyond its ends.
+TEST(OccupancySparse, LosesNoPairWhereverItStandsInAWord) {
+    constexpr Index triangles = 17;
+    constexpr int apart = 6;
+    for (const bool first_reaches : {false, true}) {
+        for (int axis = 0; axis < 3; ++axis) {
+            for (const double side : {-1.0, 1.0}) {
+                for (int phase = 0; phase < apart; ++phase) {
+                    TwoBodies bodies(triangles, 0.0);
+                    for (Index t = 0; t < triangles; ++t) {
+                        const Vector3 cell(apart * t + phase, 3.0, 3.0);  // the middle of one
+                        const Index inside = first_reaches ? triangles + t : t;
+                        const Index reaching = first_reaches ? t : triangles + t;
+                        for (int k = 0; k < 3; ++k) {
+                            const Vector3 corner = cell + 0.2 * Vector3::Unit(k);
+                            bodies.frame.position.col(3 * inside + k) = corner;
+                            bodies.frame.position.col(3 * reaching + k) = corner;
+                        }
+                        bodies.frame.position.col(3 * reaching) = cell + side * Vector3::Unit(axis);
+                        ASSERT_EQ(bodies.range_of(inside).cell_count(), 1.0);
+                        ASSERT_EQ(bodies.range_of(reaching).cell_count(), 2.0);
+                    }
+                    Occupancy occupancy;
+                    const std::vector<Index> shared = bodies.kept(occupancy);
+                    EXPECT_EQ(shared.size(), 2U * triangles)
+                        << "axis " << axis << " side " << side << " phase " << phase << " reaching " << first_reaches;
+                }
+            }
+        }
+    }
+}
 
 }  // namespace
 }  // namespace trocar::test

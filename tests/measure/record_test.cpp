@@ -116,7 +116,8 @@ TEST(RecordLine, RunWithoutRowsReadsBack) {
 TEST(RecordLine, BytesThatAreNoTextDoNotBreakIt) {
     Record record = sample();
     record.outcome.message = "library said \xff";
-    EXPECT_NO_THROW(record_from_json_line(to_json_line(record), "f", 1));
+    // Unicode's replacement character, U+FFFD, in place of the byte.
+    EXPECT_EQ(record_from_json_line(to_json_line(record), "f", 1).outcome.message, "library said \xef\xbf\xbd");
 }
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {

@@ -730,6 +730,19 @@ TEST(Report, KnobsThatAreTurnedAreNoNoise) {
     EXPECT_TRUE(Results(records).contestants("work_precision").empty());
 }
 
+TEST(Report, NoiseIsTheRatioThatNineteenOfTwentyPairsOfProcessesStayBelow) {
+    // Twenty-one scenes, two processes each: exp(0), exp(0.01), … exp(0.2) times as slow. The 0.95 quantile of
+    // 0, 0.01, … 0.2 is 0.19 exactly.
+    std::vector<Record> records;
+    for (int i = 0; i <= 20; ++i) {
+        for (int process = 0; process < 2; ++process) {
+            records.push_back(synthetic({.scene = "scene" + std::to_string(i), .repetition = process, .ticks = 20}));
+            records.back().summary["total_median_ns"] = 1e5 * std::exp(process == 0 ? 0.01 * i : 0.0);
+        }
+    }
+    EXPECT_NEAR(Results(records).noise_floor(), std::exp(0.19), 1e-12);
+}
+
 TEST(Report, AblationTellsWhatEachSwitchChangesAndWhatItDoesNot) {
     const auto run = [](const std::string& response, const std::string& knob, const std::string& point, double left,
                         const std::string& hash) {

@@ -98,6 +98,28 @@ TEST(Equation38, EquilibriumOfOneSpringIsItsForce) {
     EXPECT_EQ(pressing_part(force, -Vector3::UnitZ()), force);
 }
 
+TEST(Equation38, EquilibriumSumsStretchPreloadAndDamperAlongEachSpring) {
+    // By hand: a neighbour 0.5 m along (0.6, 0.8, 0) that leaves at 0.5 m/s relative to the vertex, and one 0.1 m along
+    // -z, shorter than at rest, that comes nearer at 0.2 m/s.
+    const std::array<NeighbourSpring, 2> springs{NeighbourSpring{.neighbour = Vector3(1.3, 2.4, 3.0),
+                                                                 .neighbour_velocity = Vector3(0.4, 0.5, 0.0),
+                                                                 .rest = 0.4,
+                                                                 .k = 20.0,
+                                                                 .preload = 0.7,
+                                                                 .damping = 3.0},
+                                                 NeighbourSpring{.neighbour = Vector3(1.0, 2.0, 2.9),
+                                                                 .neighbour_velocity = Vector3(0.1, 0.1, 0.2),
+                                                                 .rest = 0.15,
+                                                                 .k = 50.0,
+                                                                 .preload = 0.3,
+                                                                 .damping = 2.0}};
+    const Vector3 force =
+        equilibrium_force(Vector3(1.0, 2.0, 3.0), Vector3(0.1, 0.1, 0.0), springs, Vector3(0.0, 0.0, -1.0));
+    const double first = 20.0 * 0.1 + 0.7 + 3.0 * (0.3 * 0.6 + 0.4 * 0.8);
+    const double second = 50.0 * -0.05 + 0.3 + 2.0 * -0.2;
+    EXPECT_LT((force - Vector3(0.6 * first, 0.8 * first, -second - 1.0)).norm(), 1e-13);
+}
+
 TEST(Equation317, KeepsMomentumAndEnergyAndReversesTheRelativeVelocity) {
     RandomVectors random;
     for (int i = 0; i < 1000; ++i) {

@@ -161,6 +161,19 @@ TEST(ThesisTissue, RestWithoutDepthGivesNoForce) {
     EXPECT_EQ(s.shown_force(0).norm(), 0.0);
 }
 
+TEST(ThesisTissue, ImpulseReactionIsTheMomentumThatTheFaceGivesTheVertexTurnedRound) {
+    // The face (normal +z) moves up at 0.1 m/s, the vertex of 1 g down at 0.3 m/s and sideways: 3.8 gives it 0.4 m/s
+    // along z within the tick of 1 ms, which takes 0.4 N; the face is pushed down by as much, at the vertex.
+    PairSample s = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
+    for (Index v = 0; v < 3; ++v) s.frame.velocity.col(v) = Vector3(0.0, 0.0, 0.1);
+    s.frame.velocity.col(3) = Vector3(0.2, 0.0, -0.3);
+    s.frame.previous = s.frame.position - 1e-3 * s.frame.velocity;
+    s.respond("thesis:reaction=impulse");
+    ASSERT_EQ(s.effect.placements.size(), 1U);
+    EXPECT_LT((s.effect.placements[0].velocity - Vector3(0.2, 0.0, 0.1)).norm(), 1e-12);
+    EXPECT_LT((s.shown_force(0) - Vector3(0.0, 0.0, -0.4)).norm(), 1e-12);
+}
+
 /// Largest speed of a tissue mass on a spring that an instrument vertex keeps touching, over 0.2 s.
 double final_energy(const char* method) {
     PairSample s = vertex_of_a_in_b(BodyKind::instrument, BodyKind::tissue);

@@ -65,24 +65,29 @@ TEST(TipDisplay, OffByDefaultButForTheDevicesLargestForce) {
     EXPECT_EQ(display.show(Vector3(0.0, 30.0, -40.0), {.saturation = 0.0}, 1e-3), Vector3(0.0, 30.0, -40.0));
 }
 
-TEST(TipDisplay, RateLimitFilterAndRampFollowTheirClosedForms) {
-    TipDisplay rate;
-    for (int tick = 1; tick <= 6; ++tick) {
-        const Vector3 shown = rate.show(Vector3(2.0, 0.0, 0.0), {.rate_limit = 500.0}, 1e-3);
-        EXPECT_NEAR(shown.x(), std::min(2.0, 0.5 * tick), 1e-12);
+TEST(TipDisplay, RateLimitFilterAndRampFollowTheirClosedFormsAtEveryTick) {
+    for (const double dt : {1e-3, 2.5e-4, 3e-3}) {
+        SCOPED_TRACE(dt);
+        TipDisplay rate;
+        for (int tick = 1; tick <= 20; ++tick) {
+            const Vector3 shown = rate.show(Vector3(2.0, 0.0, 0.0), {.rate_limit = 500.0}, dt);
+            EXPECT_NEAR(shown.x(), std::min(2.0, 500.0 * dt * tick), 1e-12);
+        }
+        TipDisplay filter;
+        for (int tick = 1; tick <= 20; ++tick) {
+            const Vector3 shown = filter.show(Vector3(0.0, 2.0, 0.0), {.filter = 150.0}, dt);
+            EXPECT_NEAR(shown.y(), 2.0 * (1.0 - std::exp(-2.0 * std::numbers::pi * 150.0 * dt * tick)), 1e-12);
+        }
+        TipDisplay ramp;
+        const TipSettings five_ms{.ramp = 0.005};
+        const auto part = [dt](int tick) { return std::min(1.0, tick * dt / 0.005); };
+        for (int tick = 1; tick <= 25; ++tick) {
+            EXPECT_NEAR(ramp.show(Vector3(0.0, 0.0, 0.3), five_ms, dt).z(), 0.3 * part(tick), 1e-12);
+        }
+        EXPECT_EQ(ramp.show(Vector3::Zero(), five_ms, dt), Vector3(Vector3::Zero()));
+        EXPECT_NEAR(ramp.show(Vector3(0.0, 0.0, 0.3), five_ms, dt).z(), 0.3 * part(1), 1e-12)
+            << "a new contact, a new ramp";
     }
-    TipDisplay filter;
-    for (int tick = 1; tick <= 20; ++tick) {
-        const Vector3 shown = filter.show(Vector3(0.0, 2.0, 0.0), {.filter = 150.0}, 1e-3);
-        EXPECT_NEAR(shown.y(), 2.0 * (1.0 - std::exp(-2.0 * std::numbers::pi * 150.0 * 1e-3 * tick)), 1e-12);
-    }
-    TipDisplay ramp;
-    const TipSettings five_ms{.ramp = 0.005};
-    for (int tick = 1; tick <= 8; ++tick) {
-        EXPECT_NEAR(ramp.show(Vector3(0.0, 0.0, 3.0), five_ms, 1e-3).z(), 3.0 * std::min(1.0, tick / 5.0), 1e-12);
-    }
-    EXPECT_EQ(ramp.show(Vector3::Zero(), five_ms, 1e-3), Vector3(Vector3::Zero()));
-    EXPECT_NEAR(ramp.show(Vector3(0.0, 0.0, 3.0), five_ms, 1e-3).z(), 0.6, 1e-12) << "a new contact, a new ramp";
 }
 
 /// The point of a needle, held by an operator off the trocar's axis, 1 mm below the top of a rigid block.

@@ -142,18 +142,26 @@ TEST_F(SceneFile, UnitScalesEveryLength) {
     in_mm[Pointer("/bodies/0/parts/0/edge")] = 5;
     in_mm[Pointer("/bodies/0/tissue/thickness")] = 3;
     in_mm[Pointer("/bodies/1/trocar")] = {0, 0, 200};
+    in_mm[Pointer("/bodies/1/tip")] = {1, 2, -50};
     in_mm[Pointer("/bodies/1/parts/0/radius")] = 4;
     in_mm[Pointer("/bodies/1/parts/0/length")] = 100;
     in_mm[Pointer("/bodies/1/parts/0/edge")] = 4;
     in_mm[Pointer("/bodies/1/motion/keys/0/pose/2")] = 10;
     in_mm[Pointer("/bodies/1/motion/keys/1/pose/2")] = -4;
-    const Scene metres = read(example());
+    Json in_m = example();
+    in_m[Pointer("/bodies/1/tip")] = {0.001, 0.002, -0.05};
+    const Scene metres = read(in_m);
     const Scene millimetres = read(in_mm);
     ASSERT_EQ(metres.topology.triangles, millimetres.topology.triangles);
     EXPECT_LT((metres.first.position - millimetres.first.position).cwiseAbs().maxCoeff(), 1e-16);
     EXPECT_NEAR(metres.materials.springs[7].k, millimetres.materials.springs[7].k, 1e-10);
     EXPECT_NEAR(metres.bodies[0].motion->keys[1].translation.z(), millimetres.bodies[0].motion->keys[1].translation.z(),
                 1e-18);
+    for (const Scene* scene : {&metres, &millimetres}) {
+        EXPECT_LT((scene->materials.tip[0] - Vector3(0.001, 0.002, -0.05)).norm(), 1e-16);
+        ASSERT_TRUE(scene->materials.trocar_point[0].has_value());
+        EXPECT_LT((*scene->materials.trocar_point[0] - Vector3(0.0, 0.0, 0.2)).norm(), 1e-16);
+    }
 }
 
 TEST_F(SceneFile, PartPoseComesBeforeBodyPose) {

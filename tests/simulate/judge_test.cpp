@@ -169,6 +169,53 @@ TEST_F(JudgeOnAPoke, GapThatTheScriptDidNotOpenIsOvershoot) {
     EXPECT_TRUE(std::isnan(outcome(Vector3(0, 0, 0.003), 2 + Judge::overshoot_window, 0.0).overshoot)) << "too late";
 }
 
+TEST_F(JudgeOnAPoke, BodiesThatStillMeetLeaveNoGap) {
+    Judge judge(scene_.topology, scene_.first, std::vector<std::uint8_t>{1});
+    Frame frame = simulation_.seen();
+    StepRow inside;
+    inside.tick = 1;
+    judge.judge_outcome(frame, inside, 0.0);
+    ASSERT_GT(inside.wrong_side, 0);
+    // Lifted by 3 mm no sample is inside; pairs that the tick has seen say that the bodies still met.
+    frame.position.middleCols(tool_.first, tool_.count).row(2).array() += 0.003;
+    for (const std::int64_t pairs : {1, 0}) {
+        StepRow row;
+        row.tick = 2;
+        row.pairs = pairs;
+        judge.judge_outcome(frame, row, 0.0);
+        ASSERT_EQ(row.wrong_side, 0);
+        EXPECT_EQ(std::isnan(row.overshoot), pairs > 0);
+    }
+}
+
+TEST(JudgeOnBlocks, OverlapIsTheSumOverAllPairsThatYield) {
+    // Two blocks of tissue sink into one of bone that is 40 mm wide and high, by 1 mm and by 3 mm over 10 mm × 10 mm;
+    // another piece of bone overlaps it too, but neither of these gives way. Both do at the largest depth: 3 mm.
+    const Scene scene = test::scene_from_text(R"({"format":"trocar-scene-1","name":"blocks","unit":"m","dt":0.001,
+      "ticks":1,"seed":1,"bodies":[
+      {"name":"bone","kind":"rigid","closed":true,"parts":[{"shape":"box","size":[0.04,0.04,0.04],"edge":0.01}],
+       "pose":[0,0,-0.02,0,0,0]},
+      {"name":"left","kind":"tissue","closed":true,"parts":[{"shape":"box","size":[0.01,0.01,0.01],"edge":0.005,
+       "pose":[-0.01,0.0003,0.004,0,0,0]}]},
+      {"name":"right","kind":"tissue","closed":true,"parts":[{"shape":"box","size":[0.01,0.01,0.01],"edge":0.005,
+       "pose":[0.01,0.0003,0.002,0,0,0]}]},
+      {"name":"tool","kind":"instrument","closed":true,"parts":[{"shape":"box","size":[0.01,0.01,0.01],"edge":0.005}],
+       "motion":{"drive":"prescribed","keys":[{"time":0,"pose":[0.0004,0.013,0.0,0,0,0]}]}}]})");
+    std::vector<std::uint8_t> yields;
+    for (const auto& [a, b] : scene.topology.body_pairs) {
+        const auto tissue = [&](Index body) {
+            return scene.topology.bodies[static_cast<std::size_t>(body)].kind == BodyKind::tissue;
+        };
+        yields.push_back(tissue(a) != tissue(b) ? 1 : 0);
+    }
+    Judge judge(scene.topology, scene.first, yields);
+    StepRow row;
+    judge.judge_outcome(scene.first, row);
+    // Volume is sampled: each alone would be off by a quarter and more.
+    EXPECT_NEAR(row.overlap_volume, 0.01 * 0.01 * (0.001 + 0.003), 0.02 * 4e-7);
+    EXPECT_NEAR(row.min_translation, 0.003, 1e-9);
+}
+
 TEST_F(JudgeOnAPoke, StrainAboveTheLimitIsThatOfTheLongestEdge) {
     Judge judge(scene_.topology, scene_.first, std::vector<std::uint8_t>{1}, &scene_.materials);
     Frame frame = scene_.first;

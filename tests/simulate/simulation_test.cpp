@@ -90,6 +90,26 @@ Range range_of(const Scene& scene, const std::string& name) {
     return {};
 }
 
+TEST(Simulation, PreviousIsWhereABodyWasATickAgoWhileItMovesAndWhenItHasStopped) {
+    // The script ends at 0.04 s, in the middle of the run.
+    const Scene scene = scene_from_text(poke_text());
+    Simulation simulation(scene, std::make_unique<Blind>(), nullptr, registry().source("canonical"));
+    const Range tool = range_of(scene, "tool");
+    Matrix3X before;
+    int moved = 0;
+    for (int tick = 0; tick < 60; ++tick) {
+        simulation.step();
+        const Frame& seen = simulation.seen();
+        const Matrix3X now = seen.position.middleCols(tool.first, tool.count);
+        if (tick > 0) {
+            ASSERT_EQ(Matrix3X(seen.previous.middleCols(tool.first, tool.count)), before) << tick;
+            moved += now == before ? 0 : 1;
+        }
+        before = now;
+    }
+    EXPECT_EQ(moved, 40);
+}
+
 TEST(Simulation, ScriptedBodyFollowsItsPosesExactly) {
     const Scene scene = scene_from_text(poke_text());
     const Range tool = range_of(scene, "tool");

@@ -213,6 +213,18 @@ TEST_F(RunnerTest, AnotherSpecificationIsRunAlone) {
     EXPECT_EQ(result.made, 1);
 }
 
+TEST_F(RunnerTest, AnotherTimeLimitStartsAnewAndTheFirstOneIsStillKnown) {
+    run_plan(plan_, options("2) sleep 60;;", 0.3));
+    ASSERT_EQ(records()[2].outcome.kind, OutcomeKind::timed_out);
+    // What a short limit cut off is no answer under a longer one.
+    const RunnerResult longer = run_plan(plan_, options("", 20.0));
+    EXPECT_EQ(longer.made, 4);
+    EXPECT_EQ(longer.found, 0);
+    EXPECT_TRUE(records()[2].outcome.ok());
+    EXPECT_EQ(run_plan(plan_, options("", 0.3)).found, 4);
+    EXPECT_EQ(records()[2].outcome.kind, OutcomeKind::timed_out);
+}
+
 TEST_F(RunnerTest, HalfAStoredRunIsNotFinished) {
     run_plan(plan_, options(""));
     const std::filesystem::path stored =

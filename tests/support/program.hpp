@@ -48,12 +48,12 @@ inline std::string read_file(const std::filesystem::path& file) {
 }
 
 /// `arguments` is one shell-quoted string.
-inline ProgramResult run_program(const std::string& arguments) {
+inline ProgramResult run_program(const std::string& arguments, const std::string& program = TROCAR_PROGRAM) {
     const TemporaryFolder folder;
     const std::string out = (folder.path() / "out").string();
     const std::string err = (folder.path() / "err").string();
     const std::string command =
-        std::string(TROCAR_PROGRAM) + " " + arguments + " >" + out + " 2>" + err + " </dev/null";
+        program + " " + arguments + " >" + out + " 2>" + err + " </dev/null";
     const int status = std::system(command.c_str());
     ProgramResult result;
     if (WIFEXITED(status)) result.status = WEXITSTATUS(status);

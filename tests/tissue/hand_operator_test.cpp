@@ -105,6 +105,52 @@ TEST(HandOperator, MomentIsThatOfTheContactForceAtItsPoint) {
     EXPECT_LT((load.moment - Vector3(0.0, -0.03 * force, 0.0)).norm(), 1e-8);
 }
 
+TEST(HandOperator, MomentOfTheReactionIsTurnedRound) {
+    // A fixed vertex with normal -z presses on the hand at (0.02, 0.01, 0), whose operator wants to be 4 mm below: the
+    // hand is pushed up.
+    Pair p;
+    Wrench load;
+    for (int tick = 0; tick < 3000; ++tick) {
+        Effect effect = test::empty_effect(p.topology);
+        p.frame.hand_motion = {1e-3 * p.state.velocity, Vector3::Zero()};
+        LinearContact contact = test::plane_contact(1, -Vector3::UnitZ(), p.state.position.z(), 1000.0, 2.0);
+        contact.reaction_body = 0;
+        contact.reaction_point = Vector3(0.02, 0.01, 0.0);
+        contact.face_velocity = -p.state.velocity.z();
+        if (contact.gap < 0.0) effect.contacts.push_back(contact);
+        load = p.advance(Vector3(0, 0, -0.004), effect, Wrench{}, 4);
+    }
+    const double force = 0.004 * 300.0 / 1300.0 * 1000.0;
+    EXPECT_LT((load.force - Vector3(0.0, 0.0, force)).norm(), 1e-6);
+    EXPECT_LT((load.moment - Vector3(0.01 * force, -0.02 * force, 0.0)).norm(), 1e-8);
+}
+
+TEST(HandOperator, OneStepAgainstAMovingWallIsTheBackwardEulerOfItsEquation) {
+    // A wall that moves up at w under a hand 0.2 mm inside it that goes down at u: with the hand's spring and damper
+    // explicit, m (v - u) / h = pull + F, F = k (d - h (v - w)) - mu (v - w) for a damper, and with mu below zero
+    // F = k (d - h (v - w)) - mu (u - w). Solved for v by hand.
+    const double h = 1e-3, k = 800.0, d = 2e-4, u = -0.03, w = 0.05;
+    for (const double mu : {1.5, -0.4}) {
+        Pair p;
+        const OperatorModel& model = p.model;
+        p.state.velocity = Vector3(0.0, 0.0, u);
+        p.frame.velocity.col(0) = p.state.velocity;
+        p.frame.hand_motion = {h * p.state.velocity, Vector3::Zero()};
+        Effect effect = test::empty_effect(p.topology);
+        effect.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -d, k, mu));
+        effect.contacts[0].face_velocity = w;
+        p.advance(Vector3::Zero(), effect, Wrench{}, 1);
+        const double pull = -(model.hand_damping + model.damping) * u;
+        const double implicit = h * k + std::max(mu, 0.0);
+        const double v = (u + h / model.mass * (pull + k * d + implicit * w - std::min(mu, 0.0) * (u - w))) /
+                         (1.0 + h / model.mass * implicit);
+        const double force = k * d - implicit * (v - w) - std::min(mu, 0.0) * (u - w);
+        ASSERT_GT(force, 0.0);
+        EXPECT_NEAR(p.state.velocity.z(), v, 1e-14) << mu;
+        EXPECT_NEAR(p.loads[0].normal, force, 1e-12) << mu;
+    }
+}
+
 /// Two masses with a spring and damper between them, pushed together by hand springs: motion of the middle and of the
 /// distance are uncoupled and known, however stiff the contact is.
 TEST(HandOperator, TwoHandsThatPressOnEachOtherAreSolvedTogether) {

@@ -1,0 +1,155 @@
+// Exit status 1 where a comparison fails and 3 where the one method that was asked for does: on methods that break
+// their promises, and on reports and references that do not fit.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "report/synthetic.hpp"
+#include "support/program.hpp"
+#include "support/recordings.hpp"
+#include "support/scene_samples.hpp"
+
+namespace trocar {
+namespace {
+
+using nlohmann::json;
+using test::ProgramResult;
+using test::run_program;
+
+ProgramResult with_liars(const std::string& arguments) { return run_program(arguments, TROCAR_WITH_LIARS); }
+
+class ExitStatus : public testing::Test {
+protected:
+    [[nodiscard]] std::string file(const std::string& name) const { return (folder_.path() / name).string(); }
+    std::string write(const std::string& name, const std::string& text) const {
+        std::ofstream(file(name), std::ios::binary) << text;
+        return file(name);
+    }
+    test::TemporaryFolder folder_;
+};
+
+TEST_F(ExitStatus, DetectIsOneForADetectorThatClaimsToBeExactAndIsNot) {
+    // The second face of a goes through the three sides of the spike; the first one is far away.
+    const std::string a =
+        write("face.obj", "v 50 50 50\nv 51 50 50\nv 50 51 50\nv -9 -9 0\nv 9 -9 0\nv 0 9 0\nf 1 2 3\nf 4 5 6\n");
+    const std::string b =
+        write("spike.off", "OFF\n4 4 0\n1 0 -1\n-1 1 -1\n-1 -1 -1\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n");
+    const std::string question = "detect " + a + " " + b + " --detector ";
+    const ProgramResult loses = with_liars(question + "liar --truth");
+    EXPECT_EQ(loses.status, 1);
+    EXPECT_NE(loses.err.find("liar claims exactness and differs from the oracle: 3 missing, 0 extra"),
+              std::string::npos)
+        << loses.err;
+    const ProgramResult invents = with_liars(question + "liar:invent=on --truth");
+    EXPECT_EQ(invents.status, 1);
+    EXPECT_NE(invents.err.find("3 missing, 1 extra"), std::string::npos) << invents.err;
+    EXPECT_EQ(with_liars(question + "all").status, 1) << "one among all";
+    EXPECT_EQ(with_liars(question + "liar").status, 0) << "nothing was compared";
+    EXPECT_EQ(with_liars(question + "brute_force --truth").status, 0);
+    // Where nothing meets, no answer is right and an invented pair is wrong.
+    const std::string apart = "detect " + a + " " + b + " --pose-b \"0 0 20 0 0 0\" --truth --detector ";
+    EXPECT_EQ(with_liars(apart + "liar").status, 0);
+    const ProgramResult only_extra = with_liars(apart + "liar:invent=on");
+    EXPECT_EQ(only_extra.status, 1);
+    EXPECT_NE(only_extra.err.find("0 missing, 1 extra"), std::string::npos) << only_extra.err;
+}
+
+TEST_F(ExitStatus, ReplayIsOneForADetectorThatClaimsToBeExactAndIsNot) {
+    // Apart, then crossing.
+    test::RecordingText text;
+    text.positions.clear();
+    for (const double low : {1.0, -0.5}) {
+        text.positions.insert(text.positions.end(), {0, 0, 0, 1, 0, 0, 0, 1, 0});
+        text.positions.insert(text.positions.end(), {0.25, 0.25, low, 0.25, 0.25, 2, 0.5, 0.25, 2});
+    }
+    text.header["frames"] = 2;
+    const std::string question = "replay " + write("frames.trocrec", text.bytes()) + " --detector ";
+    const ProgramResult loses = with_liars(question + "liar --truth");
+    EXPECT_EQ(loses.status, 1);
+    EXPECT_NE(loses.err.find("liar claims exactness and differs from the oracle: 1 missing, 0 extra"),
+              std::string::npos)
+        << loses.err;
+    const ProgramResult invents = with_liars(question + "liar:invent=on --truth");
+    EXPECT_EQ(invents.status, 1);
+    EXPECT_NE(invents.err.find("0 missing, 1 extra"), std::string::npos) << "right in the second frame " << invents.err;
+    EXPECT_EQ(with_liars(question + "all").status, 1) << "one among all";
+    EXPECT_EQ(with_liars(question + "liar").status, 0) << "nothing was compared";
+    EXPECT_EQ(with_liars(question + "brute_force --truth").status, 0);
+}
+
+TEST_F(ExitStatus, ExplainIsThreeWhereTheResponseFailsBeforeTheTick) {
+    const std::string question = "explain " + write("poke.json", test::poke_text()) + " --response quitter --tick ";
+    EXPECT_EQ(with_liars(question + "5").status, 0) << "what happens in the tick comes after the frame looked at";
+    const ProgramResult later = with_liars(question + "6");
+    EXPECT_EQ(later.status, 3);
+    EXPECT_EQ(later.out, "");
+    EXPECT_NE(later.err.find("ended as threw at tick 5: respond: had enough"), std::string::npos) << later.err;
+    // What other detectors miss is what the table is for.
+    const ProgramResult liar = with_liars("explain " + file("poke.json") + " --tick 38 --json");
+    EXPECT_EQ(liar.status, 0);
+    const json document = json::parse(liar.out);
+    for (const json& detector : document["detectors"]) {
+        if (detector["name"] != "liar") continue;
+        EXPECT_EQ(detector["missing"], document["truth"]["pairs"]);
+        EXPECT_FALSE(detector["missing"].empty());
+    }
+}
+
+TEST_F(ExitStatus, RunIsThreeForAResponseThatFails) {
+    const ProgramResult result =
+        with_liars("run " + write("poke.json", test::poke_text()) + " --response quitter --ticks 20");
+    EXPECT_EQ(result.status, 3);
+    EXPECT_NE((result.out + result.err).find("had enough"), std::string::npos) << result.out << result.err;
+}
+
+TEST_F(ExitStatus, ReportAgainstAnotherIsOneWhenAFigureOrARunHasChanged) {
+    const auto folder_of = [this](const std::string& name, const std::vector<Record>& records) {
+        std::filesystem::create_directories(folder_.path() / name);
+        std::ofstream stream(folder_.path() / name / "records.jsonl");
+        for (const Record& record : records) stream << to_json_line(record) << '\n';
+        return file(name);
+    };
+    std::vector<Record> records{test::synthetic({.ticks = 30}), test::synthetic({.detector = "other", .ticks = 30})};
+    const std::string before = folder_of("before", records);
+    const std::string same = folder_of("same", records);
+    const std::string fewer = folder_of("fewer", {records[0]});
+    records[1].summary.at("residual_max_m") *= 1.01;
+    const std::string changed = folder_of("changed", records);
+    const auto against = [](const std::string& now, const std::string& then, const std::string& more = "") {
+        return run_program("report " + now + " --against " + then + more);
+    };
+    EXPECT_EQ(against(same, before).status, 0);
+    const ProgramResult told = against(changed, before);
+    EXPECT_EQ(told.status, 1);
+    EXPECT_NE(told.out.find("changed"), std::string::npos) << told.out;
+    EXPECT_EQ(against(changed, before, " --json").status, 1);
+    EXPECT_EQ(against(changed, before, " --tolerance 0.02").status, 0);
+    EXPECT_EQ(against(fewer, before).status, 1) << "a run is missing";
+    EXPECT_EQ(against(before, fewer).status, 1) << "a run is new";
+    EXPECT_EQ(against(before, file("nowhere")).status, 2);
+}
+
+TEST_F(ExitStatus, ReferenceCheckIsOneWhenOneIsMissingOrStale) {
+    const std::string scene = write("poke.json", test::poke_text());
+    const ProgramResult missing = run_program("reference " + scene + " --check");
+    EXPECT_EQ(missing.status, 1);
+    EXPECT_NE(missing.out.find("missing"), std::string::npos) << missing.out;
+    ASSERT_EQ(run_program("reference " + scene + " --without 'by hand'").status, 0);
+    EXPECT_EQ(run_program("reference " + scene + " --check").status, 0);
+    std::string other = test::poke_text();
+    other.replace(other.find("0.008"), 5, "0.009");
+    write("poke.json", other);
+    const ProgramResult stale = run_program("reference " + scene + " --check --json");
+    EXPECT_EQ(stale.status, 1);
+    EXPECT_EQ(json::parse(stale.out)["references"][0]["state"], "stale");
+    // One that fits does not make up for one that does not.
+    const std::string second = write("second.json", test::poke_text());
+    ASSERT_EQ(run_program("reference " + second + " --without 'by hand'").status, 0);
+    EXPECT_EQ(run_program("reference " + scene + " " + second + " --check").status, 1);
+    EXPECT_EQ(run_program("reference " + second + " --check").status, 0);
+}
+
+}  // namespace
+}  // namespace trocar

@@ -1,0 +1,316 @@
+#!/usr/bin/env python3
+"""Would the tests notice? Changes one line of the product at a time and tells which test fails.
+
+./test.sh mutants [N] calls this. A copy of the tracked files is made in build/mutants/tree and built in
+build/mutants/build; the clone itself is never changed. N places are drawn by a seed from all places that the rules fit.
+Each is changed, built, and held against the tests of its folder, then, if these all pass, against all others. What was
+found stands in build/mutants/results.jsonl, and a run that is started again goes on where it stopped. Tests that fail
+without any change are left out and told.
+
+Exit status: 0 all N were tried; 1 fewer than 90 in 100 of them were killed; 2 bad input; 130 interrupted.
+"""
+import argparse
+import hashlib
+import json
+import pathlib
+import random
+import re
+import shutil
+import subprocess
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+# Folders of tests that hold a folder of the product beside the one of its own name.
+TESTS_OF = {
+    "baselines": ["contract"],
+    "src/detect": ["detect", "contract"],
+    "src/respond": ["respond", "contract"],
+    "src/tissue": ["tissue", "contract"],
+    "src/source": ["source", "simulate"],
+    "src/web": ["report", "view"],
+    "src/trocar": ["house"],
+}
+# A header that more files than these include costs a build of everything.
+MOST_INCLUDERS = 12
+
+
+def rules():
+    """Name, pattern on the code without comments and texts, replacement."""
+    for old, new in [("<", "<="), ("<=", "<"), (">", ">="), (">=", ">"), ("==", "!="), ("!=", "==")]:
+        yield "comparison", rf"(?<= ){old}(?= )", new
+    for old, new in [("+", "-"), ("-", "+"), ("+=", "-="), ("-=", "+=")]:
+        yield "sign", rf"(?<=[\w)\]] ){re.escape(old)}(?= )", new
+    yield "sign", r"(?:(?<=[=(,?:] )|(?<=[(\[])|(?<=return ))-(?=[\w(])", ""
+    yield "factor", r"(?<= )\*(?= )", "/"
+    yield "factor", r"(?<= )/(?= )", "*"
+    yield "logic", r"(?<= )&&(?= )", "||"
+    yield "logic", r"(?<= )\|\|(?= )", "&&"
+    yield "logic", r"(?<=[ (])!(?=[\w(])", ""
+    yield "logic", r"\btrue\b", "false"
+    yield "logic", r"\bfalse\b", "true"
+    yield "off by one", r"(?<= [+-] )1(?=[;,) \]])", "0"
+    yield "off by one", r"(?<== )0(?=; \w+ <)", "1"
+    yield "off by one", r"(?<== )1(?=; \w+ <)", "0"
+    yield "constant", r"(?<![\w.])(?!0\.0\b)\d+\.\d+(e[-+]?\d+)?(?![\w.])", lambda m: f"(2.0 * {m[0]})"
+    yield "constant", r"(?<![\w.])0\.0(?![\w.])", "1.0"
+    yield "constant", r"(?<![\w.])\d+e[-+]?\d+(?![\w.])", lambda m: f"(2.0 * {m[0]})"
+    yield "dropped term", r" [+-] [\w.]+(?:\([\w., ]*\))?(?=[;)])", ""
+    yield "dropped condition", r" (?:&&|\|\|) [^&|()]+(?=\))", ""
+    yield "dropped statement", r"(?m)(?<=^)( +)[\w.\[\]]+(?:->[\w.\[\]]+)* [+\-*/|&]?= [^;{}]+;$", lambda m: f"{m[1]};"
+    yield "dropped statement", r"(?m)(?<=^)( +)[\w.]+\([^;{}]*\);$", lambda m: f"{m[1]};"
+    yield "swap", r"\bstd::(f?)min\(", lambda m: f"std::{m[1]}max("
+    yield "swap", r"\bstd::(f?)max\(", lambda m: f"std::{m[1]}min("
+
+
+HIDDEN = re.compile(
+    r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|(?<![\w])\'(?:\\.|[^\'\\\n])\''
+    r"|^[ \t]*#(?:\\\n|[^\n])*|\bstatic_assert\([^;]*;|\bthrow [^;]*;|\bfmt::print\([^;]*;|\bInputError\([^;]*;",
+    re.DOTALL | re.MULTILINE)
+
+
+def without_texts(code):
+    """The same code with comments, texts, preprocessor lines and messages blanked; places stay."""
+    return HIDDEN.sub(lambda m: re.sub(r"[^\n]", "\x00", m[0]), code)
+
+
+class Mutant:
+    def __init__(self, path, code, rule, match, new):
+        self.path, self.rule = path, rule
+        self.begin, self.end, self.new = match.start(), match.end(), new
+        self.line = code.count("\n", 0, self.begin) + 1
+        changed = code[:self.begin] + new + code[self.end:]
+        start = code.rfind("\n", 0, self.begin) + 1
+        self.before = code[start:code.find("\n", self.end)].strip()
+        self.after = changed[start:changed.find("\n", self.begin + len(new))].strip()
+        self.code = changed
+        self.key = hashlib.sha1(f"{path}\n{code}\n{self.begin} {self.end} {new}".encode()).hexdigest()[:16]
+
+    def folder(self):
+        parts = pathlib.PurePath(self.path).parts
+        return "/".join(parts[:2]) if parts[0] == "src" else parts[0]
+
+    def text(self):
+        before, after = (" ".join(text.split()) for text in (self.before, self.after))
+        return f"{self.path}:{self.line}: {self.rule}: {before}  →  {after}"
+
+
+def tracked(tree):
+    listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=tree, check=True,
+                            capture_output=True).stdout.decode()
+    return [name for name in listed.split("\0") if name and (tree / name).is_file()]
+
+
+def product_files(tree):
+    names = [n for n in tracked(tree) if re.match(r"(src|baselines)/.*\.[ch]pp$", n)]
+    texts = {n: (tree / n).read_text() for n in names}
+    included = {}
+    for text in texts.values():
+        for name in set(re.findall(r'#include "([^"]+)"', text)):
+            included[name] = included.get(name, 0) + 1
+    return {n: t for n, t in texts.items()
+            if n.endswith(".cpp") or included.get(n.removeprefix("src/"), 0) <= MOST_INCLUDERS}
+
+
+def all_mutants(tree, folders):
+    by_rule = {}
+    for path, code in sorted(product_files(tree).items()):
+        if folders and not any(path.startswith(f.rstrip("/") + "/") for f in folders):
+            continue
+        plain = without_texts(code)
+        for rule, pattern, new in rules():
+            for match in re.finditer(pattern, plain):
+                if "\x00" in match[0]:
+                    continue
+                text = new(match) if callable(new) else new
+                by_rule.setdefault(rule, []).append((path, code, rule, match, text))
+    return by_rule
+
+
+def drawn(by_rule, seed):
+    """All places in the order of the seed, the rules by turns, so that the commonest does not crowd out the others."""
+    source = random.Random(seed)
+    piles = [by_rule[rule][:] for rule in sorted(by_rule)]
+    for pile in piles:
+        source.shuffle(pile)
+    while any(piles):
+        for pile in piles:
+            if pile:
+                yield Mutant(*pile.pop())
+
+
+def copy_tree(target):
+    """What has changed alone is written, so that a second run builds little. Tells whether anything had."""
+    names = set(tracked(ROOT))
+    changed = False
+    for name in names:
+        source, copy = ROOT / name, target / name
+        if copy.is_file() and copy.read_bytes() == source.read_bytes():
+            continue
+        changed = True
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(source, copy)
+    for copy in target.rglob("*"):
+        if copy.is_file() and str(copy.relative_to(target)) not in names:
+            changed = True
+            copy.unlink()
+    return changed
+
+
+def tests_digest(tree):
+    digest = hashlib.sha1()
+    for name in sorted(n for n in tracked(tree) if n.startswith("tests/")):
+        digest.update((tree / name).read_bytes())
+    return digest.hexdigest()[:16]
+
+
+class Workshop:
+    def __init__(self, tree, build, jobs, limit):
+        self.tree, self.build, self.jobs, self.limit = tree, build, jobs, limit
+        self.left_out = []
+
+    def run(self, command, limit):
+        """Exit status and both outputs; None where the time was up."""
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, cwd=self.tree)
+        try:
+            output = process.communicate(timeout=limit)[0]
+        except BaseException as stopped:
+            process.terminate()
+            process.wait()
+            if isinstance(stopped, subprocess.TimeoutExpired):
+                return None, ""
+            raise
+        return process.returncode, output.decode(errors="replace")
+
+    def make(self, *targets):
+        return self.run(["cmake", "--build", str(self.build), f"-j{self.jobs}", "--target", *targets], 3600)
+
+    def configure(self):
+        arguments = ["-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG", "-DTROCAR_WERROR=OFF",
+                     f"-DTROCAR_TEST_SECONDS={self.limit}"]
+        if shutil.which("ccache"):
+            arguments.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
+        status, output = self.run(["cmake", "-G", "Ninja", "-S", str(self.tree), "-B", str(self.build), *arguments], 600)
+        if status == 0:
+            status, output = self.make("all")
+        if status != 0:
+            sys.exit(f"mutants: the unchanged tree does not build:\n{output[-3000:]}")
+
+    def failures(self, folder=None, all_of_them=False):
+        """Names of tests that fail; the first alone unless all are wanted."""
+        place = self.build / "tests" / folder if folder else self.build
+        if not place.is_dir():
+            return []
+        command = ["ctest", "--test-dir", str(place), f"-j{self.jobs}", "--timeout", str(self.limit)]
+        if not all_of_them:
+            command.append("--stop-on-failure")
+        if self.left_out:
+            command += ["-E", "^(" + "|".join(re.escape(name) for name in self.left_out) + ")$"]
+        status, output = self.run(command, 7200)
+        if status == 0:
+            return []
+        told = re.findall(r"^\s*\d+ - (\S+) \((?!Skipped|Disabled)", output, re.MULTILINE)
+        return told or ["ctest ended without naming a test"]
+
+    def judge(self, mutant):
+        """killed, survived or does not compile; and by which tests."""
+        file = self.tree / mutant.path
+        original = file.read_text()
+        try:
+            file.write_text(mutant.code)
+            # A source file of the library changes the shared library alone, which the tests then load.
+            in_library = mutant.path.endswith(".cpp") and not mutant.path.startswith("src/app/")
+            own = TESTS_OF.get(mutant.folder(), [mutant.folder().split("/")[-1]])
+            own = [folder for folder in own if (self.build / "tests" / folder).is_dir()]
+            status, _ = self.make(*(["trocar"] if in_library else ["trocar", *(f"tests/{f}/all" for f in own)]))
+            if status != 0:
+                return "does not compile", []
+            for folder in own:
+                if failed := self.failures(folder):
+                    return "killed", failed
+            if not in_library and self.make("all")[0] != 0:
+                return "does not compile", []
+            failed = self.failures()
+            return ("killed" if failed else "survived"), failed
+        finally:
+            file.write_text(original)
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("count", nargs="?", type=int, default=100, help="mutants that compile (default 100)")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--folders", default="", help="only these, as src/detect,baselines")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--limit", type=int, default=60, help="seconds that one test may take")
+    parser.add_argument("--list", action="store_true", help="print the mutants and build nothing")
+    parser.add_argument("--in-place", metavar="BUILD",
+                        help="change this very tree, which is a copy, and use its build folder, which is up to date")
+    options = parser.parse_args()
+    if options.count < 1 or options.jobs < 1 or options.limit < 1:
+        parser.error("count, --jobs and --limit: expected a whole number >= 1")
+    return options
+
+
+def main():
+    options = arguments()
+    work = ROOT / "build/mutants"
+    tree = ROOT if options.in_place else work / "tree"
+    build = pathlib.Path(options.in_place).resolve() if options.in_place else work / "build"
+    work.mkdir(parents=True, exist_ok=True)
+    unchanged = work / "fail_unchanged.json"
+    if not options.in_place and not options.list and copy_tree(tree):
+        unchanged.unlink(missing_ok=True)
+    by_rule = all_mutants(ROOT if options.list else tree, [f for f in options.folders.split(",") if f])
+    print(", ".join(f"{rule} {len(by_rule[rule])}" for rule in sorted(by_rule)), "places", flush=True)
+    queue = drawn(by_rule, options.seed)
+    if options.list:
+        for _, mutant in zip(range(options.count), queue):
+            print(mutant.text())
+        return 0
+
+    shop = Workshop(tree, build, options.jobs, options.limit)
+    if not options.in_place:
+        shop.configure()
+    if not unchanged.is_file():
+        unchanged.write_text(json.dumps(shop.failures(all_of_them=True)))
+    shop.left_out = json.loads(unchanged.read_text())
+    if shop.left_out:
+        print("left out, fail without any change:", ", ".join(shop.left_out))
+    results = work / "results.jsonl"
+    known = {}
+    if results.is_file():
+        known = {entry["key"]: entry for entry in map(json.loads, results.read_text().splitlines())}
+    tests = tests_digest(tree)
+    counts = {"killed": 0, "survived": 0, "does not compile": 0}
+    survivors = []
+    for mutant in queue:
+        if counts["killed"] + counts["survived"] == options.count:
+            break
+        entry = known.get(mutant.key)
+        # What has survived is tried again once there are other tests.
+        if entry is None or (entry["verdict"] == "survived" and entry["tests"] != tests):
+            start = time.monotonic()
+            verdict, by = shop.judge(mutant)
+            entry = {"key": mutant.key, "mutant": mutant.text(), "verdict": verdict, "by": by, "tests": tests,
+                     "seconds": round(time.monotonic() - start)}
+            with results.open("a") as stream:
+                stream.write(json.dumps(entry, ensure_ascii=False) + "\n")
+        counts[entry["verdict"]] += 1
+        if entry["verdict"] == "survived":
+            survivors.append(entry["mutant"])
+        by = " by " + ", ".join(entry["by"][:3]) if entry["by"] else ""
+        print(f"{entry['mutant']}\n    {entry['verdict']}{by} ({entry['seconds']} s)", flush=True)
+    tried = counts["killed"] + counts["survived"]
+    print(f"{tried} mutants, {counts['killed']} killed, {counts['survived']} survived; "
+          f"{counts['does not compile']} more did not compile; seed {options.seed}")
+    for survivor in survivors:
+        print("survived:", survivor)
+    return 0 if 10 * counts["killed"] >= 9 * tried else 1
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.exit(130)

@@ -1,0 +1,64 @@
+// The elastic foundation of the reference solver by its energy at places set by hand: stiffness per area, samples and
+// dampers of one surface, and of two that are tissue both.
+#include "reference/elastic_foundation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace trocar {
+namespace {
+
+constexpr double side = 0.02;   // m, legs of the triangles
+constexpr double depth = 4e-4;  // m
+constexpr double area = 0.5 * side * side;
+
+/// Two triangles, one 1 mm above the other and as large; the upper is tissue, the lower of the kind given.
+Scene two_triangles(BodyKind lower, const ContactLaw& law) {
+    Triangles one(3, 1);
+    one.col(0) << 0, 1, 2;
+    Scene scene;
+    scene.topology = make_topology(
+        {Body{.name = "upper", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = one},
+         Body{.name = "lower", .kind = lower, .closed = false, .vertex_count = 3, .triangles = one}});
+    scene.first.position.resize(3, 6);
+    scene.first.position << 0, side, 0, 0, side, 0, 0, 0, side, 0, 0, side, 0.001, 0.001, 0.001, 0, 0, 0;
+    scene.materials.contact_laws.assign(scene.topology.body_pairs.size(), law);
+    return scene;
+}
+
+/// J, with the upper triangle `depth` below the lower one.
+double pressed_energy(const Scene& scene, double h) {
+    ElasticFoundation foundation(scene, {{0, 1}}, 3, scene.first.position);
+    Matrix3X x = scene.first.position;
+    double gap = 0.0;
+    EXPECT_EQ(foundation.energy(x, h, nullptr, gap), 0.0) << "apart";
+    x.row(2).head(3).setConstant(-depth);
+    return foundation.energy(x, h, nullptr, gap);
+}
+
+TEST(ElasticFoundation, OfTheDefaultLawIsThreeNewtonPerCubicMillimetreOverTheArea) {
+    // METHODS §12: 3e6 N/m³; two tissues share it.
+    const ContactLaw law{.k = std::nan(""), .mu = 0.0};
+    const double expected = 0.5 * 3e6 * area * depth * depth;
+    EXPECT_NEAR(pressed_energy(two_triangles(BodyKind::instrument, law), 0.0), expected, 1e-12 * expected);
+    EXPECT_NEAR(pressed_energy(two_triangles(BodyKind::tissue, law), 0.0), expected, 1e-12 * expected);
+}
+
+TEST(ElasticFoundation, OfAGivenLawIsItsStiffnessForEveryVertexOnceForAPair) {
+    // Three vertices that each stand for a third of the area: 3 k and 3 mu on the whole triangle, by the contact's
+    // stiffness over the slave's area; with a step of h the damper adds mu / h to k.
+    const double k = 400.0;
+    const double mu = 0.8;
+    const double h = 0.002;
+    for (const BodyKind lower : {BodyKind::instrument, BodyKind::tissue}) {
+        const Scene scene = two_triangles(lower, {.k = k, .mu = mu});
+        const double elastic = 0.5 * 3.0 * k * depth * depth;
+        EXPECT_NEAR(pressed_energy(scene, 0.0), elastic, 1e-12 * elastic);
+        const double damped = 0.5 * 3.0 * (k + mu / h) * depth * depth;
+        EXPECT_NEAR(pressed_energy(scene, h), damped, 1e-12 * damped);
+    }
+}
+
+}  // namespace
+}  // namespace trocar
