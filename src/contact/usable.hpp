@@ -14,7 +14,7 @@ namespace trocar {
 Outcome check_contacts(const Topology& topology, const ContactSet& contacts);
 
 /// The same of an effect: its contacts, placements and forces. threw, too: weights whose sum is not 1; a stiffness,
-/// damping, friction or limit below 0, with which a contact would pull through its normal.
+/// friction or limit below 0, with which a contact would pull through its normal.
 Outcome check_effect(const Topology& topology, const Effect& effect);
 
 }  // namespace trocar

@@ -71,7 +71,6 @@ TEST_F(UsableEffect, EveryLieHasAName) {
         {"weights", [](Effect& e) { e.contacts[1].weights[0] = 0.5; }, Kind::threw, "sum is not 1"},
         {"pull by stiffness", [](Effect& e) { e.contacts[1].k = -1.0; }, Kind::threw, "below 0"},
         {"pull by limit", [](Effect& e) { e.contacts[1].limit = -1.0; }, Kind::threw, "below 0"},
-        {"push by damping", [](Effect& e) { e.contacts[1].mu = -1.0; }, Kind::threw, "below 0"},
         {"pushing friction", [](Effect& e) { e.contacts[1].friction = -0.1; }, Kind::threw, "below 0"},
         {"placed vertex", [=](Effect& e) { e.placements[0].vertex = beyond; }, Kind::threw, "placement 0"},
         {"unset placement", [](Effect& e) { e.placements[0].vertex = -1; }, Kind::threw, "placement 0"},
