@@ -46,6 +46,7 @@ Json present_json(const Entry& entry) {
         json["takes_held_forces"] = entry.takes_held_forces;
     }
     if constexpr (requires { entry.without_tissue; }) json["without_tissue"] = entry.without_tissue;
+    if constexpr (requires { entry.same_as; }) json["same_as"] = entry.same_as;
     json["parameters"] = parameters_json(entry.parameters);
     return json;
 }
@@ -76,7 +77,9 @@ void print_section(const char* title, const std::vector<Entry>& present, const s
         fmt::print("{}\n", line);
         if constexpr (requires { entry.meaning; }) fmt::print("      {}\n", entry.meaning);
         if constexpr (requires { entry.without_tissue; }) {
-            if (!entry.without_tissue.empty()) fmt::print("      {}\n", entry.without_tissue);
+            for (const std::string& elsewhere : {entry.without_tissue, entry.same_as}) {
+                if (!elsewhere.empty()) fmt::print("      {}\n", elsewhere);
+            }
         }
         print_parameters(entry.parameters);
     }

@@ -16,6 +16,7 @@
 #include "app/answer_bytes.hpp"
 #include "app/commands.hpp"
 #include "app/isolated_call.hpp"
+#include "app/long_steps.hpp"
 #include "app/pair_answer.hpp"
 #include "geometry/input_error.hpp"
 #include "measure/pair_truth.hpp"
@@ -162,12 +163,15 @@ DetectorAnswer as_answer(const std::vector<RecordedTick>& ticks, std::int64_t fr
     return answer;
 }
 
-/// Fills touch and, where truth is known, errors; then turns triangle numbers into those of the file.
-void judge(RecordingReader& recording, std::vector<DetectorAnswer>& answers, std::vector<Truth>* truth) {
+/// Fills touch and, where truth is known, errors; then turns triangle numbers into those of the file. Tells the steps
+/// that are longer than a feature.
+LongSteps judge(RecordingReader& recording, std::vector<DetectorAnswer>& answers, std::vector<Truth>* truth) {
     const Topology& topology = recording.topology();
+    LongStepWatch watch(topology);
     Frame frame;
     for (std::int64_t tick = 0; tick < recording.frame_count(); ++tick) {
         recording.read(tick, frame);
+        watch.look(frame);
         Truth exact;
         exact.known = frame.all_finite();
         if (truth != nullptr && exact.known) {
@@ -206,6 +210,7 @@ void judge(RecordingReader& recording, std::vector<DetectorAnswer>& answers, std
         }
         if (truth != nullptr) truth->push_back(std::move(exact));
     }
+    return watch.steps();
 }
 
 /// Only where a detector tells contacts that begin between frames. "pair" is null where it names bodies only.
@@ -224,10 +229,11 @@ void print_swept(const std::vector<SweptContact>& swept, fmt::memory_buffer& tex
     fmt::format_to(out, "]");
 }
 
-void print_json(std::uint64_t hash, const std::vector<DetectorAnswer>& answers, const std::vector<Truth>* truth) {
+void print_json(const RecordingReader& recording, const std::vector<DetectorAnswer>& answers,
+                const std::vector<Truth>* truth, const LongSteps& steps) {
     fmt::memory_buffer text;
     const auto out = std::back_inserter(text);
-    fmt::format_to(out, "{{\"hash\":\"{:016x}\",\"detectors\":[", hash);
+    fmt::format_to(out, "{{\"hash\":\"{:016x}\",\"detectors\":[", recording.hash());
     for (std::size_t d = 0; d < answers.size(); ++d) {
         const DetectorAnswer& answer = answers[d];
         fmt::format_to(out, "{}{{\"name\":{},\"outcome\":\"{}\",\"message\":{},\"frames\":[", d > 0 ? "," : "",
@@ -259,6 +265,12 @@ void print_json(std::uint64_t hash, const std::vector<DetectorAnswer>& answers, 
                            exact.known ? std::to_string(exact.pairs.size()) : std::string("null"));
         }
         fmt::format_to(out, "]");
+    }
+    if (steps.frames > 0) {
+        fmt::format_to(out, ",\"long_steps\":{{\"frames\":{},\"tick\":{},\"body\":{},\"step_m\":{},\"edge_m\":{}}}",
+                       steps.frames, steps.tick,
+                       quoted_json(recording.topology().bodies[static_cast<std::size_t>(steps.body)].name), steps.step,
+                       steps.edge);
     }
     fmt::format_to(out, "}}\n");
     std::fwrite(text.data(), 1, text.size(), stdout);
@@ -347,7 +359,10 @@ int replay(const CommonOptions& common, const ReplayOptions& options) {
     }
     std::vector<Truth> exact;
     std::vector<Truth>* const truth = all || options.truth ? &exact : nullptr;
-    judge(recording, answers, truth);
+    const LongSteps steps = judge(recording, answers, truth);
+    if (const std::string note = long_step_note(steps, recording.topology()); !note.empty()) {
+        fmt::print(stderr, "trocar: {}: {}\n", options.recording.string(), note);
+    }
 
     int status = done;
     for (const DetectorAnswer& answer : answers) {
@@ -374,7 +389,7 @@ int replay(const CommonOptions& common, const ReplayOptions& options) {
         fmt::print(stderr, "trocar: {}: {}: {}\n", answer.name, name_of(answer.outcome.kind), answer.outcome.message);
     }
     if (common.json) {
-        print_json(recording.hash(), answers, truth);
+        print_json(recording, answers, truth, steps);
     } else {
         print_table(recording, answers, truth);
     }

@@ -234,9 +234,11 @@ int run(const CommonOptions& common, const RunOptions& options) {
         fmt::print(stderr, "trocar: {}: {}\n", options.scene.string(), note);
     }
     set_scene(scene, options.ticks, spec);
-    if (!scene.has_tissue() && !response.without_tissue.empty()) {
-        fmt::print(stderr, "trocar: {} {}, and {} has none\n", response.name, response.without_tissue, scene.name);
-    }
+    // Of a run that fails, its outcome is the one line; this belongs to it then.
+    const std::string acts_as =
+        scene.has_tissue() || response.without_tissue.empty()
+            ? std::string()
+            : fmt::format("{} {}, and {} has none", response.name, response.without_tissue, scene.name);
 
     std::optional<RecordingWriter> recording;
     if (options.record) recording.emplace(*options.record, scene.topology, scene.dt);
@@ -273,9 +275,13 @@ int run(const CommonOptions& common, const RunOptions& options) {
         print_text(scene, record);
         if (nearest) fmt::print("{}", nearest_text(scene, *nearest));
     }
-    if (record.outcome.ok()) return done;
-    fmt::print(stderr, "trocar: {} + {} ended as {}: {}\n", spec.detector, spec.response, name_of(record.outcome.kind),
-               record.outcome.message);
+    if (record.outcome.ok()) {
+        if (!acts_as.empty()) fmt::print(stderr, "trocar: {}\n", acts_as);
+        return done;
+    }
+    fmt::print(stderr, "trocar: {} + {} ended as {}: {}{}\n", spec.detector, spec.response,
+               name_of(record.outcome.kind), record.outcome.message,
+               acts_as.empty() ? acts_as : fmt::format(" ({})", acts_as));
     return method_failed;
 }
 

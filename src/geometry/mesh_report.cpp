@@ -163,15 +163,18 @@ void count_self_intersections(const Matrix3X& vertices, const Triangles& triangl
     const auto corners = [&](Index t) {
         return Corners{vertices.col(triangles(0, t)), vertices.col(triangles(1, t)), vertices.col(triangles(2, t))};
     };
-    const auto counts = [&](Index s, Index t) {
+    const auto count = [&](Index s, Index t) {
         const Corners first = corners(std::min(s, t));
         const Corners second = corners(std::max(s, t));
-        if (!triangles_intersect(first, second)) return false;
+        if (!triangles_intersect(first, second)) return;
         const PairClass pair_class = classify_pair(first, second);
         const int in_first_plane = corners_in_plane(first, second);
-        if (in_first_plane == 3 && pair_class != PairClass::degenerate) return false;
+        if (in_first_plane == 3 && pair_class != PairClass::degenerate) {
+            ++report.coplanar_overlaps;
+            return;
+        }
         const bool off_planes = in_first_plane == 0 && corners_in_plane(second, first) == 0;
-        return !(off_planes && pair_class == PairClass::touch_edge);
+        if (!(off_planes && pair_class == PairClass::touch_edge)) ++report.self_intersections;
     };
     std::int64_t tests_left = most_tests;
     PairsApart(vertices, triangles).for_each([&](Index s, Index t) {
@@ -179,7 +182,7 @@ void count_self_intersections(const Matrix3X& vertices, const Triangles& triangl
             report.self_intersections_complete = false;
             return false;
         }
-        if (counts(s, t)) ++report.self_intersections;
+        count(s, t);
         return true;
     });
 }

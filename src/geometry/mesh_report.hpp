@@ -35,7 +35,9 @@ struct MeshReport {
     /// other triangle's plane; pairs in one plane and edges that merely cross in a point are left out, as in the
     /// README's numbers.
     std::int64_t self_intersections = 0;
-    bool self_intersections_complete = true;  ///< false: the count is a lower bound, see most_self_intersection_tests
+    /// Pairs without a common vertex that lie in one plane and meet there: coincident layers. None of the above.
+    std::int64_t coplanar_overlaps = 0;
+    bool self_intersections_complete = true;  ///< false: both counts are lower bounds, see most_self_intersection_tests
     bool watertight = false;                  ///< no boundary, non-manifold or flipped edge
     double signed_volume = 0.0;        ///< unit³; positive when triangles are counter-clockwise seen from outside
     double median_longest_edge = 0.0;  ///< unit; NaN without triangles

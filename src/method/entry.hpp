@@ -87,7 +87,8 @@ struct ResponseEntry {
     /// Where its parameters decide too: why it cannot work from a source of the list with these; empty when it can.
     std::function<std::string(const ParameterValues&, std::string_view source)> why_unreadable = {};
     std::string without_tissue = {};  ///< what it does between bodies without tissue, where that is another method's
-    bool control = false;             ///< holds others to account (CONTACT §5); never ranked, no contestant
+    std::string same_as = {};  ///< where it is another method on tissue too, to the bit: one line; empty: nowhere
+    bool control = false;      ///< holds others to account (CONTACT §5); never ranked, no contestant
     std::vector<Parameter> parameters = {};
     std::vector<LeftSetting> left = {};  ///< what it had once; the registry adds what left every response
     std::function<std::unique_ptr<Response>(const ParameterValues&)> make = {};

@@ -64,6 +64,7 @@ ResponseEntry god_object_response() {
     entry.name = "god_object";
     entry.version = "1";
     entry.own = true;
+    entry.same_as = "is penalty, on tissue and wherever no instrument's tip is at a rigid body";
     entry.parameters = {
         stiffness_parameter("1000 between instruments and rigid bodies, on tissue the mean of the springs there"),
         damping_parameter(),

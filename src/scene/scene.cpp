@@ -539,6 +539,18 @@ void note_idle_rim(const std::string& place, const BodyRange& body, Scene& scene
                     place, body.name));
 }
 
+/// Mass comes from the area of a vertex' triangles: without any, no force moves it.
+void note_massless(const std::string& place, const BodyRange& body, Scene& scene) {
+    const auto first = scene.materials.mass.begin() + body.vertices.first;
+    const auto last = first + body.vertices.count;
+    const auto count = std::count(first, last, 0.0);
+    if (count == 0) return;
+    scene.notes.push_back(fmt::format(
+        "{}: {} of {} vertices of {} have no mass and stay where they are, since no triangle with an area has "
+        "them (first: {})",
+        place, count, body.vertices.count, body.name, std::find(first, last, 0.0) - first));
+}
+
 void read_contact(const JsonNode& node, const Topology& topology, Materials& materials) {
     std::vector<std::string> names;
     for (const BodyRange& body : topology.bodies) names.push_back(body.name);
@@ -745,6 +757,7 @@ Scene read_scene(const std::filesystem::path& file, const std::optional<std::fil
             if (!plans[b].tissue) continue;
             add_tissue_body(*plans[b].tissue, scene.topology, scene.topology.bodies[b], scene.first.position, scene.dt,
                             scene.materials);
+            note_massless(plans[b].pinned_place, scene.topology.bodies[b], scene);
             if (plans[b].tissue->rim_pinned) note_idle_rim(plans[b].pinned_place, scene.topology.bodies[b], scene);
         }
     }

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -33,6 +35,41 @@ protected:
     }
     test::TemporaryFolder folder;
 };
+
+/// A small level triangle, called b, at these heights over a large one in z = 0.
+test::RecordingText falling(const std::array<double, 3>& heights) {
+    test::RecordingText text;
+    text.positions.clear();
+    for (const double z : heights) {
+        text.positions.insert(text.positions.end(), {0, 0, 0, 1, 0, 0, 0, 1, 0});
+        text.positions.insert(text.positions.end(), {0.2, 0.2, z, 0.2, 0.3, z, 0.3, 0.2, z});
+    }
+    return text;
+}
+
+TEST_F(Replay, SaysWhereAStepIsLongerThanAFeature) {
+    const double edge = (2.0 + std::sqrt(2.0)) / 30.0;  // m, mean of the small triangle: 0.1138
+    const test::ProgramResult through = run(falling({1.0, 0.9, -0.5}), "--detector brute_force --json --truth");
+    EXPECT_EQ(through.status, 0);
+    const json document = Json::parse(through.out);
+    EXPECT_EQ(document["truth"], Json({0, 0, 0})) << "no frame has what happened";
+    const Json& steps = document["long_steps"];
+    EXPECT_EQ(steps["frames"], 1);
+    EXPECT_EQ(steps["tick"], 2);
+    EXPECT_EQ(steps["body"], "b");
+    EXPECT_NEAR(steps["step_m"].get<double>(), 1.4, 1e-12);
+    EXPECT_NEAR(steps["edge_m"].get<double>(), edge, 1e-12);
+    EXPECT_NE(through.err.find("step longer than feature in 1 frames: up to frame 2 b goes 1.4 m, 12.3 times"),
+              std::string::npos)
+        << through.err;
+    // Just longer; as far, but away from the other; and through it in a step that is short enough.
+    EXPECT_TRUE(Json::parse(run(falling({0.2, 0.06, -0.06}), "--detector ohc --json").out).contains("long_steps"));
+    for (const std::array<double, 3>& heights : {std::array{1.0, 0.9, 2.3}, std::array{0.15, 0.05, -0.06}}) {
+        const test::ProgramResult beside = run(falling(heights), "--detector brute_force --json");
+        EXPECT_EQ(beside.err, "");
+        EXPECT_FALSE(Json::parse(beside.out).contains("long_steps")) << heights[2];
+    }
+}
 
 TEST_F(Replay, GivesPairsTouchesAndTruthPerFrame) {
     const test::ProgramResult result = run(three_frames(), "--detector brute_force --truth --json");

@@ -149,6 +149,34 @@ TEST_F(RunCommand, SaysWhereAResponseActsAsAnother) {
     }
 }
 
+TEST_F(RunCommand, AFailedRunIsOneLineEvenWhereTheResponseActsAsAnother) {
+    const std::string bare = (folder_.path() / "press.json").string();
+    std::ofstream(bare) << test::press_text(0.002);
+    const std::string words = "run " + bare + " --ticks 2 --response xpbd --contacts native --detector ohc";
+    const test::ProgramResult failed = run_program(words);  // ohc tells no contacts of its own
+    EXPECT_EQ(failed.status, 3);
+    EXPECT_EQ(std::count(failed.err.begin(), failed.err.end(), '\n'), 1) << failed.err;
+    EXPECT_NE(failed.err.find("ended as unsupported: "), std::string::npos) << failed.err;
+    EXPECT_NE(failed.err.find("acts as penalty between bodies without tissue"), std::string::npos) << failed.err;
+}
+
+TEST_F(RunCommand, ForcesAreNullInTheTickThatFailedAndTicksCountFromZero) {
+    const test::ProgramResult result = run_program("run " + std::string(TROCAR_SOURCE_DIR) +
+                                                   "/scenes/i2t_stab.json --json --response thesis:profile=printed");
+    EXPECT_EQ(result.status, 3);
+    const auto json = nlohmann::json::parse(result.out);
+    EXPECT_EQ(json.at("outcome"), "unstable");
+    const auto& rows = json.at("rows");
+    ASSERT_GT(rows.size(), 1U);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+        EXPECT_EQ(rows[k].at("tick"), k);
+        EXPECT_DOUBLE_EQ(rows[k].at("time").get<double>(), 0.001 * static_cast<double>(k));
+        for (const char* key : {"tool_force", "tool_moment", "tip_force", "device_force"})
+            EXPECT_EQ(rows[k].at(key).at(0).is_null(), k + 1 == rows.size()) << key << " in row " << k;
+        EXPECT_EQ(rows[k].at("roll_torque").is_null(), k + 1 == rows.size()) << k;
+    }
+}
+
 TEST_F(RunCommand, RecordingHoldsTheFramesThatDetectionSaw) {
     const std::string file = (folder_.path() / "frames.trocrec").string();
     const test::ProgramResult result = run_program("run " + scene_ + " --ticks 45 --json --record " + file);

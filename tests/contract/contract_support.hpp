@@ -54,7 +54,7 @@ std::string over(const std::vector<World>& worlds, const std::function<std::stri
 /// pairs.
 const std::vector<DetectorEntry>& contestants();
 
-/// (method, check) -> reason, of the gaps that are known.
-std::map<std::pair<std::string, std::string>, std::string> known_gaps();
+/// (method, check) -> reason, of the gaps that are known: of the list `detectors` or `response_contract`.
+std::map<std::pair<std::string, std::string>, std::string> known_gaps(const std::string& list);
 
 }  // namespace trocar::test

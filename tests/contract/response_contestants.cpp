@@ -66,13 +66,7 @@ Scene quick_scene(const std::string& name, double faster) {
 }
 
 std::map<std::pair<std::string, std::string>, std::string> known_response_gaps() {
-    std::map<std::pair<std::string, std::string>, std::string> gaps;
-    const auto list = nlohmann::json::parse(read_file(shipped_folder() / "tests/known_gaps.json"));
-    for (const auto& gap : list.at("response_contract")) {
-        gaps[{gap.at("method").get<std::string>(), gap.at("check").get<std::string>()}] =
-            gap.at("reason").get<std::string>();
-    }
-    return gaps;
+    return known_gaps("response_contract");
 }
 
 void expect_kept(const std::string& contestant, const std::string& check, const std::string& failures) {

@@ -153,6 +153,48 @@ std::int64_t self_intersections(const std::array<Vector3, 3>& a, const std::arra
     return report_mesh(make_mesh({a[0], a[1], a[2], b[0], b[1], b[2]}, {{0, 1, 2}, {3, 4, 5}})).self_intersections;
 }
 
+/// A level sheet of n × n squares of side 1, its corner at (offset, offset, height); the corners of a, then of b.
+void add_sheet(int n, double offset, double height, std::vector<Vector3>& points,
+               std::vector<std::array<Index, 3>>& faces) {
+    const auto first = static_cast<Index>(points.size());
+    for (int y = 0; y <= n; ++y) {
+        for (int x = 0; x <= n; ++x) points.emplace_back(offset + x, offset + y, height);
+    }
+    for (int y = 0; y < n; ++y) {
+        for (int x = 0; x < n; ++x) {
+            const Index corner = first + y * (n + 1) + x;
+            faces.push_back({corner, corner + 1, corner + n + 2});
+            faces.push_back({corner, corner + n + 2, corner + n + 1});
+        }
+    }
+}
+
+TEST(MeshReport, CoincidentLayersAreCountedApart) {
+    for (const double height : {0.0, 0.25}) {
+        std::vector<Vector3> points;
+        std::vector<std::array<Index, 3>> faces;
+        add_sheet(4, 0.0, 0.0, points, faces);
+        add_sheet(4, 0.375, height, points, faces);
+        const Mesh mesh = make_mesh(points, faces);
+        // Triangles of one sheet meet in vertices that they share, or not at all.
+        const auto layer = static_cast<Index>(faces.size() / 2);
+        std::int64_t expected = 0;
+        for (Index s = 0; s < layer; ++s) {
+            for (Index t = layer; t < 2 * layer; ++t) {
+                const auto corners = [&mesh](Index k) {
+                    return Corners{mesh.vertices.col(mesh.triangles(0, k)), mesh.vertices.col(mesh.triangles(1, k)),
+                                   mesh.vertices.col(mesh.triangles(2, k))};
+                };
+                expected += oracle_intersect(corners(s), corners(t)) ? 1 : 0;
+            }
+        }
+        EXPECT_EQ(expected > 100, height == 0.0);
+        const MeshReport report = report_mesh(mesh);
+        EXPECT_EQ(report.coplanar_overlaps, expected);
+        EXPECT_EQ(report.self_intersections, 0);
+    }
+}
+
 TEST(MeshReport, SelfIntersectionsTakeTouchingButNotOverlapInOnePlane) {
     const std::array<Vector3, 3> face{Vector3(0, 0, 0), Vector3(4, 0, 0), Vector3(0, 4, 0)};
     EXPECT_EQ(self_intersections(face, {Vector3(1, 1, -1), Vector3(1, 1, 1), Vector3(2, 2, 1)}), 1);  // through

@@ -39,7 +39,11 @@ code_block("${readme}" "<!-- example: methods -->" cmake project)
 file(WRITE ${work}/project/CMakeLists.txt "${project}
 trocar_add_detector(careless other.cpp)
 trocar_add_detector(homeless NEEDS no::such_library)
+trocar_known_gaps(gaps.json)
 ")
+file(WRITE ${work}/project/gaps.json "{\"detectors\": [
+    {\"method\": \"careless\", \"check\": \"WindingMakesNoDifference\", \"reason\": \"none: it loses the same pair either way\"},
+    {\"method\": \"careless\", \"check\": \"LongTrianglesAreFound\", \"reason\": \"it loses the last pair\"}]}")
 
 step(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${work}/installed)
 set(configure ${CMAKE_COMMAND} -G ${GENERATOR} -S ${work}/project -D CMAKE_PREFIX_PATH=${work}/installed
@@ -67,6 +71,9 @@ expect(0 "DetectorContract.*my_detector_SamePairsAsTheOracle.*ResponseContract.*
     ${tests} --gtest_list_tests)
 expect(0 "PASSED" ${tests} "--gtest_filter=*/my_*")
 expect(1 "1 of [0-9]+ pairs missing" ${tests} "--gtest_filter=*/careless_SamePairs*")
+# The project's own known gaps: one that holds, one that does not.
+expect(0 "known gap: it loses the last pair" ${tests} "--gtest_filter=*/careless_LongTriangles*")
+expect(1 "the known gap is closed" ${tests} "--gtest_filter=*/careless_Winding*")
 # By ctest, under the same names.
 step(${CMAKE_CTEST_COMMAND} --test-dir ${work}/build -R DetectorContract.*my_detector_SamePairs)
 if(NOT output MATCHES "100% tests passed, 0 tests failed out of 1\n")

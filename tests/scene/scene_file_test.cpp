@@ -475,6 +475,23 @@ Faces turned(Faces faces) {
     return faces;
 }
 
+TEST_F(SceneFile, TissueVerticesWithoutMassAreTold) {
+    // A square of two triangles; a vertex that nothing uses; and one that only a triangle without area has.
+    const std::string square = "v 0 0 0\nv .05 0 0\nv .05 .05 0\nv 0 .05 0\nf 1 2 3\nf 1 3 4\n";
+    Json document = example();
+    document["bodies"][0]["parts"] = Json::parse(R"([{"mesh":"sheet.obj"}])");
+    document[Pointer("/bodies/0/tissue/pinned")] = {0};
+    std::ofstream(folder.path() / "sheet.obj") << square;
+    EXPECT_TRUE(read(document).notes.empty());
+    std::ofstream(folder.path() / "sheet.obj") << square << "v 1 1 1\nv .025 .025 0\nf 1 6 3\n";
+    const Scene scene = read(document);
+    ASSERT_EQ(scene.notes.size(), 1U);
+    EXPECT_EQ(
+        scene.notes[0],
+        "/bodies/0/tissue: 2 of 6 vertices of sheet have no mass and stay where they are, since no triangle with an "
+        "area has them (first: 4)");
+}
+
 class BoneFile : public SceneFile {
 protected:
     /// The example with a bone of this OBJ text in place of the sheet.

@@ -333,6 +333,26 @@ TEST(ClosedLoop, WhatSaysThatItActsAsPenaltyWithoutTissueDoes) {
     EXPECT_GT(count, 0);
 }
 
+TEST(ClosedLoop, WhatSaysThatItIsPenaltyOnTissueIs) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    ASSERT_TRUE(scene.has_tissue());
+    const Record penalty = make_run(scene, spec_of("closed_loop", "brute_force", "penalty"));
+    EXPECT_GT(penalty.summary.at("force_max_n"), 0.0);
+    std::vector<std::string> same;
+    for (const ResponseEntry& entry : registry().responses()) {
+        if (entry.control) continue;
+        const Record record = make_run(scene, spec_of("closed_loop", "brute_force", entry.name));
+        // Some do not work from the spec's contacts.
+        if (record.outcome.ok() && record.state_hash == penalty.state_hash && entry.name != "penalty") {
+            EXPECT_NE(entry.same_as.find("is penalty"), std::string::npos) << entry.name;
+            same.push_back(entry.name);
+        } else {
+            EXPECT_EQ(entry.same_as, "") << entry.name;
+        }
+    }
+    EXPECT_EQ(same, std::vector<std::string>{"god_object"});
+}
+
 TEST(MakeRun, ATurnedStiffnessIsHeldAgainstItsOwnReference) {
     const test::TemporaryFolder temporary;
     const std::filesystem::path file = temporary.path() / "poke.json";
