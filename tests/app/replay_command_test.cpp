@@ -51,7 +51,7 @@ TEST_F(Replay, SaysWhereAStepIsLongerThanAFeature) {
     const double edge = (2.0 + std::sqrt(2.0)) / 30.0;  // m, mean of the small triangle: 0.1138
     const test::ProgramResult through = run(falling({1.0, 0.9, -0.5}), "--detector brute_force --json --truth");
     EXPECT_EQ(through.status, 0);
-    const json document = Json::parse(through.out);
+    const Json document = Json::parse(through.out);
     EXPECT_EQ(document["truth"], Json({0, 0, 0})) << "no frame has what happened";
     const Json& steps = document["long_steps"];
     EXPECT_EQ(steps["frames"], 1);
