@@ -6,6 +6,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "contract/contract_support.hpp"
 #include "contract/shipped_folder.hpp"
 #include "method/outside.hpp"
 #include "support/program.hpp"
