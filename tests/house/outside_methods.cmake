@@ -20,13 +20,13 @@ function(expect status pattern)
     endif()
 endfunction()
 
-# copy_method(FROM TO KIND NAME): the example, called otherwise.
+# copy_method(FROM TO KIND NAME [TEXT OTHER]): the example, called otherwise, with one text of it exchanged.
 function(copy_method from to kind name)
     file(READ ${SOURCE_DIR}/baselines/${from} text)
     string(REPLACE "example_${kind}()" "${name}_${kind}()" text "${text}")
     string(REPLACE "name = \"example\"" "name = \"${name}\"" text "${text}")
-    if(ARGN)
-        string(REPLACE ${ARGN} text "${text}")
+    if(ARGC GREATER 4)  # by its numbers: in a list semicolons of the code would part it
+        string(REPLACE "${ARGV4}" "${ARGV5}" text "${text}")
     endif()
     file(WRITE ${work}/project/${to} "${text}")
 endfunction()
