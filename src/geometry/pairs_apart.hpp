@@ -11,8 +11,7 @@
 namespace trocar {
 
 /// What a mesh is full of is passed over as one, not pair by pair: triangles that share a vertex (a fan, duplicates on
-/// each other), and triangles with area that lie in one plane, exactly (a flat face cut into many). Long thin triangles
-/// are held apart by boxes along their own axes.
+/// each other). Long thin triangles are held apart by boxes along their own axes.
 class PairsApart {
 public:
     /// Both outlive the object. No triangle has two corners of the same number.
@@ -58,7 +57,6 @@ private:
         Index first = 0;  ///< into order_
         Index count = 1;
         Index second = -1;   ///< node of the upper half; the lower half follows at once; -1: one triangle
-        Index plane = -1;    ///< a triangle with area in whose plane all triangles below lie, each with area; -1: none
         Index slanted = -1;  ///< into slanted_
     };
     /// A box along axes of its own, unit vectors up to rounding; from middle_.
@@ -70,7 +68,6 @@ private:
 
     [[nodiscard]] const Node& node(Index i) const { return nodes_[static_cast<std::size_t>(i)]; }
     [[nodiscard]] bool passed_over(Index a, Index b) const;
-    [[nodiscard]] bool in_one_plane(Index face, Index other) const;
     [[nodiscard]] bool apart_along_own_axes(const Node& first, const Node& second) const;
     [[nodiscard]] Slanted box_along(const Node& of, Index along) const;
     [[nodiscard]] Slanted own_box(const Node& of) const;
