@@ -21,7 +21,8 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the format is little-endian and is read as it stands");
 
 constexpr std::string_view magic = "TROCREC1";
-const std::vector<std::string> recording_formats{"trocar-recording-1", "trocar-recording-2"};  // the second has contacts
+const std::vector<std::string> recording_formats{"trocar-recording-1",
+                                                 "trocar-recording-2"};  // the second has contacts
 constexpr std::int64_t header_offset = 16;
 constexpr std::int64_t most_frames = std::int64_t{1} << 40;
 const std::vector<std::string> kind_words{"instrument", "rigid", "tissue"};

@@ -114,7 +114,8 @@ TEST_F(RecordingFile, AnUnfinishedRecordingLeavesNothing) {
 
 TEST_F(RecordingFile, BadHeadersAreNamed) {
     const std::vector<std::pair<std::function<void(RecordingText&)>, const char*>> cases{
-        {[](RecordingText& t) { t.header["format"] = "x"; }, "header: /format: expected one of trocar-recording-1, trocar-recording-2"},
+        {[](RecordingText& t) { t.header["format"] = "x"; },
+         "header: /format: expected one of trocar-recording-1, trocar-recording-2"},
         {[](RecordingText& t) { t.header["unit"] = "mm"; }, "header: /unit: expected m"},
         {[](RecordingText& t) { t.header["dt"] = 0; }, "header: /dt: expected a number > 0"},
         {[](RecordingText& t) { t.header["frames"] = -1; }, "header: /frames: expected an integer"},

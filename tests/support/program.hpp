@@ -52,8 +52,7 @@ inline ProgramResult run_program(const std::string& arguments, const std::string
     const TemporaryFolder folder;
     const std::string out = (folder.path() / "out").string();
     const std::string err = (folder.path() / "err").string();
-    const std::string command =
-        program + " " + arguments + " >" + out + " 2>" + err + " </dev/null";
+    const std::string command = program + " " + arguments + " >" + out + " 2>" + err + " </dev/null";
     const int status = std::system(command.c_str());
     ProgramResult result;
     if (WIFEXITED(status)) result.status = WEXITSTATUS(status);
