@@ -1,6 +1,7 @@
 // The haptic table of loops that a clock releases every millisecond, beside an empty loop of the same length: what a
 // deadline means on this machine.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -24,14 +25,20 @@ bool all_ok(const std::vector<const Record*>& runs) {
 }  // namespace
 
 void add_paced(Draft& draft) {
-    std::map<std::pair<std::string, std::string>, std::vector<const Record*>> runs;
+    using Processes = std::vector<const Record*>;
+    std::map<std::pair<std::string, std::string>, Processes> runs;
+    // Update and detect of the reference, on the ticks of the same scene, response and stepper.
+    std::map<std::array<std::string, 3>, Processes> reference;
     for (const Record& record : draft.records) {
         const RunSpec& spec = record.spec;
         if (spec.mode != "paced" || record.outcome.kind == OutcomeKind::absent ||
             record.outcome.kind == OutcomeKind::unsupported) {
             continue;
         }
-        runs[{spec.scene, spec.detector + " + " + spec.response}].push_back(&record);
+        runs[{spec.scene, code(spec.detector + " + " + spec.response) + by_stepper(spec.stepper)}].push_back(&record);
+        if (spec.detector == draft.reference && record.outcome.ok()) {
+            reference[{spec.scene, spec.response, spec.stepper}].push_back(&record);
+        }
     }
     if (runs.empty()) return;
     Table table;
@@ -48,11 +55,14 @@ void add_paced(Draft& draft) {
                      {"longest burst (ticks)", true},
                      {"empty loop: p50 / p99 / max (µs)", true},
                      {"empty loop: misses", true}};
+    if (!reference.empty()) {
+        table.columns.push_back({"tick / update and detect of " + code(draft.reference) + ", p50", true});
+    }
     for (const char* stage : stage_names) table.columns.push_back({std::string(stage) + ", p50 / p99 (µs)", true});
     for (const auto& entry : runs) {
         const auto& [key, list] = entry;
-        const std::vector<const Record*>& processes = list;
-        std::vector<std::string> cells{key.first, code(key.second)};
+        const Processes& processes = list;
+        std::vector<std::string> cells{key.first, key.second};
         if (!all_ok(processes)) {
             for (const Record* run : processes) {
                 if (run->outcome.ok()) continue;
@@ -88,6 +98,16 @@ void add_paced(Draft& draft) {
              scaled(figure_of(processes, "empty_median_ns").value, us) + " / " +
                  scaled(figure_of(processes, "empty_p99_ns").value, us) + " / " + scaled(worst("empty_max_ns"), us),
              count_text(sum("empty_misses")) + " of " + count_text(ticks)});
+        if (!reference.empty()) {
+            const RunSpec& spec = processes.front()->spec;
+            const auto found = reference.find({spec.scene, spec.response, spec.stepper});
+            double detection = not_known;
+            if (found != reference.end()) {
+                detection = figure_of(found->second, "update_median_ns").value +
+                            figure_of(found->second, "detect_median_ns").value;
+            }
+            cells.push_back(scaled(figure_of(processes, "total_median_ns").value / detection));
+        }
         for (const char* stage : stage_names) {
             const std::string name = stage;
             cells.push_back(scaled(figure_of(processes, (name + "_median_ns").c_str()).value, us) + " / " +
@@ -98,7 +118,9 @@ void add_paced(Draft& draft) {
     table.note =
         "A tick that ends after the next one's release is a miss, and the next one starts late: its time counts from "
         "its own release, so that no lateness is left out. The empty loop of the same length ran before in the same "
-        "process: what it shows is the machine's. n too small: p99 needs 1000 ticks, p99.9 a hundred thousand.";
+        "process: what it shows is the machine's. A ratio holds a whole tick, without waiting, against what the "
+        "reference takes to update and detect on the same scene with the same response and stepper. n too small: p99 "
+        "needs 1000 ticks, p99.9 a hundred thousand.";
     draft.add(std::move(table));
 }
 

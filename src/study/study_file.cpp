@@ -158,6 +158,19 @@ HardCasesPart read_hard_cases_part(const JsonNode& node, const std::filesystem::
     return part;
 }
 
+/// Loops that nobody judges: paced, or timed back to back.
+LoopPart read_loop(const JsonNode& node, std::int64_t repetitions, const std::filesystem::path& file) {
+    expect_object(node, {"scenes", "detectors", "responses", "steppers", "ticks", "repetitions"},
+                  {"scenes", "detectors", "responses"});
+    LoopPart part;
+    part.scenes = read_scenes(node.at("scenes"), file);
+    part.detectors = read_methods(node.at("detectors"), true, part.scenes);
+    part.responses = read_methods(node.at("responses"), false, part.scenes);
+    if (node.has("steppers")) part.steppers = read_steppers(node.at("steppers"));
+    read_counts(node, repetitions, part);
+    return part;
+}
+
 LoopPart read_certificate(const JsonNode& node, const std::filesystem::path& file) {
     expect_object(node, {"scenes", "detectors", "responses", "ticks", "repetitions"}, {"scenes", "detectors"});
     LoopPart part;
@@ -245,29 +258,8 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
     }
     if (root.has("work_precision")) study.work_precision = read_sweeps(root.at("work_precision"), file, repetitions);
     if (root.has("ablation")) study.ablation = read_ablation(root.at("ablation"), file, repetitions);
-    if (root.has("paced")) {
-        const JsonNode node = root.at("paced");
-        expect_object(node, {"scenes", "detectors", "responses", "ticks", "repetitions"},
-                      {"scenes", "detectors", "responses"});
-        LoopPart part;
-        part.scenes = read_scenes(node.at("scenes"), file);
-        part.detectors = read_methods(node.at("detectors"), true, part.scenes);
-        part.responses = read_methods(node.at("responses"), false, part.scenes);
-        read_counts(node, repetitions, part);
-        study.paced = std::move(part);
-    }
-    if (root.has("cost_by_size")) {
-        const JsonNode node = root.at("cost_by_size");
-        expect_object(node, {"scenes", "detectors", "responses", "steppers", "ticks", "repetitions"},
-                      {"scenes", "detectors", "responses"});
-        LoopPart part;
-        part.scenes = read_scenes(node.at("scenes"), file);
-        part.detectors = read_methods(node.at("detectors"), true, part.scenes);
-        part.responses = read_methods(node.at("responses"), false, part.scenes);
-        if (node.has("steppers")) part.steppers = read_steppers(node.at("steppers"));
-        read_counts(node, repetitions, part);
-        study.cost_by_size = std::move(part);
-    }
+    if (root.has("paced")) study.paced = read_loop(root.at("paced"), repetitions, file);
+    if (root.has("cost_by_size")) study.cost_by_size = read_loop(root.at("cost_by_size"), repetitions, file);
     if (root.has("hard_cases")) study.hard_cases = read_hard_cases_part(root.at("hard_cases"), file);
     if (root.has("certificate")) study.certificate = read_certificate(root.at("certificate"), file);
     if (!study.replay && !study.closed_loop && !study.triangle_pair && !study.work_precision && !study.ablation &&
@@ -292,7 +284,7 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
             return part && std::any_of(part->detectors.begin(), part->detectors.end(),
                                        [&study](const StudyMethod& m) { return m.text == study.reference; });
         };
-        if (!named(study.replay) && !named(study.closed_loop)) {
+        if (!named(study.replay) && !named(study.closed_loop) && !named(study.paced)) {
             root.at("reference").fail("one of the study's detectors");
         }
     }

@@ -90,19 +90,21 @@ bool is_among(const std::vector<std::string>& chosen, const std::string& one) {
 
 bool runs_on(const StudyMethod& method, const std::string& scene) { return is_among(method.scenes, scene); }
 
-void add_costs(const Study& study, std::int64_t repetition, std::vector<PlannedRun>& runs) {
-    if (!study.cost_by_size || repetition >= study.cost_by_size->repetitions) return;
-    const LoopPart& part = *study.cost_by_size;
-    const std::vector<std::string> steppers = part.steppers.empty() ? std::vector<std::string>{""} : part.steppers;
-    for (const std::string& scene : part.scenes) {
-        for (const StudyMethod& detector : part.detectors) {
-            for (const StudyMethod& response : part.responses) {
+/// Loops that nobody judges.
+void add_loops(const Study& study, const std::string& mode, const std::optional<LoopPart>& part,
+               std::int64_t repetition, std::vector<PlannedRun>& runs) {
+    if (!part || repetition >= part->repetitions) return;
+    const std::vector<std::string> steppers = part->steppers.empty() ? std::vector<std::string>{""} : part->steppers;
+    for (const std::string& scene : part->scenes) {
+        for (const StudyMethod& detector : part->detectors) {
+            for (const StudyMethod& response : part->responses) {
                 if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
                 for (const std::string& stepper : steppers) {
-                    runs.push_back(planned(study, "cost_by_size", scene, part.ticks, 0, repetition, detector, response,
-                                           own_source(response)));
-                    runs.back().spec.stepper = stepper;
-                    runs.back().facts["run.stepper"] = stepper.empty() ? registry().default_stepper().name : stepper;
+                    PlannedRun run = planned(study, mode, scene, part->ticks, 0, repetition, detector, response,
+                                             own_source(response));
+                    run.spec.stepper = stepper;
+                    run.facts["run.stepper"] = stepper.empty() ? registry().default_stepper().name : stepper;
+                    if (!run.settled || repetition == 0) runs.push_back(std::move(run));
                 }
             }
         }
@@ -325,19 +327,8 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
     add_ablation(study, repetition, runs);
     add_hard_cases(study, repetition, runs);
     add_certificates(study, repetition, runs);
-    add_costs(study, repetition, runs);
-    if (study.paced && repetition < study.paced->repetitions) {
-        for (const std::string& scene : study.paced->scenes) {
-            for (const StudyMethod& detector : study.paced->detectors) {
-                for (const StudyMethod& response : study.paced->responses) {
-                    if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
-                    PlannedRun run = planned(study, "paced", scene, study.paced->ticks, 0, repetition, detector,
-                                             response, own_source(response));
-                    if (wanted(run)) runs.push_back(std::move(run));
-                }
-            }
-        }
-    }
+    add_loops(study, "cost_by_size", study.cost_by_size, repetition, runs);
+    add_loops(study, "paced", study.paced, repetition, runs);
     return runs;
 }
 

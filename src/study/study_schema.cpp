@@ -95,6 +95,7 @@ std::string study_schema() {
       "properties": {
         "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
         "responses": {"$ref": "#/$defs/methods"},
+        "steppers": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["semi_implicit"], "items": {"type": "string", "description": "NAME[:key=value,...] as in trocar list"}},
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"}}},
     "cost_by_size": {
       "description": "What a tick costs against the number of tissue triangles, stages apart: the closed loop on scenes that grow, back to back and not judged. Scenes whose names differ behind the last underscore only are one family and one curve. Records of these runs hold no single ticks",

@@ -34,7 +34,8 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     start_.clear();
     for (const Index local : contacts.touched()) start_.emplace_back(state.velocity.col(local).head<3>());
     for (TickContact& contact : all) {
-        contact.on = contact.bilateral || contact.depth >= 0.0;
+        // Also what the speeds as they are bring together: fewer guesses than from the depth alone.
+        contact.on = contact.bilateral || contact.depth >= std::min(0.0, h * TickContacts::rate(contact, state));
         contact.capped = false;
         // Negative damping from the velocity at the start of the step.
         if (!known) contact.held = contact.on ? -contact.explicit_damping * TickContacts::rate(contact, state) : 0.0;

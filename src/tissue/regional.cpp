@@ -19,11 +19,11 @@ namespace trocar {
 namespace {
 
 struct RegionalSettings {
-    double error = 0.005;
+    double error = 0.01;
     std::size_t slices = 16;
-    std::size_t visits = 4000;
+    std::size_t visits = 1000;
     std::size_t whole = 2000;
-    double tolerance = 1e-6;
+    double tolerance = 1e-4;
     int iterations = 1000;
 };
 
@@ -133,7 +133,7 @@ private:
     /// In the first tick: the levels lie where the first frame has the tissue.
     void build(const Frame& from) {
         tissue_->take_over(nothing_, from);
-        constexpr std::size_t fewest = 1200;
+        constexpr std::size_t fewest = 300;
         region_.emplace(*tissue_, *written_, from.position, fewest);
         system_.emplace(*tissue_, *region_);
         for (const RegionLevel& level : region_->levels()) {
@@ -397,17 +397,17 @@ StepperEntry regional_stepper() {
     entry.parameters = {
         {.name = "error",
          .unit = "1",
-         .default_value = "0.005",
+         .default_value = "0.01",
          .minimum = 1e-4,
          .maximum = 0.1,
          .meaning = "bound on the error of the force at a tool, as a part of it: sets how far the fine region reaches"},
         whole_number("slices", "16", 16, "a part of one over this many of all vertices is followed in a tick, at most"),
-        whole_number("visits", "4000", 3, "most vertices of the far field that are followed in a tick"),
+        whole_number("visits", "1000", 3, "most vertices of the far field that are followed in a tick"),
         whole_number("whole", "2000", 0,
                      "tissue of up to so many moving vertices is stepped as a whole, by `implicit`"),
         {.name = "tolerance",
          .unit = "1",
-         .default_value = "1e-6",
+         .default_value = "1e-4",
          .minimum = 1e-14,
          .maximum = 0.1,
          .meaning = "residual of a step's linear system over its right side, or over what contacts gave"},

@@ -883,6 +883,33 @@ TEST(Report, PacedLoopStandsBesideTheEmptyOne) {
         << markdown;
 }
 
+TEST(Report, PacedTicksAreHeldAgainstTheReferenceOnTheSameTicks) {
+    const auto paced = [](const char* detector, const char* stepper, double total_ns, double update_ns) {
+        Record record = synthetic({.mode = "paced", .detector = detector});
+        record.spec.stepper = stepper;
+        record.environment["study.reference"] = "theirs";
+        record.summary["total_median_ns"] = total_ns;
+        record.summary["update_median_ns"] = update_ns;
+        record.summary["detect_median_ns"] = 100e3;
+        return record;
+    };
+    const std::string markdown = test::whole(make_report(
+        {paced("mine", "near", 300e3, 10e3), paced("mine", "", 900e3, 20e3), paced("theirs", "near", 1200e3, 500e3)}));
+    EXPECT_NE(markdown.find("| tick / update and detect of `theirs`, p50 |"), std::string::npos) << markdown;
+    // 300 / (500 + 100), 1200 / (500 + 100); no such ticks of the reference.
+    for (const char* cells : {"`mine + push` by near |", "`theirs + push` by near |", "`mine + push` |"}) {
+        EXPECT_NE(markdown.find(cells), std::string::npos) << cells << markdown;
+    }
+    const auto cell_after = [&markdown](const std::string& row, const std::string& cell) {
+        const std::size_t at = markdown.find(row);
+        return at != std::string::npos &&
+               markdown.substr(at, markdown.find('\n', at) - at).find(cell) != std::string::npos;
+    };
+    EXPECT_TRUE(cell_after("`mine + push` by near |", "| 0.500 |")) << markdown;
+    EXPECT_TRUE(cell_after("`theirs + push` by near |", "| 2.00 |")) << markdown;
+    EXPECT_FALSE(cell_after("`mine + push` |", "| 1.50 |")) << "the reference never ran on these ticks";
+}
+
 /// A run whose detection takes this long in every tick.
 Record sized(const std::string& scene, int triangles, std::int64_t detect_us, const std::string& stepper) {
     Record record = synthetic({.mode = "cost_by_size", .scene = scene, .ticks = 30, .first_tick_us = detect_us});

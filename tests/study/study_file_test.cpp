@@ -136,14 +136,16 @@ constexpr const char* knobs = R"({"format":"trocar-study-1","name":"s",
  "ablation":{"scenes":["a.json","b.json"],"detector":"ohc","from":"thesis:profile=faithful",
    "to":"thesis:profile=corrected","switches":[{"parameter":"clamp","from":"off","to":"on","scenes":["a.json"]},
    {"parameter":"e","to":"0.3","scenes":["b.json"]}]},
- "paced":{"scenes":["b.json"],"detectors":["ohc"],"responses":["penalty"],"ticks":50}})";
+ "paced":{"scenes":["b.json"],"detectors":["ohc"],"responses":["penalty"],
+   "steppers":["implicit","semi_implicit"],"ticks":50}})";
 
 TEST_F(StudyFile, KnobsBecomeRunsOfTheirOwn) {
     std::set<std::string> runs;
     for (const PlannedRun& run : make_plan(read(knobs))) {
         const RunSpec& spec = run.spec;
         EXPECT_TRUE(runs.insert(spec.mode + "|" + spec.scene + "|" + spec.detector + "|" + spec.response + "|" +
-                                spec.overrides + "|" + spec.knob + "|" + spec.point)
+                                spec.overrides + "|" + spec.knob + "|" + spec.point +
+                                (spec.stepper.empty() ? "" : "|" + spec.stepper))
                         .second);
     }
     const std::set<std::string> expected{
@@ -164,6 +166,7 @@ TEST_F(StudyFile, KnobsBecomeRunsOfTheirOwn) {
         "ablation|b|ohc|thesis:e=0.3,profile=corrected||e|to with 0.3",
         "ablation|a|ohc|thesis:clamp=on,profile=faithful||clamp|from with on",
         "ablation|a|ohc|thesis:clamp=off,profile=corrected||clamp|to with off",
+        "paced|b|ohc|penalty||||implicit",
         "paced|b|ohc|penalty|||"};
     EXPECT_EQ(runs, expected);
 }
