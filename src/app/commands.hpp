@@ -1,5 +1,5 @@
-// One plain structure of options and one function per command. command_line.cpp fills the structures from the command line, so
-// that the heavy parser header stays in one file; each function returns the exit status (DESIGN §10).
+// One plain structure of options and one function per command. command_line.cpp fills the structures from the command
+// line, so that the heavy parser header stays in one file; each function returns the exit status (DESIGN §10).
 #pragma once
 
 #include <cstdint>
@@ -128,7 +128,8 @@ int report(const CommonOptions& common, const ReportOptions& options);
 struct TableOptions {
     std::filesystem::path records;     ///< a report's folder, or its records.jsonl
     std::vector<std::string> columns;  ///< NAME[:UNIT]; empty: a choice that suits the records
-    std::vector<std::string> where;    ///< NAME=VALUE
+    std::vector<std::string> where;    ///< NAME=VALUE or NAME!=VALUE
+    std::vector<std::string> sort;     ///< NAME[:desc]
     std::string format = "md";         ///< md | tex | csv
 };
 int table(const CommonOptions& common, const TableOptions& options);
