@@ -20,13 +20,18 @@ function(expect status pattern)
     endif()
 endfunction()
 
-# copy_method(FROM TO KIND NAME): the example, called otherwise.
+# copy_method(FROM TO KIND NAME [THIS THAT]): the example, called otherwise and with THIS replaced.
 function(copy_method from to kind name)
     file(READ ${SOURCE_DIR}/baselines/${from} text)
     string(REPLACE "example_${kind}()" "${name}_${kind}()" text "${text}")
     string(REPLACE "name = \"example\"" "name = \"${name}\"" text "${text}")
-    if(ARGN)
-        string(REPLACE ${ARGN} text "${text}")
+    if(ARGC GREATER 4)
+        # By position: as a list both would end at their semicolons.
+        string(FIND "${text}" "${ARGV4}" position)
+        if(position EQUAL -1)
+            message(FATAL_ERROR "baselines/${from} lacks ${ARGV4}")
+        endif()
+        string(REPLACE "${ARGV4}" "${ARGV5}" text "${text}")
     endif()
     file(WRITE ${work}/project/${to} "${text}")
 endfunction()
