@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds and tests.
-#   ./test.sh          the release tests: what ./run.sh built, and the tests themselves
-#   ./test.sh checks   what costs builds of its own: bare build, contract tests under ASan and UBSan, format, tidy on
-#                      what changed
+#   ./test.sh          the release tests: what ./run.sh built, and the tests themselves, without the long ones
+#   ./test.sh checks   the long release tests, and what costs builds of its own: bare build, contract tests under ASan and
+#                      UBSan, format, tidy on what changed
 #   ./test.sh full     both, with every file tidied, all tests under ASan, clang, TSan and a minute of every fuzz target
 #   ./test.sh fuzz MINUTES [TARGET…]   every reader and `run` on mutated inputs, MINUTES each (tests/fuzz)
 #   ./test.sh mutants [N] [--seed S …]   would the tests notice? N one-line changes of the product, one after the other
@@ -103,11 +103,15 @@ started=$SECONDS
 if [ "$mode" = tests ] || [ "$mode" = full ]; then
     configure release
     build release
-    run_tests release
+    run_tests release -LE long
 fi
 
 if [ "$mode" = checks ] || [ "$mode" = full ]; then
     install_missing "${check_packages[@]}"
+
+    configure release
+    build release
+    run_tests release -L long
 
     configure bare
     build bare trocar_program contract_test

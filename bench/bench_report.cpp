@@ -14,13 +14,20 @@
 #include "report_writer.hpp"
 #include "session.hpp"
 #include "study/runner.hpp"
+#include "web/web.hpp"
 
 namespace trocar::bench {
+namespace {
+
+constexpr const char* charts_file = "charts/charts.js";
+
+}  // namespace
 
 BenchReport Writer::write() {
     find_floor();
     document_.title = "Detection benchmark";
     page_one();
+    document_.page_one = document_.blocks.size();
     origin();
     fairness();
     sizes();
@@ -36,7 +43,10 @@ BenchReport Writer::write() {
     micro();
     every_cell();
     rebuild();
-    report_.files["report.md"] = to_markdown(document_);
+    document_.command = "./run.sh bench detection";
+    document_.charts_js = charts_file;
+    report_.files[charts_file] = web::charts_script();
+    report_.files["report.md"] = page_one_to_markdown(document_, "report.html");
     report_.files["report.html"] = to_html(document_);
     report_.files["report.tex"] = to_latex(document_);
     report_.files.merge(latex_tables(document_));
@@ -44,6 +54,7 @@ BenchReport Writer::write() {
     for (const auto& block : document_.blocks) {
         if (const auto* figure = std::get_if<Figure>(&block)) report_.files[figure->file] = figure->svg;
     }
+    report_.document = std::move(document_);
     return std::move(report_);
 }
 
@@ -116,8 +127,9 @@ void Writer::add_table(Table table) {
     if (!table.rows.empty()) document_.blocks.emplace_back(std::move(table));
 }
 
-void Writer::add_figure(const std::string& name, const std::string& svg, std::string caption) {
-    document_.blocks.emplace_back(Figure{"charts/" + name + ".svg", svg, std::move(caption)});
+void Writer::add_figure(const std::string& name, const ScatterChart& chart, std::string caption) {
+    document_.blocks.emplace_back(
+        Figure{"charts/" + name + ".svg", draw(chart), std::move(caption), interactive(chart)});
 }
 
 TableRow::Style Writer::style_of(const MethodResult& entry) {

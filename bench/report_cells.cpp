@@ -59,7 +59,7 @@ void Writer::sizes() {
             [](const CellRecord& record) { return static_cast<double>(record.measurement.true_pairs); }, time_of);
         chart.x_title = "true pairs (tissue: 20k)";
         chart.y_title = "median time of a step (µs)";
-        add_figure("time_against_pairs", draw(chart),
+        add_figure("time_against_pairs", chart,
                    "Light and deep contact with instruments of 500, 2k and 10k triangles, ordered by true pairs.");
     }
     matrix("Motion", group(Group::motion),
@@ -138,7 +138,9 @@ void Writer::stages() {
     for (auto& [total, bar] : bars) {
         if (total <= 12.0 * bars[bars.size() / 3].first) chart.bars.push_back(std::move(bar));
     }
-    add_figure("stages", draw(chart), "Where the time goes. The slowest methods are left out here, not in the tables.");
+    document_.blocks.emplace_back(
+        Figure{"charts/stages.svg", draw(chart),
+               "Where the time goes. The slowest methods are left out here, not in the tables."});
 }
 
 void Writer::bounded() {
@@ -229,7 +231,7 @@ void Writer::bodies() {
     ScatterChart chart = chart_over(cells, labels(cells, in_charts), bodies_of, per_body);
     chart.x_title = "bodies";
     chart.y_title = "median time of a step per body (µs)";
-    add_figure("time_against_bodies", draw(chart), "A level line is a cost that does not depend on pairs of bodies.");
+    add_figure("time_against_bodies", chart, "A level line is a cost that does not depend on pairs of bodies.");
     matrix("Time over number of bodies", cells, "");
     Table table;
     table.caption = "Work per body (vertices read + cells visited + box tests + triangle tests)";
@@ -293,7 +295,7 @@ void Writer::cell_sweep() {
         }
     }
     if (!chart.series.empty()) {
-        add_figure("cell_size", draw(chart),
+        add_figure("cell_size", chart,
                    "Too small a cell: triangles lie in many cells. Too large: many triangles share one (thesis §3.3).");
     }
     add_table(std::move(table));

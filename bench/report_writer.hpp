@@ -41,7 +41,7 @@ private:
     void add_text(std::string text);
     void add_heading(std::string text);
     void add_table(Table table);
-    void add_figure(const std::string& name, const std::string& svg, std::string caption);
+    void add_figure(const std::string& name, const ScatterChart& chart, std::string caption);
     static TableRow::Style style_of(const MethodResult& entry);
 
     // ---- page one ----
@@ -52,6 +52,8 @@ private:
     /// "375, `embree_collide:leaf=cluster`"
     static std::string fastest_rival(const CellRecord& record);
     void targets();
+    /// Rows of cost against cost of the same method.
+    void own_growth(const std::vector<std::string>& own);
     /// Every default and every bounding volume gets a colour and a shape of its own, the same in all charts.
     MarkStyle mark_of(const std::string& label);
 

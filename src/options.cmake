@@ -70,9 +70,14 @@ trocar_precompiled_headers(trocar_folder_headers OBJECT HEADERS ${TROCAR_COMMON_
 # Several files of a folder in one translation unit save two thirds of a build from scratch: what templates of JSON,
 # Eigen and the command line are made of is compiled once. Off by default: one changed file compiles its neighbours anew.
 option(TROCAR_UNITY "Compile the files of a folder together" OFF)
+# trocar_together(TARGET [FILES]): FILES in one unit, 12 unless told otherwise.
 function(trocar_together target)
+    set(files 12)
+    if(ARGN)
+        set(files ${ARGN})
+    endif()
     if(TROCAR_UNITY)
-        set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
+        set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${files})
         if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
             # Types of one file look as if they were of an included one.
             target_compile_options(${target} PRIVATE -Wno-subobject-linkage)

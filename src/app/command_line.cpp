@@ -202,9 +202,13 @@ int run_command(int argc, char** argv) {
            "(default: who, where and what is left over, missed and waited for)")
         ->delimiter(',');
     sub->add_option("--where", table_options.where,
-                    "NAME=VALUE: only runs with it; may be repeated: any value of one name, all names")
+                    "NAME=VALUE: only runs with it; may be repeated: any value of one name, all names. NAME!=VALUE: "
+                    "only runs without it (NAME!=: those that know the figure)")
         ->take_all()
         ->allow_extra_args(false);
+    sub->add_option("--sort", table_options.sort,
+                    "NAME[:desc],...: order of the rows (default: by the columns shown, left to right)")
+        ->delimiter(',');
     sub->add_option("--format", table_options.format, "md, tex (one file to \\input, fits a two-column page) or csv")
         ->check(CLI::IsMember({"md", "tex", "csv"}))
         ->capture_default_str();

@@ -27,19 +27,11 @@ std::string first_sentence(const std::string& text) {
     return text;
 }
 
-/// Lies in bench/studies/scenes or below.
-bool is_of_studies(const std::filesystem::path& file) {
-    return file.generic_string().find("bench/studies/scenes/") != std::string::npos;
-}
-
 /// The given files, and the .json files of the given folders; without any, what comes with trocar.
 std::vector<std::filesystem::path> chosen_scenes(const ScenesOptions& options) {
     std::vector<std::filesystem::path> files;
     if (options.places.empty()) {
-        files = shipped_scenes();
-        if (!options.all) {
-            std::erase_if(files, is_of_studies);
-        }
+        files = options.all ? shipped_scenes() : listed_scenes();
         if (files.empty()) {
             throw InputError("scenes", "", "the folder of trocar's scenes beside the program or as $TROCAR_SHARE",
                              "none");

@@ -8,6 +8,7 @@
 
 #include "app/commands.hpp"
 #include "app/progress.hpp"
+#include "app/shipped.hpp"
 #include "app/view_pages.hpp"
 #include "app/worst_tick.hpp"
 #include "geometry/input_error.hpp"
@@ -194,7 +195,7 @@ std::filesystem::path publish(const Study& study, const std::filesystem::path& d
 }  // namespace
 
 int study(const CommonOptions& common, const StudyOptions& options) {
-    const Study study = read_study(options.file, options.with);
+    const Study study = read_study(options.file, options.with, listed_scenes());
     if (options.child_run) return child(study, common, options);
     const std::vector<PlannedRun> plan = completed_plan(study, common);
     if (options.plan_only) return print_plan(study, plan, common.json);

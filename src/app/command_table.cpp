@@ -37,7 +37,8 @@ void print_json(const ChosenTable& table) {
 int table(const CommonOptions& common, const TableOptions& options) {
     const std::filesystem::path file =
         std::filesystem::is_directory(options.records) ? options.records / "records.jsonl" : options.records;
-    const ChosenTable chosen = choose_table(read_records(file), {.columns = options.columns, .where = options.where});
+    const ChosenTable chosen =
+        choose_table(read_records(file), {.columns = options.columns, .where = options.where, .sort = options.sort});
     for (const std::string& note : chosen.notes) fmt::print(stderr, "trocar: {}\n", note);
     if (common.json) {
         print_json(chosen);

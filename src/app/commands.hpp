@@ -128,7 +128,8 @@ int report(const CommonOptions& common, const ReportOptions& options);
 struct TableOptions {
     std::filesystem::path records;     ///< a report's folder, or its records.jsonl
     std::vector<std::string> columns;  ///< NAME[:UNIT]; empty: a choice that suits the records
-    std::vector<std::string> where;    ///< NAME=VALUE
+    std::vector<std::string> where;    ///< NAME=VALUE or NAME!=VALUE
+    std::vector<std::string> sort;     ///< NAME[:desc]
     std::string format = "md";         ///< md | tex | csv
 };
 int table(const CommonOptions& common, const TableOptions& options);

@@ -112,6 +112,14 @@ void add_shipped_root(const fs::path& root) { added_root() = root; }
 
 std::vector<fs::path> shipped_scenes() { return files_in(scene_folders); }
 
+std::vector<fs::path> listed_scenes() {
+    std::vector<fs::path> files = shipped_scenes();
+    std::erase_if(files, [](const fs::path& file) {
+        return file.generic_string().find("bench/studies/scenes/") != std::string::npos;
+    });
+    return files;
+}
+
 fs::path find_scene(const fs::path& given) {
     return find(given, shipped_scenes(), "a scene file, or a name that `trocar scenes` lists");
 }

@@ -19,6 +19,9 @@ void add_shipped_root(const std::filesystem::path& root);
 /// then those that only studies use.
 std::vector<std::filesystem::path> shipped_scenes();
 
+/// Those of them that `trocar scenes` lists: without those that only studies use.
+std::vector<std::filesystem::path> listed_scenes();
+
 /// A file that is there is itself; a path that is not is looked up below the roots; a bare name with or without .json
 /// is that of a scene. A path without a match comes back as it is, for its reader to complain of. Throws InputError
 /// with near names for a bare name that no scene has.

@@ -8,6 +8,7 @@
 #include <set>
 #include <tuple>
 
+#include "app/shipped.hpp"
 #include "geometry/input_error.hpp"
 #include "measure/environment.hpp"
 #include "method/registry.hpp"
@@ -159,9 +160,10 @@ std::vector<const Record*> chosen_records(const std::vector<Record>& records, co
 }
 
 std::optional<std::filesystem::path> scene_file_of(const Record& record, const std::filesystem::path& study_folder) {
-    for (const std::filesystem::path& file : {(study_folder / record.spec.scene_file).lexically_normal(),
-                                              std::filesystem::path("scenes") / (record.spec.scene + ".json")}) {
-        if (std::filesystem::is_regular_file(file)) return file;
+    const std::filesystem::path named = (study_folder / record.spec.scene_file).lexically_normal();
+    if (std::filesystem::is_regular_file(named)) return named;
+    for (const std::filesystem::path& file : shipped_scenes()) {
+        if (file.stem() == record.spec.scene) return file;
     }
     return std::nullopt;
 }

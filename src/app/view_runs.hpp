@@ -26,7 +26,7 @@ using ViewProgress = std::function<void(const std::string&, std::int64_t)>;
 std::vector<const Record*> chosen_records(const std::vector<Record>& records, const std::string& scene,
                                           const std::vector<std::string>& responses);
 
-/// The scene's file: as it is named from the study's folder, else scenes/NAME.json; nothing when neither is there.
+/// The scene's file: as it is named from the study's folder, else the one of its name that comes with trocar.
 std::optional<std::filesystem::path> scene_file_of(const Record& record, const std::filesystem::path& study_folder);
 
 /// The folder of the study's file as the record knows it: relative to where the study was run, empty for one outside.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/view_runs.hpp"
 #include "geometry/input_error.hpp"
 #include "playback/playback.hpp"
 #include "reference/reference.hpp"
@@ -190,7 +191,8 @@ std::optional<WorstTick> see_worst_tick(const std::vector<Record>& records, cons
     const std::optional<WorstTickRuns> runs = worst_tick_runs(records);
     if (!runs) return std::nullopt;
     const Record& worst = runs->other == nullptr ? *runs->first : *runs->other;
-    const Scene scene = read_scene(study_folder / worst.spec.scene_file, data);
+    const Scene scene =
+        read_scene(scene_file_of(worst, study_folder).value_or(study_folder / worst.spec.scene_file), data);
     PlayedFrame deep;
     const Record worst_again = run_again(scene, worst, {.every = 0, .deepest = true}, deep);
     const Cut cut = cut_through(scene.topology, deep);

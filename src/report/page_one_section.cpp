@@ -43,8 +43,9 @@ std::string origin(const Draft& draft) {
                     draft.records.front().spec.seed, draft.records.size());
     const std::string frames = frames_digest(draft);
     if (!frames.empty()) text += " Frames " + code(frames) + ".";
-    text += " This page again: " + code("trocar report reports/" + draft.study) +
-            "; the records anew: " + code("trocar study " + common_fact(draft.records, "study.file")) + ".";
+    text += " This page again: " + code("trocar report .") +
+            " in its folder; the records anew: " + code("trocar study " + common_fact(draft.records, "study.file")) +
+            ".";
     if (names_thesis(draft)) text += " " + std::string(thesis_named) + ".";
     return text;
 }

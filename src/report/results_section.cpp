@@ -47,7 +47,7 @@ void add_rebuild(Draft& draft) {
     draft.heading(2, "Files and how to rebuild");
     draft.document.blocks.emplace_back(
         CodeBlock{fmt::format("trocar report DIR    # this report from DIR/records.jsonl, byte for byte\n"
-                              "trocar study {}    # the records: other times on another machine, same pairs and motion",
+                              "trocar study {}    # the records: other times, same pairs and motion",
                               common_fact(draft.records, "study.file"))});
     draft.paragraph(
         "`records.jsonl`: every run with its specification, environment and ticks (of a closed loop the judged ones). "

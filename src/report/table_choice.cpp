@@ -76,7 +76,8 @@ struct Wanted {
     double factor = 1.0;
 };
 
-std::string header_for(const RunColumn& column, const std::string& unit) {
+/// The name without the unit at its end: "residual_max" of "residual_max_m".
+std::string stem_of(const RunColumn& column) {
     std::string name = column.name;
     std::string ending = "_";
     for (const char letter : column.unit) {
@@ -87,6 +88,11 @@ std::string header_for(const RunColumn& column, const std::string& unit) {
     if (column.unit == "m³") ending = "_m3";
     if (column.number && name.size() > ending.size() && name.ends_with(ending))
         name.resize(name.size() - ending.size());
+    return name;
+}
+
+std::string header_for(const RunColumn& column, const std::string& unit) {
+    std::string name = stem_of(column);
     std::replace(name.begin(), name.end(), '_', ' ');
     return column.number && unit != "1" ? fmt::format("{} ({})", name, unit) : name;
 }
@@ -123,9 +129,11 @@ public:
         for (const Wanted& one : wanted) {
             const RunColumn& column = table_.columns()[one.column];
             const std::string name =
-                one.unit == column.unit ? column.name : fmt::format("{}_in_{}", column.name, ascii_unit(one.unit));
+                one.unit == column.unit ? column.name : fmt::format("{}_{}", stem_of(column), ascii_unit(one.unit));
             chosen.columns.push_back({name, one.unit, column.number, header_for(column, one.unit)});
         }
+        sort_rows(choice.sort, wanted);
+        tell_twins(wanted, chosen.notes);
         for (const std::size_t row : rows_) {
             std::vector<ChosenCell> cells;
             for (const Wanted& one : wanted) {
@@ -198,16 +206,87 @@ private:
         });
     }
 
+    /// Below 0: the first row comes first. Numbers that are not known come last in either direction.
+    [[nodiscard]] int compared(std::size_t a, std::size_t b, std::size_t column, bool descending) const {
+        const RunValue first = table_.value(a, column);
+        const RunValue second = table_.value(b, column);
+        if (!table_.columns()[column].number) {
+            const int order = first.word.compare(second.word);
+            return descending ? -order : order;
+        }
+        const bool known = !std::isnan(first.number);
+        const bool other_known = !std::isnan(second.number);
+        if (!known || !other_known) return static_cast<int>(other_known) - static_cast<int>(known);
+        const int order = first.number < second.number ? -1 : first.number > second.number ? 1 : 0;
+        return descending ? -order : order;
+    }
+
+    void sort_rows(const std::vector<std::string>& sort, const std::vector<Wanted>& shown) {
+        std::vector<std::pair<std::size_t, bool>> keys;
+        for (const std::string& text : sort) {
+            const std::size_t colon = text.find(':');
+            const std::string direction = colon == std::string::npos ? "asc" : text.substr(colon + 1);
+            if (direction != "asc" && direction != "desc") {
+                throw InputError("--sort", "", "NAME, NAME:asc or NAME:desc", fmt::format("'{}'", text));
+            }
+            keys.emplace_back(column_named(text.substr(0, colon), "--sort"), direction == "desc");
+        }
+        for (const Wanted& one : shown) keys.emplace_back(one.column, false);
+        std::stable_sort(rows_.begin(), rows_.end(), [&](std::size_t a, std::size_t b) {
+            for (const auto& [column, descending] : keys) {
+                const int order = compared(a, b, column, descending);
+                if (order != 0) return order < 0;
+            }
+            return false;
+        });
+    }
+
+    /// Rows whose words are the same tell different runs: names the columns that would tell them apart.
+    void tell_twins(const std::vector<Wanted>& shown, std::vector<std::string>& notes) const {
+        std::map<std::string, std::size_t> first_of;
+        std::vector<std::string> differing;
+        for (const std::size_t row : rows_) {
+            std::string words;
+            for (const Wanted& one : shown) {
+                if (!table_.columns()[one.column].number) words += table_.text(row, one.column) + '\n';
+            }
+            const auto [twin, is_first] = first_of.emplace(words, row);
+            if (is_first) continue;
+            for (std::size_t column = 0; column < table_.columns().size(); ++column) {
+                const std::string& name = table_.columns()[column].name;
+                const bool tells =
+                    is_about_methods(name) && table_.text(row, column) != table_.text(twin->second, column);
+                if (tells && std::find(differing.begin(), differing.end(), name) == differing.end()) {
+                    differing.push_back(name);
+                }
+            }
+        }
+        if (!differing.empty()) {
+            notes.push_back(fmt::format("rows with the same words are runs that differ in {} (--columns, --where)",
+                                        fmt::join(differing, ", ")));
+        }
+    }
+
+    static bool is_about_methods(const std::string& name) {
+        for (const char* const one :
+             {"scene", "detector", "response", "contacts", "stepper", "knob", "point", "mode"}) {
+            if (name == one || name.starts_with(std::string(one) + ".")) return true;
+        }
+        return name.starts_with("device.") || name.starts_with("overrides.");
+    }
+
     void choose_rows(const TableChoice& choice, std::vector<std::string>& notes) {
         rows_.resize(table_.row_count());
         std::iota(rows_.begin(), rows_.end(), std::size_t{0});
         std::map<std::string, std::vector<std::string>> values;
+        std::vector<std::pair<std::size_t, std::string>> excluded;
         for (const std::string& condition : choice.where) {
             const std::size_t equals = condition.find('=');
             if (equals == std::string::npos) {
-                throw InputError("--where", "", "NAME=VALUE", fmt::format("'{}'", condition));
+                throw InputError("--where", "", "NAME=VALUE or NAME!=VALUE", fmt::format("'{}'", condition));
             }
-            const std::string name = condition.substr(0, equals);
+            const bool excludes = equals > 0 && condition[equals - 1] == '!';
+            const std::string name = condition.substr(0, excludes ? equals - 1 : equals);
             const std::string value = condition.substr(equals + 1);
             const std::size_t column = column_named(name, "--where");
             std::set<std::string> known;
@@ -216,14 +295,23 @@ private:
                 any = any || fits(row, column, value);
                 known.insert(table_.text(row, column));
             }
-            if (!any) {
+            known.erase("");
+            if (!any && !value.empty()) {
                 throw InputError("--where", "",
                                  fmt::format("a value that {} has, such as {}", name, near_ones(value, known)),
                                  fmt::format("'{}'", value));
             }
-            values[name].push_back(value);
+            if (excludes) {
+                excluded.emplace_back(column, value);
+            } else {
+                values[name].push_back(value);
+            }
         }
         for (const auto& [name, wanted] : values) keep(column_named(name, "--where"), wanted);
+        std::erase_if(rows_, [&](std::size_t row) {
+            return std::any_of(excluded.begin(), excluded.end(),
+                               [&](const auto& one) { return fits(row, one.first, one.second); });
+        });
         if (!values.contains("mode")) keep_main_mode(notes);
         const bool shown =
             std::find(choice.columns.begin(), choice.columns.end(), "repetition") != choice.columns.end();

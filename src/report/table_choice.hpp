@@ -12,14 +12,18 @@ struct TableChoice {
     /// Names of RunTable, each with an optional unit that its numbers are brought to: "residual_max_m:mm". Empty: who,
     /// where, how it ended, and up to five figures of depth, force, position and time that the rows have.
     std::vector<std::string> columns;
-    /// "NAME=VALUE". Of one name any value will do, of several names all must hold. A method's value may be its name,
-    /// or name and parameters as `run` takes them. Without "mode=" the study's main kind of run, and without
-    /// "repetition=" or that column the first process of each.
+    /// "NAME=VALUE" or "NAME!=VALUE". Of one name any value will do that is not excluded, of several names all must
+    /// hold. A method's value may be its name, or name and parameters as `run` takes them; an empty one is what is not
+    /// known. Without "mode=" the study's main kind of run, and without "repetition=" or that column the first process
+    /// of each.
     std::vector<std::string> where;
+    /// "NAME" or "NAME:desc", the first decides first; what they leave equal is ordered by the columns shown, left to
+    /// right. Numbers that are not known come last.
+    std::vector<std::string> sort = {};
 };
 
 struct ChosenColumn {
-    std::string name;  ///< as RunTable; NAME_in_UNIT where the unit is not its own
+    std::string name;  ///< as RunTable, with its ending changed where the unit is not its own: "residual_max_mm"
     std::string unit;  ///< that the numbers are in; "text" of words
     bool number = false;
     std::string header;  ///< for people: "residual max (mm)"
@@ -32,8 +36,8 @@ struct ChosenCell {
 
 struct ChosenTable {
     std::vector<ChosenColumn> columns;
-    std::vector<std::vector<ChosenCell>> rows;  ///< in the order of the records
-    std::vector<std::string> notes;             ///< what was left out without being asked for
+    std::vector<std::vector<ChosenCell>> rows;  ///< in the order asked for
+    std::vector<std::string> notes;  ///< what was left out without being asked for; what rows differ in unseen
 };
 
 /// Throws InputError, in one line, for a name that no column has (with those that are like it), a unit that the column

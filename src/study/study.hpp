@@ -161,7 +161,9 @@ struct Study {
 /// Reads strictly. Throws InputError with a JSON pointer for an unknown key, a wrong type, an impossible number, a
 /// missing scene file, and a method or parameter that no build knows. A method that this build lacks is no error.
 /// `with`: methods that take part beside those of the file (study_items.hpp, add_method).
-Study read_study(const std::filesystem::path& file, const std::vector<std::string>& with = {});
+/// `shipped`: scene files that the study may name without a folder when none of that name lies beside it.
+Study read_study(const std::filesystem::path& file, const std::vector<std::string>& with = {},
+                 const std::vector<std::filesystem::path>& shipped = {});
 /// Where the detector that ratios are taken to does not run, so that there are none: one line each.
 std::vector<std::string> reference_notes(const Study& study);
 

@@ -41,7 +41,7 @@ void read_choices(const JsonNode& node, ClosedLoopPart& part) {
     }
 }
 
-WorkPrecisionPart read_sweeps(const JsonNode& node, const std::filesystem::path& file, std::int64_t repetitions) {
+WorkPrecisionPart read_sweeps(const JsonNode& node, const SceneFiles& files, std::int64_t repetitions) {
     expect_object(node, {"sweeps", "ticks", "repetitions", "truth_stride"}, {"sweeps"});
     WorkPrecisionPart part;
     read_counts(node, repetitions, part);
@@ -49,7 +49,7 @@ WorkPrecisionPart read_sweeps(const JsonNode& node, const std::filesystem::path&
         expect_object(item, {"scenes", "detectors", "responses", "contacts", "knob", "values"},
                       {"scenes", "detectors", "knob", "values"});
         WorkPrecisionPart::Sweep sweep;
-        sweep.scenes = read_scenes(item.at("scenes"), file);
+        sweep.scenes = read_scenes(item.at("scenes"), files);
         sweep.detectors = read_methods(item.at("detectors"), true, sweep.scenes);
         if (item.has("responses")) sweep.responses = read_methods(item.at("responses"), false, sweep.scenes);
         if (item.has("contacts")) sweep.contacts = read_source(item.at("contacts"));
@@ -84,12 +84,12 @@ WorkPrecisionPart read_sweeps(const JsonNode& node, const std::filesystem::path&
     return part;
 }
 
-AblationPart read_ablation(const JsonNode& node, const std::filesystem::path& file, std::int64_t repetitions) {
+AblationPart read_ablation(const JsonNode& node, const SceneFiles& files, std::int64_t repetitions) {
     expect_object(node, {"scenes", "detector", "from", "to", "switches", "ticks", "repetitions", "truth_stride"},
                   {"scenes", "detector", "from", "switches"});
     AblationPart part;
     read_counts(node, repetitions, part);
-    part.scenes = read_scenes(node.at("scenes"), file);
+    part.scenes = read_scenes(node.at("scenes"), files);
     part.detector = read_method(node.at("detector"), true);
     part.from = read_method(node.at("from"), false);
     if (node.has("to")) part.to = read_method(node.at("to"), false);
@@ -130,7 +130,8 @@ AblationPart read_ablation(const JsonNode& node, const std::filesystem::path& fi
             if (silent->has("to")) one.silent_to = silent->at("to").text();
         }
         if (item.has("scenes")) {
-            for (const JsonNode& scene : items_of(item.at("scenes"))) one.scenes.push_back(scene.word(part.scenes));
+            for (const JsonNode& scene : items_of(item.at("scenes")))
+                one.scenes.push_back(scene_of(scene, part.scenes));
         }
         part.switches.push_back(std::move(one));
     }
@@ -159,11 +160,11 @@ HardCasesPart read_hard_cases_part(const JsonNode& node, const std::filesystem::
 }
 
 /// Loops that nobody judges: paced, or timed back to back.
-LoopPart read_loop(const JsonNode& node, std::int64_t repetitions, const std::filesystem::path& file) {
+LoopPart read_loop(const JsonNode& node, std::int64_t repetitions, const SceneFiles& files) {
     expect_object(node, {"scenes", "detectors", "responses", "steppers", "ticks", "repetitions"},
                   {"scenes", "detectors", "responses"});
     LoopPart part;
-    part.scenes = read_scenes(node.at("scenes"), file);
+    part.scenes = read_scenes(node.at("scenes"), files);
     part.detectors = read_methods(node.at("detectors"), true, part.scenes);
     part.responses = read_methods(node.at("responses"), false, part.scenes);
     if (node.has("steppers")) part.steppers = read_steppers(node.at("steppers"));
@@ -171,14 +172,14 @@ LoopPart read_loop(const JsonNode& node, std::int64_t repetitions, const std::fi
     return part;
 }
 
-LoopPart read_certificate(const JsonNode& node, const std::filesystem::path& file) {
+LoopPart read_certificate(const JsonNode& node, const SceneFiles& files) {
     expect_object(node, {"scenes", "detectors", "responses", "ticks", "repetitions"}, {"scenes", "detectors"});
     LoopPart part;
     read_counts(node, 2, part);
     if (part.repetitions < 2) {
         node.at("repetitions").fail("at least 2: a fresh process is one of the things asked");
     }
-    part.scenes = read_scenes(node.at("scenes"), file);
+    part.scenes = read_scenes(node.at("scenes"), files);
     part.detectors = read_methods(node.at("detectors"), true, part.scenes);
     if (node.has("responses")) part.responses = read_methods(node.at("responses"), false, part.scenes);
     return part;
@@ -186,7 +187,9 @@ LoopPart read_certificate(const JsonNode& node, const std::filesystem::path& fil
 
 }  // namespace
 
-Study read_study(const std::filesystem::path& file, const std::vector<std::string>& with) {
+Study read_study(const std::filesystem::path& file, const std::vector<std::string>& with,
+                 const std::vector<std::filesystem::path>& shipped) {
+    const SceneFiles files{file, shipped};
     const std::string file_name = file.string();
     const Json document = parse_json(read_whole(file, "a study file"), file_name);
     const JsonNode root(document, file_name);
@@ -214,7 +217,7 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
         expect_object(node, {"scenes", "detectors", "ticks", "repetitions", "truth_stride", "between_ticks"},
                       {"scenes", "detectors"});
         ReplayPart part;
-        part.scenes = read_scenes(node.at("scenes"), file);
+        part.scenes = read_scenes(node.at("scenes"), files);
         part.detectors = read_methods(node.at("detectors"), true, part.scenes);
         read_counts(node, repetitions, part);
         if (node.has("between_ticks")) part.between_ticks = node.at("between_ticks").flag();
@@ -227,7 +230,7 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
                        "truth_stride", "detail_stride"},
                       {"scenes", "detectors", "responses"});
         ClosedLoopPart part;
-        part.scenes = read_scenes(node.at("scenes"), file);
+        part.scenes = read_scenes(node.at("scenes"), files);
         part.detectors = read_methods(node.at("detectors"), true, part.scenes, {"judged"});
         part.responses = read_methods(node.at("responses"), false, part.scenes, {"detectors", "contacts"});
         if (node.has("contacts")) {
@@ -240,6 +243,7 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
             }
         } else {
             part.contacts = {"canonical"};
+            for (StudyMethod& response : part.responses) serve(part.contacts, response);
         }
         if (node.has("steppers")) part.steppers = read_steppers(node.at("steppers"));
         read_choices(node, part);
@@ -251,17 +255,17 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
         const JsonNode node = root.at("triangle_pair");
         expect_object(node, {"scenes", "response", "ticks", "repetitions", "truth_stride"}, {"scenes", "response"});
         TrianglePairPart part;
-        part.scenes = read_scenes(node.at("scenes"), file);
+        part.scenes = read_scenes(node.at("scenes"), files);
         part.response = read_method(node.at("response"), false);
         read_counts(node, repetitions, part);
         study.triangle_pair = std::move(part);
     }
-    if (root.has("work_precision")) study.work_precision = read_sweeps(root.at("work_precision"), file, repetitions);
-    if (root.has("ablation")) study.ablation = read_ablation(root.at("ablation"), file, repetitions);
-    if (root.has("paced")) study.paced = read_loop(root.at("paced"), repetitions, file);
-    if (root.has("cost_by_size")) study.cost_by_size = read_loop(root.at("cost_by_size"), repetitions, file);
+    if (root.has("work_precision")) study.work_precision = read_sweeps(root.at("work_precision"), files, repetitions);
+    if (root.has("ablation")) study.ablation = read_ablation(root.at("ablation"), files, repetitions);
+    if (root.has("paced")) study.paced = read_loop(root.at("paced"), repetitions, files);
+    if (root.has("cost_by_size")) study.cost_by_size = read_loop(root.at("cost_by_size"), repetitions, files);
     if (root.has("hard_cases")) study.hard_cases = read_hard_cases_part(root.at("hard_cases"), file);
-    if (root.has("certificate")) study.certificate = read_certificate(root.at("certificate"), file);
+    if (root.has("certificate")) study.certificate = read_certificate(root.at("certificate"), files);
     if (!study.replay && !study.closed_loop && !study.triangle_pair && !study.work_precision && !study.ablation &&
         !study.paced && !study.cost_by_size && !study.hard_cases && !study.certificate) {
         root.fail(

@@ -57,6 +57,17 @@ std::vector<JsonNode> items_of(const JsonNode& node) {
 
 std::int64_t count_of(const JsonNode& node) { return node.integer(1, 1'000'000'000'000); }
 
+std::string scene_of(const JsonNode& item, const std::vector<std::string>& scenes) {
+    const std::filesystem::path given = item.text();
+    const bool as_it_stands = std::find(scenes.begin(), scenes.end(), item.text()) != scenes.end();
+    if (!as_it_stands && !given.has_parent_path()) {
+        for (const std::string& scene : scenes) {
+            if (std::filesystem::path(scene).stem() == given.stem()) return scene;
+        }
+    }
+    return item.word(scenes);
+}
+
 StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes,
                         const std::vector<std::string>& more_keys) {
     const bool plain = node.is_text();
@@ -75,7 +86,7 @@ StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vecto
         method.setting = node.at("setting").word({"default", "recommended", "tuned"});
     }
     if (node.has("scenes")) {
-        for (const JsonNode& item : items_of(node.at("scenes"))) method.scenes.push_back(item.word(scenes));
+        for (const JsonNode& item : items_of(node.at("scenes"))) method.scenes.push_back(scene_of(item, scenes));
     }
     if (node.has("basis")) method.basis = node.at("basis").text();
     if (method.setting != "default" && method.basis.empty()) {
@@ -135,6 +146,11 @@ void add_method(const std::string& text, Study& study) {
         add(study.certificate, &LoopPart::detectors);
     } else {
         add(study.closed_loop, &ClosedLoopPart::responses);
+        if (study.closed_loop) {
+            for (StudyMethod& response : study.closed_loop->responses) {
+                if (response.text == method.text) serve(study.closed_loop->contacts, response);
+            }
+        }
         add(study.hard_cases, &HardCasesPart::responses);
         add(study.certificate, &LoopPart::responses);
     }
@@ -144,6 +160,15 @@ void add_method(const std::string& text, Study& study) {
                                      : "a study with closed_loop, hard_cases or certificate",
                          study.file.string());
     }
+}
+
+void serve(const std::vector<std::string>& contacts, StudyMethod& response) {
+    if (response.absent_reason || !response.contacts.empty()) return;
+    const MethodSpec spec = parse_method(response.text);
+    const bool served = std::any_of(contacts.begin(), contacts.end(), [&spec](const std::string& source) {
+        return why_unreadable(registry().source(source), spec).empty();
+    });
+    if (!served) response.contacts = {registry().response(spec.name).sources.front()};
 }
 
 std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes,
@@ -163,40 +188,70 @@ std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, co
 
 namespace {
 
-/// Files of one folder whose names fit the shell's pattern behind the last slash, by name.
-std::vector<std::string> scenes_like(const JsonNode& item, const std::filesystem::path& study_file) {
+/// "." for a study that is named without a folder.
+std::filesystem::path folder_of(const SceneFiles& files) {
+    const std::filesystem::path folder = files.study.parent_path();
+    return folder.empty() ? std::filesystem::path(".") : folder;
+}
+
+/// From the study's folder.
+std::string way_to(const std::filesystem::path& scene, const SceneFiles& files) {
+    return std::filesystem::proximate(scene, folder_of(files)).generic_string();
+}
+
+/// Files whose names fit the shell's pattern behind the last slash, by name: those of its folder; of a pattern without
+/// a folder that nothing beside the study fits, the shipped scenes.
+std::vector<std::string> scenes_like(const JsonNode& item, const SceneFiles& files) {
     const std::filesystem::path pattern = item.text();
     const std::filesystem::path folder = pattern.parent_path();
+    const auto fits = [&pattern](const std::string& name) {
+        return fnmatch(pattern.filename().c_str(), name.c_str(), FNM_PERIOD) == 0;
+    };
     std::vector<std::string> scenes;
     std::error_code none;
-    for (const auto& entry : std::filesystem::directory_iterator(study_file.parent_path() / folder, none)) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder_of(files) / folder, none)) {
         const std::string name = entry.path().filename().string();
-        if (!entry.is_regular_file() || fnmatch(pattern.filename().c_str(), name.c_str(), FNM_PERIOD) != 0) continue;
-        scenes.push_back((folder / name).generic_string());
+        if (entry.is_regular_file() && fits(name)) scenes.push_back((folder / name).generic_string());
     }
-    if (scenes.empty())
-        item.fail("a pattern of scene files, relative to the study file", "'" + item.text() + "', which none fits");
+    if (scenes.empty() && folder.empty()) {
+        for (const std::filesystem::path& file : files.shipped) {
+            if (fits(file.filename().string())) scenes.push_back(way_to(file, files));
+        }
+    }
+    if (scenes.empty()) {
+        item.fail("a pattern of scene files, relative to the study file, or of names that `trocar scenes` lists",
+                  "'" + item.text() + "', which none fits");
+    }
     std::sort(scenes.begin(), scenes.end());
     return scenes;
 }
 
+std::string scene_named(const JsonNode& item, const SceneFiles& files) {
+    const std::filesystem::path given = item.text();
+    if (std::filesystem::is_regular_file(folder_of(files) / given)) return item.text();
+    if (!given.has_parent_path() && (!given.has_extension() || given.extension() == ".json")) {
+        for (const std::filesystem::path& file : files.shipped) {
+            if (file.stem() == given.stem()) return way_to(file, files);
+        }
+    }
+    item.fail("a scene file, relative to the study file, or a name that `trocar scenes` lists",
+              fmt::format("'{}' (no such file)", item.text()));
+}
+
 }  // namespace
 
-std::vector<std::string> read_scenes(const JsonNode& node, const std::filesystem::path& study_file) {
+std::vector<std::string> read_scenes(const JsonNode& node, const SceneFiles& files) {
     std::vector<std::string> scenes;
     std::set<std::string> seen;
     for (const JsonNode& item : items_of(node)) {
         if (item.text().find_first_of("*?[") != std::string::npos) {
-            for (std::string& scene : scenes_like(item, study_file)) {
+            for (std::string& scene : scenes_like(item, files)) {
                 if (seen.insert(scene).second) scenes.push_back(std::move(scene));
             }
             continue;
         }
-        scenes.push_back(item.text());
-        if (!seen.insert(scenes.back()).second) item.fail("each scene once", scenes.back() + " again");
-        if (!std::filesystem::is_regular_file(study_file.parent_path() / scenes.back())) {
-            item.fail("a scene file, relative to the study file", fmt::format("'{}' (no such file)", scenes.back()));
-        }
+        scenes.push_back(scene_named(item, files));
+        if (!seen.insert(scenes.back()).second) item.fail("each scene once", item.text() + " again");
     }
     return scenes;
 }

@@ -20,6 +20,8 @@ std::vector<JsonNode> items_of(const JsonNode& node);
 /// A whole number from 1 on.
 std::int64_t count_of(const JsonNode& node);
 
+/// One of `scenes`, as it stands there or, without a folder, by its name.
+std::string scene_of(const JsonNode& item, const std::vector<std::string>& scenes);
 /// A method as text, or as an object with its setting and basis; with `scenes` also with those of them that it runs on.
 /// `more_keys` are the caller's.
 StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes = {},
@@ -37,9 +39,19 @@ void check_parameter(const JsonNode& node, const std::vector<StudyMethod>& metho
 /// certificate. Throws InputError for an unknown method, and for a study without such a part.
 void add_method(const std::string& text, Study& study);
 
-/// Scene files that are there, relative to the study file, each once; patterns of a shell behind the last slash stand
-/// for what fits them.
-std::vector<std::string> read_scenes(const JsonNode& node, const std::filesystem::path& study_file);
+/// Where the scenes of a study are looked for.
+struct SceneFiles {
+    std::filesystem::path study;                 ///< the study file: first what lies relative to it
+    std::vector<std::filesystem::path> shipped;  ///< then these, by name
+};
+
+/// A response that none of these sources serves works from its own instead, the one of `trocar run`. What the response
+/// itself names, and what this build lacks, stays.
+void serve(const std::vector<std::string>& contacts, StudyMethod& response);
+
+/// Scene files that are there, each once, as paths relative to the study file. A name without a folder, with or without
+/// .json, may be that of a shipped scene; patterns of a shell behind the last slash stand for what fits them.
+std::vector<std::string> read_scenes(const JsonNode& node, const SceneFiles& files);
 /// Name of a contact source of this build.
 std::string read_source(const JsonNode& node);
 /// As RunSpec::stepper has them, each once.

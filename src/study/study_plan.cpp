@@ -277,10 +277,19 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
     }
     if (study.closed_loop && repetition < study.closed_loop->repetitions) {
         const ClosedLoopPart& part = *study.closed_loop;
-        for (const std::string& contacts : part.contacts) {
+        std::vector<std::string> sources = part.contacts;
+        for (const StudyMethod& response : part.responses) {
+            for (const std::string& own : response.contacts) {
+                if (!is_among(sources, own)) sources.push_back(own);
+            }
+        }
+        const auto takes = [&part](const StudyMethod& response, const std::string& contacts) {
+            return is_among(response.contacts.empty() ? part.contacts : response.contacts, contacts);
+        };
+        for (const std::string& contacts : sources) {
             for (const StudyMethod& response : part.responses) {
                 const std::string reason = unreadable(response, contacts);
-                if (reason.empty() || repetition > 0 || !is_among(response.contacts, contacts)) continue;
+                if (reason.empty() || repetition > 0 || !takes(response, contacts)) continue;
                 PlannedRun run = planned(study, "closed_loop", "", part.ticks, part.truth_stride, 0, StudyMethod{},
                                          response, contacts);
                 run.settled = Outcome{OutcomeKind::unsupported, reason};
@@ -296,7 +305,7 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
                     continue;
                 }
                 for (const StudyMethod& response : part.responses) {
-                    if (!unreadable(response, contacts).empty() || !is_among(response.contacts, contacts)) continue;
+                    if (!unreadable(response, contacts).empty() || !takes(response, contacts)) continue;
                     if (!is_among(response.detectors, detector.text)) continue;
                     for (const std::string& scene : part.scenes) {
                         if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;

@@ -45,7 +45,7 @@ std::string study_schema() {
         "scenes": {"$ref": "#/$defs/scenes"},
         "detectors": {"$ref": "#/$defs/methods", "description": "An entry that is an object may also hold 'judged': false, its runs are timed and not judged; what truth says of a run that moves alike, bit by bit, is told of them too"},
         "responses": {"$ref": "#/$defs/methods", "description": "An entry that is an object may also hold 'detectors' and 'contacts': those of the part's that it runs with; default all"},
-        "contacts": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["canonical"], "items": {"enum": ["native", "canonical", "near", "tracked"]}},
+        "contacts": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["canonical"], "items": {"enum": ["native", "canonical", "near", "tracked"]}, "description": "Absent, a response that cannot work from canonical contacts runs on its own source, as in trocar run"},
         "steppers": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["semi_implicit"], "items": {"type": "string", "description": "NAME[:key=value,...] as in trocar list"}},
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
         "truth_stride": {"$ref": "#/$defs/truth_stride"},
@@ -122,7 +122,7 @@ std::string study_schema() {
         "repetitions": {"type": "integer", "minimum": 2, "default": 2, "description": "Fresh processes"}}}
   },
   "$defs": {
-    "scenes": {"type": "array", "minItems": 1, "uniqueItems": true, "items": {"type": "string", "minLength": 1}, "description": "Files; a name with *, ? or [...] stands for all of its folder that fit, as in a shell"},
+    "scenes": {"type": "array", "minItems": 1, "uniqueItems": true, "items": {"type": "string", "minLength": 1}, "description": "Files relative to the study; a name without a folder may be one that trocar scenes lists; one with *, ? or [...] stands for all that fit, as in a shell"},
     "methods": {"oneOf": [{"const": "all", "description": "Every contestant of trocar list, absent ones too"}, {"type": "array", "minItems": 1, "items": {"$ref": "#/$defs/method"}}]},
     "method": {"oneOf": [
       {"type": "string", "minLength": 1},

@@ -19,7 +19,7 @@ TEST(TableCommand, PrintsEveryFormatFromAFolderOrItsRecords) {
     EXPECT_NE(test::run_program("table " + published + words + " --format tex").out.find("\\begin{tabular}"),
               std::string::npos);
     const test::ProgramResult csv = test::run_program("table " + published + words + " --format csv");
-    EXPECT_TRUE(csv.out.starts_with("scene,response,residual_max_m_in_mm\n")) << csv.out;
+    EXPECT_TRUE(csv.out.starts_with("scene,response,residual_max_mm\n")) << csv.out;
     EXPECT_EQ(std::count(csv.out.begin(), csv.out.end(), '\n') + 1,
               std::count(markdown.out.begin(), markdown.out.end(), '\n'));
     const auto json = nlohmann::json::parse(test::run_program("table " + published + words + " --json").out);

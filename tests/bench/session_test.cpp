@@ -170,7 +170,7 @@ TEST(BenchReport, RowsWithinReachStandBesideTheirsForMeetingPairs) {
     }
     const CellRecord again = cell_from_json_line(to_json_line(record), "made up", 1);
     EXPECT_EQ(to_json_line(again), to_json_line(record));
-    const std::string text = make_report({again}).files.at("report.md");
+    const std::string text = to_markdown(make_report({again}).document);
     EXPECT_NE(text.find("| `ohc` | 100 | 200 | 2.00 [2.00, 2.00] | 6.00 [6.00, 6.00] | n/a |"), std::string::npos)
         << text;
     EXPECT_NE(text.find("Reach 0.300 mm; 200 true pairs meet, 395 more are within reach. Not asked within reach, which "

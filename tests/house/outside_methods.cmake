@@ -20,12 +20,17 @@ function(expect status pattern)
     endif()
 endfunction()
 
-# copy_method(FROM TO KIND NAME [TEXT OTHER]): the example, called otherwise, with one text of it exchanged.
+# copy_method(FROM TO KIND NAME [THIS THAT]): the example, called otherwise and with THIS replaced.
 function(copy_method from to kind name)
     file(READ ${SOURCE_DIR}/baselines/${from} text)
     string(REPLACE "example_${kind}()" "${name}_${kind}()" text "${text}")
     string(REPLACE "name = \"example\"" "name = \"${name}\"" text "${text}")
-    if(ARGC GREATER 4)  # by its numbers: in a list semicolons of the code would part it
+    if(ARGC GREATER 4)
+        # By position: as a list both would end at their semicolons.
+        string(FIND "${text}" "${ARGV4}" position)
+        if(position EQUAL -1)
+            message(FATAL_ERROR "baselines/${from} lacks ${ARGV4}")
+        endif()
         string(REPLACE "${ARGV4}" "${ARGV5}" text "${text}")
     endif()
     file(WRITE ${work}/project/${to} "${text}")
@@ -47,7 +52,9 @@ file(WRITE ${work}/project/gaps.json "{\"detectors\": [
 
 step(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${work}/installed)
 set(configure ${CMAKE_COMMAND} -G ${GENERATOR} -S ${work}/project -D CMAKE_PREFIX_PATH=${work}/installed
-    -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_BUILD_TYPE=Release)
+    -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_BUILD_TYPE=Release
+    # Nothing here is timed, and the pairs are the same at any level.
+    -D CMAKE_CXX_FLAGS_RELEASE=-O0)
 step(${configure} -B ${work}/build -D CMAKE_EXPORT_COMPILE_COMMANDS=ON)
 # Flags that the answers depend on come along.
 file(READ ${work}/build/compile_commands.json commands)

@@ -13,35 +13,42 @@
 namespace trocar {
 namespace {
 
-/// Root of the mean square of the force's distance from that of small sub-steps, over the largest force.
-double force_error(const std::string& name, const std::string& stepper) {
-    Scene scene = read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / (name + ".json"), std::nullopt);
-    const Record record = test::run_scene_with(scene, "hold", 0, 0, {}, stepper);
-    scene.materials.substeps *= 4;
-    const Record close = test::run_scene_with(scene, "hold", 0, 0, {}, "semi_implicit");
-    EXPECT_TRUE(record.outcome.ok()) << record.outcome.message;
-    EXPECT_TRUE(close.outcome.ok()) << close.outcome.message;
-    double sum = 0.0;
-    double largest = 0.0;
-    for (std::size_t tick = 0; tick < std::min(record.rows.size(), close.rows.size()); ++tick) {
-        sum += (record.rows[tick].tool_force - close.rows[tick].tool_force).squaredNorm();
-        largest = std::max(largest, close.rows[tick].tool_force.norm());
+class SteppersAgree : public testing::TestWithParam<std::string> {
+protected:
+    SteppersAgree()
+        : scene_(
+              read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / (GetParam() + ".json"), std::nullopt)) {
+        Scene finer = scene_;
+        finer.materials.substeps *= 4;
+        close_ = test::run_scene_with(finer, "hold", 0, 0, {}, "semi_implicit");
+        EXPECT_TRUE(close_.outcome.ok()) << close_.outcome.message;
     }
-    return std::sqrt(sum / static_cast<double>(close.rows.size())) / largest;
-}
 
-class SteppersAgree : public testing::TestWithParam<std::string> {};
+    /// Root of the mean square of the force's distance from that of small sub-steps, over the largest force.
+    [[nodiscard]] double force_error(const std::string& stepper) const {
+        const Record record = test::run_scene_with(scene_, "hold", 0, 0, {}, stepper);
+        EXPECT_TRUE(record.outcome.ok()) << record.outcome.message;
+        double sum = 0.0;
+        double largest = 0.0;
+        for (std::size_t tick = 0; tick < std::min(record.rows.size(), close_.rows.size()); ++tick) {
+            sum += (record.rows[tick].tool_force - close_.rows[tick].tool_force).squaredNorm();
+            largest = std::max(largest, close_.rows[tick].tool_force.norm());
+        }
+        return std::sqrt(sum / static_cast<double>(close_.rows.size())) / largest;
+    }
 
-TEST_P(SteppersAgree, ImplicitShowsTheForceOfSmallSubSteps) {
-    const double whole = force_error(GetParam(), "implicit");
-    EXPECT_LT(whole, 0.01);
-    EXPECT_LT(force_error(GetParam(), "implicit:steps=4"), 0.75 * whole);
-}
+private:
+    Scene scene_;
+    Record close_;
+};
 
-TEST_P(SteppersAgree, XpbdNearsItWithMoreSteps) {
-    const double few = force_error(GetParam(), "xpbd");
-    EXPECT_LT(few, 0.07);
-    EXPECT_LT(force_error(GetParam(), "xpbd:substeps=40"), 0.75 * few);
+TEST_P(SteppersAgree, OnTheForceOfSmallSubStepsTheMoreTheSmallerTheirSteps) {
+    const double implicit = force_error("implicit");
+    EXPECT_LT(implicit, 0.01);
+    EXPECT_LT(force_error("implicit:steps=4"), 0.75 * implicit);
+    const double xpbd = force_error("xpbd");
+    EXPECT_LT(xpbd, 0.07);
+    EXPECT_LT(force_error("xpbd:substeps=40"), 0.75 * xpbd);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, SteppersAgree, testing::Values("i2t_poke", "i2t_operator_press", "t2t_press"),

@@ -59,8 +59,66 @@ TEST_F(StudyFile, AllStandsForEveryContestantAndAPatternForWhatFitsIt) {
     for (const ResponseEntry& entry : registry().responses()) EXPECT_EQ(responses.contains(entry.name), !entry.control);
     EXPECT_NE(
         complaint(R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["x*.json"],"detectors":"all"}})")
-            .find("/replay/scenes/0: expected a pattern of scene files, relative to the study file, got 'x*.json'"),
+            .find("/replay/scenes/0: expected a pattern of scene files, relative to the study file, or of names that "
+                  "`trocar scenes` lists, got 'x*.json'"),
         std::string::npos);
+}
+
+TEST_F(StudyFile, AResponseThatTheContactsDoNotServeRunsOnItsOwnUnlessTheyAreNamed) {
+    const auto sources = [](const Study& study) {
+        std::map<std::string, std::set<std::string>> found;
+        for (const PlannedRun& run : make_plan(study)) {
+            found[run.spec.response].insert(run.settled ? "settled" : run.spec.contacts);
+        }
+        return found;
+    };
+    const std::string before = R"({"format":"trocar-study-1","name":"s","closed_loop":{"scenes":["a.json"],)";
+    using Found = std::map<std::string, std::set<std::string>>;
+    EXPECT_EQ(sources(read(before + R"("detectors":["ohc"],"responses":["penalty","hold"]}})")),
+              (Found{{"penalty", {"canonical"}}, {"hold", {"tracked"}}}));
+    EXPECT_EQ(
+        sources(read(before + R"("detectors":["ohc"],"contacts":["canonical"],"responses":["penalty","hold"]}})")),
+        (Found{{"penalty", {"canonical"}}, {"hold", {"settled"}}}));
+    (void)read(before + R"("detectors":["ohc"],"contacts":["canonical"],"responses":["penalty"]}})");
+    EXPECT_EQ(sources(read_study(folder_.path() / "study.json", {"hold"})),
+              (Found{{"penalty", {"canonical"}}, {"hold", {"tracked"}}}));
+}
+
+TEST_F(StudyFile, ANameThatNothingBesideItHasIsThatOfAShippedScene) {
+    const test::TemporaryFolder elsewhere;
+    std::vector<std::filesystem::path> shipped;
+    for (const char* name : {"a.json", "far_1.json", "far_2.json", "lone.json"}) {
+        shipped.push_back(elsewhere.path() / name);
+        std::ofstream(shipped.back()) << "{}\n";
+    }
+    const std::filesystem::path file = folder_.path() / "study.json";
+    std::ofstream(file) << R"({"format":"trocar-study-1","name":"s",
+ "replay":{"scenes":["a","lone","far_*.json"],"detectors":["ohc",{"method":"ohc_clustered","scenes":["lone"]}]}})";
+    const Study study = read_study(file, {}, shipped);
+    ASSERT_EQ(study.replay->scenes.size(), 4U);
+    const auto leads_to = [&](std::size_t scene, const std::filesystem::path& wanted) {
+        return std::filesystem::equivalent(folder_.path() / study.replay->scenes[scene], wanted);
+    };
+    EXPECT_TRUE(leads_to(0, shipped[0])) << "'a' without .json is no file";
+    EXPECT_TRUE(leads_to(1, shipped[3]));
+    EXPECT_TRUE(leads_to(2, shipped[1]));
+    EXPECT_TRUE(leads_to(3, shipped[2]));
+    EXPECT_EQ(study.replay->detectors[1].scenes, (std::vector<std::string>{study.replay->scenes[1]}));
+
+    std::ofstream(file) << R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["a.json"],"detectors":"all"}})";
+    EXPECT_EQ(read_study(file, {}, shipped).replay->scenes, (std::vector<std::string>{"a.json"})) << "beside it first";
+    std::ofstream(file) << R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["x/lone"],"detectors":"all"}})";
+    EXPECT_THROW((void)read_study(file, {}, shipped), InputError) << "a folder is meant as it stands";
+}
+
+TEST_F(StudyFile, APatternFitsWhereTheStudyIsNamedWithoutAFolder) {
+    std::ofstream(folder_.path() / "study.json")
+        << R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["?.json"],"detectors":"all"}})";
+    const std::filesystem::path before = std::filesystem::current_path();
+    std::filesystem::current_path(folder_.path());
+    const std::vector<std::string> scenes = read_study("study.json").replay->scenes;
+    std::filesystem::current_path(before);
+    EXPECT_EQ(scenes, (std::vector<std::string>{"a.json", "b.json"}));
 }
 
 TEST_F(StudyFile, AMethodOfTheCommandLineTakesPartOnceWhereItsKindDoes) {

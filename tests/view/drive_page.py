@@ -20,7 +20,7 @@ ELEMENT = "element-6066-11e4-a52e-4f735466cecf"  # WebDriver's name for a refere
 ARGUMENTS = [
     "--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--disable-background-networking", "--no-first-run", "--disable-component-update", "--disable-sync",
-    "--force-device-scale-factor=1", "--window-size=1000,720",
+    "--force-device-scale-factor=0.5", "--window-size=1000,720",
 ]
 
 
