@@ -1,5 +1,5 @@
-// One plain structure of options and one function per command. command_line.cpp fills the structures from the command line, so
-// that the heavy parser header stays in one file; each function returns the exit status (DESIGN §10).
+// One plain structure of options and one function per command. command_line.cpp fills the structures from the command
+// line, so that the heavy parser header stays in one file; each function returns the exit status (DESIGN §10).
 #pragma once
 
 #include <cstdint>

@@ -180,7 +180,7 @@ bool PairsApart::apart_along_own_axes(const Node& first, const Node& second) con
     return false;
 }
 
-bool PairsApart::passed_over(Index a, Index b) const {
+bool PairsApart::passed_over(Index a, Index b, bool one_plane_too) const {
     const Node& first = node(a);
     const Node& second = node(b);
     if (!first.box.overlaps(second.box)) return true;
@@ -188,9 +188,9 @@ bool PairsApart::passed_over(Index a, Index b) const {
         holds(second.common, first.common[2])) {
         return true;
     }
-    if (a == b) return first.plane >= 0;
+    if (a == b) return !one_plane_too && first.plane >= 0;
     if ((first.slanted >= 0 || second.slanted >= 0) && apart_along_own_axes(first, second)) return true;
-    return first.plane >= 0 && second.plane >= 0 && in_one_plane(first.plane, second.plane);
+    return !one_plane_too && first.plane >= 0 && second.plane >= 0 && in_one_plane(first.plane, second.plane);
 }
 
 }  // namespace trocar

@@ -19,9 +19,9 @@ public:
     PairsApart(const Matrix3X& vertices, const Triangles& triangles);
 
     /// Calls use(s, t) for each pair whose boxes overlap; ends early when it returns false. Returns how many pairs of
-    /// nodes it has looked at.
+    /// nodes it has looked at. `one_plane_too`: also those that lie in one plane.
     template <typename Use>
-    std::int64_t for_each(const Use& use) const {
+    std::int64_t for_each(const Use& use, bool one_plane_too = false) const {
         std::int64_t looked_at = 0;
         if (nodes_.empty()) return looked_at;
         std::vector<std::array<Index, 2>> open{{0, 0}};
@@ -31,7 +31,7 @@ public:
             ++looked_at;
             const Node& first = node(a);
             const Node& second = node(b);
-            if (passed_over(a, b)) continue;
+            if (passed_over(a, b, one_plane_too)) continue;
             const bool first_ends = first.second < 0;
             const bool second_ends = second.second < 0;
             if (a == b) {
@@ -69,7 +69,7 @@ private:
     };
 
     [[nodiscard]] const Node& node(Index i) const { return nodes_[static_cast<std::size_t>(i)]; }
-    [[nodiscard]] bool passed_over(Index a, Index b) const;
+    [[nodiscard]] bool passed_over(Index a, Index b, bool one_plane_too) const;
     [[nodiscard]] bool in_one_plane(Index face, Index other) const;
     [[nodiscard]] bool apart_along_own_axes(const Node& first, const Node& second) const;
     [[nodiscard]] Slanted box_along(const Node& of, Index along) const;
