@@ -61,6 +61,7 @@ struct Written {
 
 Written export_scene(const CommonOptions& common, const ExportOptions& options, const std::filesystem::path& folder) {
     RunSpec spec = spec_of(options.methods);
+    check_ticks(options.ticks);
     const Scene scene = read_scene(options.source, common.data);
     for (const std::string& note : scene.notes) {
         fmt::print(stderr, "trocar: {}: {}\n", options.source.string(), note);
@@ -69,7 +70,6 @@ Written export_scene(const CommonOptions& common, const ExportOptions& options, 
         throw InputError(fmt::format("{}: {}", options.source.string(), why));
     }
     set_scene(scene, options.ticks, spec);
-    if (spec.ticks < 1) throw InputError("--ticks", "", "an integer >= 1", fmt::format("{}", spec.ticks));
     const PlaybackChoice choice = choice_of(options, spec.ticks);
     const auto exporter = make_exporter(format_of(options.to), scene.topology, scene.name, folder);
     Written written{.name = scene.name, .ticks = {}, .record = {}, .is_run = true};
@@ -90,9 +90,7 @@ Written export_scene(const CommonOptions& common, const ExportOptions& options, 
 
 Written export_recording(const ExportOptions& options, const std::filesystem::path& folder) {
     const RecordingReader reader(options.source);
-    if (options.ticks && *options.ticks < 1) {
-        throw InputError("--ticks", "", "an integer >= 1", fmt::format("{}", *options.ticks));
-    }
+    check_ticks(options.ticks);
     const std::int64_t ticks = std::min(reader.frame_count(), options.ticks.value_or(reader.frame_count()));
     if (ticks == 0) throw InputError(options.source.string(), "", "at least one frame", "none");
     const PlaybackChoice choice = choice_of(options, ticks);

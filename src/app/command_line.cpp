@@ -1,6 +1,10 @@
 // The command line of trocar: parses, calls one command, turns InputError into one line and exit status 2.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <cerrno>
+#include <charconv>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -14,6 +18,7 @@
 #include "app/shell_words.hpp"
 #include "app/shipped.hpp"
 #include "geometry/input_error.hpp"
+#include "geometry/size_limits.hpp"
 
 namespace {
 
@@ -29,6 +34,7 @@ struct CommandLine {
         "rate, and how wrong are they?"};
     CommonOptions common;
     std::string data;
+    bool large = false;
     std::function<int()> command;
 
     CLI::App* add(const std::string& name, const std::string& description, const std::string& example) {
@@ -36,6 +42,10 @@ struct CommandLine {
         sub->footer("Example:\n  " + example);
         sub->add_flag("--json", common.json, "One JSON document on stdout, messages on stderr");
         sub->add_option("--data", data, "Folder of the data outside the project (default: $TROCAR_DATA)");
+        sub->add_flag("--large", large,
+                      fmt::format("Take files of any size; without it at most {} triangles, {} bodies and {} runs of a "
+                                  "study",
+                                  trocar::most_triangles, trocar::most_bodies, trocar::most_runs));
         return sub;
     }
     /// Empty when the first word names a command, or is an option such as --help.
@@ -70,6 +80,36 @@ struct CommandLine {
         sub->callback([this, &options, run] { command = [this, &options, run] { return run(common, options); }; });
     }
 };
+
+/// One line on stderr, printable and at most 400 bytes long; of `text` the middle is left out where it does not fit.
+void complain(std::string before, const std::string& text, const std::string& after = {}) {
+    before = trocar::printable_line("trocar: " + before, 200);
+    std::fprintf(stderr, "%s%s%s\n", before.c_str(),
+                 trocar::printable_line(text, 400 - before.size() - after.size()).c_str(), after.c_str());
+}
+
+/// Refuses what is not what it is taken for: an empty text, which names nothing; and what CLI11 reads as a number,
+/// nothing as 0 and all that are too large as the largest one.
+void check_text(CLI::Option& option) {
+    const std::string type = option.get_type_name();
+    const bool whole = type.starts_with("INT");
+    const bool number = type.starts_with("FLOAT");
+    const auto fault = [whole, number](std::string& text) -> std::string {
+        if (text.empty()) return "expected something, got ''";
+        const char* begin = text.data() + (text.starts_with('+') ? 1 : 0);
+        const char* end = text.data() + text.size();
+        std::from_chars_result read{end, std::errc()};
+        std::int64_t integer = 0;
+        double real = 0.0;
+        if (whole) read = std::from_chars(begin, end, integer);
+        if (number) read = std::from_chars(begin, end, real);
+        if (read.ec == std::errc() && read.ptr == end) return {};
+        return fmt::format("expected {}, got '{}'",
+                           whole ? "an integer of at most 9223372036854775807" : "a number that a double can hold",
+                           text);
+    };
+    option.check(CLI::Validator(fault, ""));
+}
 
 /// Of the commands only the one that was called has its file.
 std::filesystem::path find_if_given(const std::filesystem::path& given,
@@ -349,8 +389,11 @@ int run_command(int argc, char** argv) {
         };
     });
 
+    for (CLI::App* command : line.app.get_subcommands({})) {
+        for (CLI::Option* option : command->get_options()) check_text(*option);
+    }
     if (const std::string fault = line.command_fault(argc, argv); !fault.empty()) {
-        std::fprintf(stderr, "trocar: command line: %s (see trocar --help)\n", trocar::printable_line(fault).c_str());
+        complain("command line: ", fault, " (see trocar --help)");
         return bad_input;
     }
     try {
@@ -358,10 +401,10 @@ int run_command(int argc, char** argv) {
     } catch (const CLI::Success& success) {
         return line.app.exit(success);
     } catch (const CLI::ParseError& error) {
-        std::fprintf(stderr, "trocar: command line: %s (see trocar --help)\n",
-                     trocar::printable_line(error.what()).c_str());
+        complain("command line: ", error.what(), " (see trocar --help)");
         return bad_input;
     }
+    if (line.large) trocar::lift_size_limits();
     if (!line.data.empty()) {
         line.common.data = line.data;
     } else if (const char* variable = std::getenv("TROCAR_DATA"); variable != nullptr && *variable != '\0') {
@@ -389,17 +432,20 @@ int trocar::app::run_program(int argc, char** argv, const std::filesystem::path&
     try {
         return run_command(argc, argv);
     } catch (const trocar::InputError& error) {
-        std::fprintf(stderr, "trocar: %s\n", error.what());
+        complain("", error.what());
+        return bad_input;
+    } catch (const std::filesystem::filesystem_error& error) {
+        complain(error.path1().string() + ": ",
+                 "expected a file or folder that can be used, got " + error.code().message());
         return bad_input;
     } catch (const std::system_error& error) {
-        std::fprintf(stderr, "trocar: standard output or a file: expected to be writable, got %s\n", error.what());
+        complain("", std::string("standard output or a file: expected to be writable, got ") + error.what());
         return bad_input;
     } catch (const std::bad_alloc&) {
-        std::fprintf(stderr, "trocar: expected input that fits into memory, got more\n");
+        complain("", "expected input that fits into memory, got more");
         return bad_input;
     } catch (const std::exception& error) {
-        std::fprintf(stderr, "trocar: internal error: %s (please report the command, its files and trocar --version)\n",
-                     trocar::printable_line(error.what()).c_str());
+        complain("internal error: ", error.what(), " (please report the command, its files and trocar --version)");
         return method_failed;
     }
 }

@@ -34,6 +34,7 @@ void print_json(const Mesh& mesh, const MeshReport& report, const OrientationRep
                   {"box", Json::array({point_json(report.box.min), point_json(report.box.max)})},
                   {"unit", {{"name", report.unit.name}, {"guessed", report.unit.guessed}}}};
     if (report.coplanar_overlaps > 0) document["coplanar_overlaps"] = report.coplanar_overlaps;
+    if (!report.coplanar_overlaps_complete) document["coplanar_overlaps_complete"] = false;
     if (!report.self_intersections_complete) document["self_intersections_complete"] = false;
     if (!orientation.to_turn.empty()) document["turned_triangles"] = orientation.to_turn;
     for (const ShellInsideOut& shell : orientation.inside_out) {
@@ -74,9 +75,9 @@ void print_table(const MeshOptions& options, const Mesh& mesh, const MeshReport&
     count("degenerate triangles", report.degenerate_triangles, "height below 1e-7 of the longest edge");
     count("duplicate triangles", report.duplicate_triangles,
           "with the corners of an earlier one; in the same order, a scene takes them once");
-    if (report.coplanar_overlaps > 0) {
+    if (report.coplanar_overlaps > 0 || !report.coplanar_overlaps_complete) {
         row("coincident layers",
-            fmt::format("{}{}", report.self_intersections_complete ? "" : "at least ", report.coplanar_overlaps),
+            fmt::format("{}{}", report.coplanar_overlaps_complete ? "" : "at least ", report.coplanar_overlaps),
             "pairs in one plane that meet, without a common vertex; no self-intersections");
     }
     if (report.self_intersections_complete) {

@@ -200,12 +200,13 @@ int respond(const CommonOptions& common, const RespondOptions& options) {
         fmt::print("{}\n", output.dump());
     } else {
         for (const Json& result : results) {
-            fmt::print("{:<24} {:<11}", result["id"].get<std::string>(), result["result"].get<std::string>());
+            fmt::print("{:<24} {:<11}", printable_line(result["id"].get<std::string>()),
+                       result["result"].get<std::string>());
             for (const Json& key : result["failed"]) {
                 const std::string name = key.get<std::string>();
                 fmt::print(" {}={}", name, result["got"][name].dump());
             }
-            fmt::print(" {}\n", result["message"].get<std::string>());
+            fmt::print(" {}\n", printable_line(result["message"].get<std::string>()));
             if (result["result"] == "computed") fmt::print("    {}\n", result["got"].dump());
         }
         fmt::print("{} passed, {} failed, {} advisory failed, {} computed, {} unsupported\n", totals.passed,

@@ -199,9 +199,7 @@ void print_text(const Scene& scene, const Record& record) {
 }  // namespace
 
 int run(const CommonOptions& common, const RunOptions& options) {
-    if (options.ticks && *options.ticks < 1) {
-        throw InputError("--ticks", "", "an integer >= 1", fmt::format("{}", *options.ticks));
-    }
+    check_ticks(options.ticks);
     if (options.paced && options.record) {
         throw InputError("command line", "--record", "no recording in a paced run (writing takes its time)", "both");
     }

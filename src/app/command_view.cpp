@@ -55,9 +55,7 @@ ViewPage view_of_scene(const CommonOptions& common, const ViewOptions& options) 
                                              .device = {},
                                              .reach_margin = {}}));
     }
-    if (options.ticks && *options.ticks < 1) {
-        throw InputError("--ticks", "", "an integer >= 1", fmt::format("{}", *options.ticks));
-    }
+    check_ticks(options.ticks);
     const Scene scene = read_scene(options.inputs.front(), common.data);
     ViewPage page = page_of(scene);
     if (options.ticks) page.ticks = std::min(page.ticks, *options.ticks);

@@ -49,7 +49,11 @@ void LongStepWatch::look(const Frame& frame) {
             is_long = true;
             if (steps_.body >= 0 && step / edge <= steps_.step / steps_.edge) continue;
             steps_.tick = frame.tick;
-            steps_.body = mover;
+            // Seen from either of the two the other one moves; the one that does is named.
+            const auto own_step = [&](Index body) {
+                return furthest(frame, topology_->bodies[static_cast<std::size_t>(body)], Vector3::Zero());
+            };
+            steps_.body = own_step(pair[0]) >= own_step(pair[1]) ? pair[0] : pair[1];
             steps_.step = step;
             steps_.edge = edge;
         }
@@ -61,8 +65,7 @@ std::string long_step_note(const LongSteps& steps, const Topology& topology) {
     if (steps.frames == 0) return {};
     return fmt::format(
         "step longer than feature in {} frames: up to frame {} {} goes {:.3g} m, {:.3g} times the mean edge of {:.3g} "
-        "m, so "
-        "that contacts between frames may be in no frame (swept=on tells them)",
+        "m, so that contacts between frames may be in no frame (swept=on tells them)",
         steps.frames, steps.tick, topology.bodies[static_cast<std::size_t>(steps.body)].name, steps.step,
         steps.step / steps.edge, steps.edge);
 }

@@ -231,6 +231,8 @@ constexpr auto keys = std::to_array<OutputKey>({
     {"mesh", "coplanar_overlaps", "count",
      "only present where there are some: pairs without a common vertex that lie in one plane and meet, as coincident "
      "layers do; not among self_intersections"},
+    {"mesh", "coplanar_overlaps_complete", "flag",
+     "only present as false: the search was stopped, there are at least so many"},
     {"mesh", "self_intersections_complete", "flag", "only present as false: the search was stopped, too many overlap"},
     {"mesh", "turned_triangles[]", "number",
      "only present where there are some: the fewest triangles that make neighbours agree when turned round, 0-based"},

@@ -11,6 +11,9 @@ namespace trocar::app {
 
 namespace {
 
+/// Of one case, a fraction of a second.
+constexpr std::int64_t most_steps_of_a_case = 2'000'000;
+
 // ---------------------------------------------------------------- what moves: the tissue integrator itself
 /// A tissue without triangles for the integrator's cases.
 struct System {
@@ -201,21 +204,21 @@ LawAnswer oscillation(const Input& input, const Json& expected) {
     // Step sizes: those the case asks for, else 512 steps to the last time and three halvings.
     const double end = times.back();
     std::vector<std::pair<double, std::int64_t>> runs;
-    constexpr std::int64_t most_steps = 20'000'000;
     if (expected.is_object() && expected.contains("semi_implicit_euler") &&
         expected["semi_implicit_euler"].is_array()) {
         for (const Json& entry : expected["semi_implicit_euler"]) {
             if (!entry.is_object() || !entry.contains("h") || !entry.contains("steps")) continue;
             if (!entry["h"].is_number() || !entry["steps"].is_number_integer()) continue;
             const auto steps = entry["steps"].get<std::int64_t>();
-            if (steps >= 1 && steps <= most_steps) runs.emplace_back(entry["h"].get<double>(), steps);
+            if (steps >= 1 && steps <= most_steps_of_a_case) runs.emplace_back(entry["h"].get<double>(), steps);
         }
     }
     if (runs.empty() && input.has("h")) {
         const double h = input.positive("h");
-        const auto steps =
-            input.has("steps") ? input.count("steps", most_steps) : static_cast<std::int64_t>(std::llround(end / h));
-        if (steps > most_steps) input.fault("h", "at most 20000000 steps", fmt::format("{}", steps));
+        const auto steps = input.has("steps") ? input.count("steps", most_steps_of_a_case)
+                                              : static_cast<std::int64_t>(std::llround(end / h));
+        if (steps > most_steps_of_a_case)
+            input.fault("h", fmt::format("at most {} steps", most_steps_of_a_case), fmt::format("{}", steps));
         runs.emplace_back(h, std::max<std::int64_t>(steps, 1));
     }
     if (runs.empty() && end > 0.0) {
@@ -261,7 +264,7 @@ LawAnswer oscillation_energy(const Input& input) {
     const double h = input.positive("h");
     const double x0 = input.number("x0");
     const double v0 = input.number("v0", 0.0);
-    const std::int64_t steps = input.count("steps", 20'000'000);
+    const std::int64_t steps = input.count("steps", most_steps_of_a_case);
     System system = oscillator(m, k, c, x0, v0);
     MassSpring tissue(system.topology, system.materials);
     const auto energy = [&] {
@@ -393,7 +396,7 @@ LawAnswer step_limits(System system, double damping_rate) {
 }  // namespace
 
 LawAnswer chain_limits(const Input& input) {
-    const auto n = static_cast<Index>(input.count("N", 20000));
+    const auto n = static_cast<Index>(input.count("N", 1000));
     const double k = input.positive("k");
     const double m = input.positive("m");
     const std::string ends = input.has("ends")

@@ -53,6 +53,12 @@ RunSpec spec_of(const MethodChoice& choice) {
     return spec;
 }
 
+void check_ticks(std::optional<std::int64_t> ticks) {
+    constexpr std::int64_t most = 1'000'000'000;
+    if (!ticks || (*ticks >= 1 && *ticks <= most)) return;
+    throw InputError("--ticks", "", fmt::format("an integer from 1 to {}", most), fmt::format("{}", *ticks));
+}
+
 void set_scene(const Scene& scene, std::optional<std::int64_t> ticks, RunSpec& spec) {
     spec.scene = scene.name;
     spec.scene_file = scene.file.string();

@@ -27,6 +27,9 @@ struct MethodChoice {
 /// in alphabetical order). Throws InputError for an unknown or absent method and a bad value.
 RunSpec spec_of(const MethodChoice& choice);
 
+/// Throws InputError unless `ticks` (--ticks) is none or what a scene may ask for, too.
+void check_ticks(std::optional<std::int64_t> ticks);
+
 /// What of a specification the scene decides: name, file, hash, seed, and the ticks where `ticks` does not.
 void set_scene(const Scene& scene, std::optional<std::int64_t> ticks, RunSpec& spec);
 

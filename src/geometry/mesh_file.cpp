@@ -5,11 +5,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
-#include <cstdio>
-#include <fstream>
-#include <memory>
 #include <numbers>
-#include <system_error>
 
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_text.hpp"
@@ -76,22 +72,7 @@ void write_obj(const std::filesystem::path& file, const Matrix3X& vertices, cons
         fmt::format_to(std::back_inserter(text), "f {} {} {}\n", std::int64_t{triangles(0, t)} + 1,
                        std::int64_t{triangles(1, t)} + 1, std::int64_t{triangles(2, t)} + 1);
     }
-    std::filesystem::path beside = file;
-    beside += ".partial";
-    bool written = false;
-    {
-        std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
-        stream.write(text.data(), static_cast<std::streamsize>(text.size()));
-        stream.close();
-        written = stream.good();
-    }
-    std::error_code error;
-    if (written) std::filesystem::rename(beside, file, error);
-    if (!written || error) {
-        std::error_code ignored;
-        std::filesystem::remove(beside, ignored);
-        throw InputError(file.string(), "", "a file that can be written", error ? error.message() : "a write error");
-    }
+    write_whole(file, fmt::to_string(text));
 }
 
 void pose_vertices(double scale, const Vector3& translation, const Vector3& rotation_degrees, Matrix3X& vertices) {

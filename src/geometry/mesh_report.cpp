@@ -167,17 +167,12 @@ void count_self_intersections(const Matrix3X& vertices, const Triangles& triangl
         const Corners first = corners(std::min(s, t));
         const Corners second = corners(std::max(s, t));
         if (!triangles_intersect(first, second)) return;
-        const PairClass pair_class = classify_pair(first, second);
-        const int in_first_plane = corners_in_plane(first, second);
-        if (in_first_plane == 3 && pair_class != PairClass::degenerate) {
-            ++report.coplanar_overlaps;
-            return;
-        }
-        const bool off_planes = in_first_plane == 0 && corners_in_plane(second, first) == 0;
-        if (!(off_planes && pair_class == PairClass::touch_edge)) ++report.self_intersections;
+        const bool off_planes = corners_in_plane(first, second) == 0 && corners_in_plane(second, first) == 0;
+        if (!(off_planes && classify_pair(first, second) == PairClass::touch_edge)) ++report.self_intersections;
     };
+    const PairsApart pairs(vertices, triangles);
     std::int64_t tests_left = most_tests;
-    PairsApart(vertices, triangles).for_each([&](Index s, Index t) {
+    pairs.for_each([&](Index s, Index t) {
         if (tests_left-- == 0) {
             report.self_intersections_complete = false;
             return false;
@@ -185,6 +180,22 @@ void count_self_intersections(const Matrix3X& vertices, const Triangles& triangl
         count(s, t);
         return true;
     });
+    // What lies in one plane is passed over there: a flat face cut into many would cost a test for every two.
+    tests_left = most_tests;
+    const auto count_in_one_plane = [&](Index s, Index t) {
+        if (tests_left-- == 0) {
+            report.coplanar_overlaps_complete = false;
+            return false;
+        }
+        const Corners first = corners(std::min(s, t));
+        const Corners second = corners(std::max(s, t));
+        if (corners_in_plane(first, second) == 3 && corners_in_plane(second, first) == 3 &&
+            classify_pair(first, second) != PairClass::degenerate && triangles_intersect(first, second)) {
+            ++report.coplanar_overlaps;
+        }
+        return true;
+    };
+    pairs.for_each(count_in_one_plane, true);
 }
 
 }  // namespace

@@ -37,7 +37,8 @@ struct MeshReport {
     std::int64_t self_intersections = 0;
     /// Pairs without a common vertex that lie in one plane and meet there: coincident layers. None of the above.
     std::int64_t coplanar_overlaps = 0;
-    bool self_intersections_complete = true;  ///< false: both counts are lower bounds, see most_self_intersection_tests
+    bool coplanar_overlaps_complete = true;   ///< false: at least so many, the search was stopped
+    bool self_intersections_complete = true;  ///< false: at least so many, see most_self_intersection_tests
     bool watertight = false;                  ///< no boundary, non-manifold or flipped edge
     double signed_volume = 0.0;        ///< unit³; positive when triangles are counter-clockwise seen from outside
     double median_longest_edge = 0.0;  ///< unit; NaN without triangles

@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "geometry/input_error.hpp"
+#include "geometry/size_limits.hpp"
 
 namespace trocar::mesh_text {
 namespace {
@@ -168,22 +169,46 @@ std::string stated_unit(std::string_view comment) {
     return {};
 }
 
+MeshBuilder::MeshBuilder(const Source& source) : source_(source) {
+    constexpr auto index_end = static_cast<std::size_t>(std::numeric_limits<Index>::max());
+    const bool limited = are_sizes_limited();
+    most_coordinates_ = 3 * (limited ? static_cast<std::size_t>(most_vertices) : index_end);
+    most_corners_ = 3 * (limited ? static_cast<std::size_t>(most_triangles) : index_end);
+}
+
+void MeshBuilder::refuse_size() const {
+    if (are_sizes_limited()) {
+        throw InputError(
+            source_.name, "",
+            limit_text(most_triangles, "triangles and " + std::to_string(most_vertices) + " vertices in a mesh"),
+            "more");
+    }
+    throw InputError(source_.name, "", "at most 2147483647 vertices and triangles", "more");
+}
+
 void MeshBuilder::reserve(std::size_t vertices, std::size_t triangles) {
+    if (3 * vertices > most_coordinates_ || 3 * triangles > most_corners_) refuse_size();
     coordinates_.reserve(3 * vertices);
     corners_.reserve(3 * triangles);
 }
 
 void MeshBuilder::add_vertex(double x, double y, double z) {
+    if (coordinates_.size() >= most_coordinates_) refuse_size();
     coordinates_.push_back(x);
     coordinates_.push_back(y);
     coordinates_.push_back(z);
 }
 
 void MeshBuilder::add_polygon(std::span<const Index> corners) {
+    if (corners.size() > static_cast<std::size_t>(most_corners) && are_sizes_limited()) {
+        throw InputError(source_.name, "", limit_text(most_corners, "corners of a face"),
+                         std::to_string(corners.size()));
+    }
     for (std::size_t i = 2; i < corners.size(); ++i) add_triangle(corners[0], corners[i - 1], corners[i]);
 }
 
 void MeshBuilder::add_triangle(Index a, Index b, Index c) {
+    if (corners_.size() >= most_corners_) refuse_size();
     corners_.push_back(a);
     corners_.push_back(b);
     corners_.push_back(c);
@@ -194,11 +219,6 @@ void MeshBuilder::read_unit(std::string_view comment) {
 }
 
 Mesh MeshBuilder::finish(std::string format) {
-    constexpr std::int64_t limit = std::numeric_limits<Index>::max();
-    if (vertex_count() > limit || triangle_count() > limit) {
-        throw InputError(source_.name, "", "at most 2147483647 vertices and triangles",
-                         std::to_string(std::max(vertex_count(), triangle_count())));
-    }
     Mesh mesh;
     mesh.format = std::move(format);
     mesh.vertices = Eigen::Map<const Matrix3X>(coordinates_.data(), 3, vertex_count());

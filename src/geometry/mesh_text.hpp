@@ -58,9 +58,11 @@ bool equal_without_case(std::string_view a, std::string_view b);
 std::string stated_unit(std::string_view comment);
 
 /// Vertices and triangles in file order while the file is read.
+/// Throws InputError from the vertex or triangle on that is one too many (geometry/size_limits.hpp, and what an Index
+/// holds).
 class MeshBuilder {
 public:
-    explicit MeshBuilder(const Source& source) : source_(source) {}
+    explicit MeshBuilder(const Source& source);
     void reserve(std::size_t vertices, std::size_t triangles);
     void add_vertex(double x, double y, double z);
     /// Fan-split in order. Precondition: at least three corners.
@@ -69,11 +71,15 @@ public:
     void read_unit(std::string_view comment);
     [[nodiscard]] std::int64_t vertex_count() const { return static_cast<std::int64_t>(coordinates_.size() / 3); }
     [[nodiscard]] std::int64_t triangle_count() const { return static_cast<std::int64_t>(corners_.size() / 3); }
-    /// Hands the mesh over; throws InputError when a count does not fit an Index.
+    /// Hands the mesh over.
     Mesh finish(std::string format);
 
 private:
+    [[noreturn]] void refuse_size() const;
+
     const Source& source_;
+    std::size_t most_coordinates_;  ///< sizes beyond these are refused as soon as they are reached
+    std::size_t most_corners_;
     std::vector<double> coordinates_;
     std::vector<Index> corners_;
     std::string unit_;

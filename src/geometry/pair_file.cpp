@@ -13,10 +13,15 @@
 namespace trocar {
 namespace {
 
+/// A line has so many words at most: two triangles, truth and class.
+constexpr std::size_t most_words = 20;
+
+/// Of a line with more words one more than it may have.
 std::vector<std::string_view> words_of(std::string_view line) {
     constexpr std::string_view blanks = " \t\r\v\f";
     std::vector<std::string_view> words;
-    for (std::size_t begin = line.find_first_not_of(blanks); begin != std::string_view::npos;) {
+    for (std::size_t begin = line.find_first_not_of(blanks);
+         begin != std::string_view::npos && words.size() <= most_words;) {
         const std::size_t end = std::min(line.find_first_of(blanks, begin), line.size());
         words.push_back(line.substr(begin, end - begin));
         begin = line.find_first_not_of(blanks, end);
@@ -40,9 +45,11 @@ std::string in_quotes(std::string_view word) { return "'" + std::string(word.sub
 
 PairLine parse_line(const std::string& file, std::size_t number, const std::vector<std::string_view>& words) {
     const std::string where = "line " + std::to_string(number);
-    if (words.size() < 18 || words.size() > 20) {
+    if (words.size() < 18 || words.size() > most_words) {
+        const std::string counted =
+            words.size() > most_words ? "more than " + std::to_string(most_words) : std::to_string(words.size());
         throw InputError(file, where, "18 numbers, then optionally truth and class",
-                         std::to_string(words.size()) + (words.size() == 1 ? " word" : " words"));
+                         counted + (words.size() == 1 ? " word" : " words"));
     }
     PairLine line;
     line.number = number;
@@ -81,6 +88,7 @@ std::vector<PairLine> read_pair_file(const std::filesystem::path& path) {
         const std::vector<std::string_view> words = words_of(text);
         if (!words.empty()) lines.push_back(parse_line(file, number, words));
     }
+    if (stream.bad()) throw InputError(file, "", "a text file of pairs", "a read error");
     return lines;
 }
 

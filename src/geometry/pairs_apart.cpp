@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "geometry/box_pairs.hpp"
+#include "geometry/exact.hpp"
 
 namespace trocar {
 namespace {
@@ -20,6 +21,18 @@ bool holds(const std::array<Index, 3>& vertices, Index v) {
 Vector3 unit_or_zero(const Vector3& v) {
     const double length = v.norm();
     return length > 1e-150 && std::isfinite(length) ? Vector3(v / length) : Vector3(Vector3::Zero());
+}
+
+/// Three points on one line, exactly: so is every projection to a plane of two axes.
+bool on_one_line(const Vector3& a, const Vector3& b, const Vector3& c) {
+    for (const Vector3& aside : {Vector3(1, 0, 0), Vector3(0, 1, 0), Vector3(0, 0, 1)}) {
+        Vector3 p = a;
+        Vector3 q = b;
+        Vector3 r = c;
+        for (Vector3* point : {&p, &q, &r}) *point -= aside.cwiseProduct(*point);
+        if (orientation_sign(p, q, r, Vector3(p + aside)) != 0) return false;
+    }
+    return true;
 }
 
 }  // namespace
@@ -56,6 +69,9 @@ Index PairsApart::build(Index begin, Index end) {
         Node& leaf = nodes_.back();
         leaf.box = boxes_[static_cast<std::size_t>(t)];
         leaf.common = {triangles_(0, t), triangles_(1, t), triangles_(2, t)};
+        const bool line =
+            on_one_line(vertices_.col(leaf.common[0]), vertices_.col(leaf.common[1]), vertices_.col(leaf.common[2]));
+        leaf.plane = line ? -1 : t;
         find_slanted(leaf);
         return number;
     }
@@ -75,8 +91,22 @@ Index PairsApart::build(Index begin, Index end) {
         const Index v = node(low).common[k];
         made.common[k] = holds(node(high).common, v) ? v : -1;
     }
+    // Three points that are not on a line tell a plane: one triangle stands for all of its half.
+    if (node(low).plane >= 0 && node(high).plane >= 0 && in_one_plane(node(low).plane, node(high).plane)) {
+        made.plane = node(low).plane;
+    }
     find_slanted(made);
     return number;
+}
+
+bool PairsApart::in_one_plane(Index face, Index other) const {
+    for (int corner = 0; corner < 3; ++corner) {
+        if (orientation_sign(vertices_.col(triangles_(0, face)), vertices_.col(triangles_(1, face)),
+                             vertices_.col(triangles_(2, face)), vertices_.col(triangles_(corner, other))) != 0) {
+            return false;
+        }
+    }
+    return true;
 }
 
 /// Along the longest side of a triangle.
@@ -150,7 +180,7 @@ bool PairsApart::apart_along_own_axes(const Node& first, const Node& second) con
     return false;
 }
 
-bool PairsApart::passed_over(Index a, Index b) const {
+bool PairsApart::passed_over(Index a, Index b, bool one_plane_too) const {
     const Node& first = node(a);
     const Node& second = node(b);
     if (!first.box.overlaps(second.box)) return true;
@@ -158,7 +188,9 @@ bool PairsApart::passed_over(Index a, Index b) const {
         holds(second.common, first.common[2])) {
         return true;
     }
-    return a != b && (first.slanted >= 0 || second.slanted >= 0) && apart_along_own_axes(first, second);
+    if (a == b) return !one_plane_too && first.plane >= 0;
+    if ((first.slanted >= 0 || second.slanted >= 0) && apart_along_own_axes(first, second)) return true;
+    return !one_plane_too && first.plane >= 0 && second.plane >= 0 && in_one_plane(first.plane, second.plane);
 }
 
 }  // namespace trocar

@@ -11,16 +11,17 @@
 namespace trocar {
 
 /// What a mesh is full of is passed over as one, not pair by pair: triangles that share a vertex (a fan, duplicates on
-/// each other). Long thin triangles are held apart by boxes along their own axes.
+/// each other), and triangles with area that lie in one plane, exactly (a flat face cut into many). Long thin triangles
+/// are held apart by boxes along their own axes.
 class PairsApart {
 public:
     /// Both outlive the object. No triangle has two corners of the same number.
     PairsApart(const Matrix3X& vertices, const Triangles& triangles);
 
     /// Calls use(s, t) for each pair whose boxes overlap; ends early when it returns false. Returns how many pairs of
-    /// nodes it has looked at.
+    /// nodes it has looked at. `one_plane_too`: also those that lie in one plane.
     template <typename Use>
-    std::int64_t for_each(const Use& use) const {
+    std::int64_t for_each(const Use& use, bool one_plane_too = false) const {
         std::int64_t looked_at = 0;
         if (nodes_.empty()) return looked_at;
         std::vector<std::array<Index, 2>> open{{0, 0}};
@@ -30,7 +31,7 @@ public:
             ++looked_at;
             const Node& first = node(a);
             const Node& second = node(b);
-            if (passed_over(a, b)) continue;
+            if (passed_over(a, b, one_plane_too)) continue;
             const bool first_ends = first.second < 0;
             const bool second_ends = second.second < 0;
             if (a == b) {
@@ -57,6 +58,7 @@ private:
         Index first = 0;  ///< into order_
         Index count = 1;
         Index second = -1;   ///< node of the upper half; the lower half follows at once; -1: one triangle
+        Index plane = -1;    ///< a triangle with area in whose plane all triangles below lie, each with area; -1: none
         Index slanted = -1;  ///< into slanted_
     };
     /// A box along axes of its own, unit vectors up to rounding; from middle_.
@@ -67,7 +69,8 @@ private:
     };
 
     [[nodiscard]] const Node& node(Index i) const { return nodes_[static_cast<std::size_t>(i)]; }
-    [[nodiscard]] bool passed_over(Index a, Index b) const;
+    [[nodiscard]] bool passed_over(Index a, Index b, bool one_plane_too) const;
+    [[nodiscard]] bool in_one_plane(Index face, Index other) const;
     [[nodiscard]] bool apart_along_own_axes(const Node& first, const Node& second) const;
     [[nodiscard]] Slanted box_along(const Node& of, Index along) const;
     [[nodiscard]] Slanted own_box(const Node& of) const;

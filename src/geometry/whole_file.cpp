@@ -1,11 +1,13 @@
 #include "geometry/whole_file.hpp"
 
+#include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
 #include <fstream>
-#include <sstream>
 
 #include "geometry/input_error.hpp"
+#include "geometry/size_limits.hpp"
 
 namespace trocar {
 
@@ -38,20 +40,40 @@ std::ifstream open_input(const std::filesystem::path& file, const std::string& e
 
 std::string read_whole(const std::filesystem::path& file, const std::string& expected) {
     std::ifstream stream = open_input(file, expected);
-    std::ostringstream text;
-    // An empty file has nothing to insert, which is no fault of the stream's.
-    if (stream.peek() != std::ifstream::traits_type::eof()) text << stream.rdbuf();
-    if (stream.bad() || text.fail()) throw InputError(file.string(), "", expected, "a read error");
-    return text.str();
+    std::error_code error;
+    constexpr std::uintmax_t most_bytes = 1'000'000 * most_megabytes;
+    // Files of the kernel say that they have no size, and grow while they are read.
+    const std::uintmax_t said = std::max<std::uintmax_t>(std::filesystem::file_size(file, error), 1);
+    std::string text;
+    for (std::uintmax_t wanted = error ? 1 : said;; wanted = std::max<std::uintmax_t>(4096, text.size())) {
+        if (are_sizes_limited() && text.size() + wanted > most_bytes) {
+            throw InputError(file.string(), "", limit_text(most_megabytes, "MB to be read at a time"), "more");
+        }
+        const std::size_t before = text.size();
+        text.resize(before + static_cast<std::size_t>(wanted));
+        stream.read(text.data() + before, static_cast<std::streamsize>(wanted));
+        text.resize(before + static_cast<std::size_t>(stream.gcount()));
+        if (stream.bad()) throw InputError(file.string(), "", expected, "a read error");
+        if (stream.eof()) return text;
+        if (stream.peek() == std::ifstream::traits_type::eof()) return text;
+    }
 }
 
 void write_whole(const std::filesystem::path& file, const std::string& content) {
     const auto refuse = [&file](const std::string& reason) {
         throw InputError(file.string(), "", "a file that can be written", reason);
     };
-    std::filesystem::path beside = file;
-    beside += ".part";
     std::error_code error;
+    // What is renamed into place replaces what is there: a link is followed first, and /dev/null stays a device.
+    std::filesystem::path target = file;
+    for (int links = 0; links < 40 && std::filesystem::is_symlink(target, error); ++links) {
+        target = target.parent_path() / std::filesystem::read_symlink(target, error);
+    }
+    const std::filesystem::file_status there = std::filesystem::status(target, error);
+    if (std::filesystem::is_directory(there)) refuse("a folder");
+    if (std::filesystem::exists(there) && !std::filesystem::is_regular_file(there)) refuse("a device, pipe or socket");
+    std::filesystem::path beside = target;
+    beside += ".part";
     errno = 0;
     {
         std::ofstream stream(beside, std::ios::binary | std::ios::trunc);
@@ -63,7 +85,7 @@ void write_whole(const std::filesystem::path& file, const std::string& content) 
             refuse(reason);
         }
     }
-    std::filesystem::rename(beside, file, error);
+    std::filesystem::rename(beside, target, error);
     if (!error) return;
     const std::string reason = error.message();
     std::filesystem::remove(beside, error);

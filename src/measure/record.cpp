@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "geometry/input_error.hpp"
+#include "geometry/json_depth.hpp"
 
 namespace trocar {
 namespace {
@@ -378,6 +379,9 @@ std::string to_json_line(const Record& record) {
 
 Record record_from_json_line(const std::string& line, const std::string& file, std::int64_t line_number) {
     const Reader reader(file, line_number);
+    if (is_nested_too_deep(line)) {
+        reader.fail("", fmt::format("at most {} levels of lists and objects", deepest_json), "more");
+    }
     Json json;
     try {
         json = Json::parse(line);

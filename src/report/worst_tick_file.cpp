@@ -1,8 +1,11 @@
 // worst_tick.json, written and read.
+#include <fmt/format.h>
+
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "geometry/input_error.hpp"
+#include "geometry/json_depth.hpp"
 #include "report/worst_tick.hpp"
 
 namespace trocar {
@@ -73,6 +76,9 @@ std::string to_json(const WorstTick& seen) {
 }
 
 WorstTick worst_tick_from_json(const std::string& text, const std::string& file) {
+    if (is_nested_too_deep(text)) {
+        throw InputError(file, "", fmt::format("at most {} levels of lists and objects", deepest_json), "more");
+    }
     try {
         const Json json = Json::parse(text);
         if (json.at("format") != format_name) {

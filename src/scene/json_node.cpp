@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "geometry/input_error.hpp"
+#include "geometry/json_depth.hpp"
+#include "geometry/size_limits.hpp"
 
 namespace trocar {
 namespace {
@@ -81,14 +83,15 @@ private:
 
 template <typename AnyJson>
 AnyJson parse(std::string_view text, const std::string& file) {
+    if (are_sizes_limited() && text.size() > static_cast<std::size_t>(1'000'000 * most_json_megabytes)) {
+        throw InputError(file, "", limit_text(most_json_megabytes, "MB of JSON"), fmt::format("{} bytes", text.size()));
+    }
     Whereabouts whereabouts;
     using Event = typename AnyJson::parse_event_t;
     const typename AnyJson::parser_callback_t watch = [&](int depth, Event event, AnyJson& parsed) {
-        // What walks a document later calls itself for every level.
-        constexpr int deepest = 100;
-        if (depth > deepest) {
+        if (depth > deepest_json) {
             throw InputError(file, whereabouts.pointer(),
-                             fmt::format("at most {} levels of lists and objects", deepest), "more");
+                             fmt::format("at most {} levels of lists and objects", deepest_json), "more");
         }
         if (event == Event::object_start || event == Event::array_start) whereabouts.opens();
         if (event == Event::object_end || event == Event::array_end) whereabouts.closes();

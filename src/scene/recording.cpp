@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "geometry/input_error.hpp"
+#include "geometry/size_limits.hpp"
 #include "geometry/whole_file.hpp"
 #include "scene/json_node.hpp"
 
@@ -118,6 +119,15 @@ Header read_header(const JsonNode& node) {
     header.dt = node.at("dt").positive();
     header.frames = node.at("frames").integer(0, most_frames);
     constexpr std::int64_t most = std::numeric_limits<Index>::max();
+    if (are_sizes_limited()) {
+        const std::size_t bodies = node.at("bodies").list().size();
+        if (bodies > static_cast<std::size_t>(most_bodies)) {
+            node.at("bodies").fail(limit_text(most_bodies, "bodies"), std::to_string(bodies));
+        }
+        if (const std::int64_t count = node.at("triangles").integer(0, most); count > most_triangles) {
+            node.at("triangles").fail(limit_text(most_triangles, "triangles"));
+        }
+    }
     header.vertices = node.at("vertices").integer(0, most);
     header.triangles = node.at("triangles").integer(0, most);
     constexpr std::int64_t most_empty_frames = 1'000'000;  // the file's size bounds all others

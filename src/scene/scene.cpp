@@ -16,6 +16,7 @@
 #include "geometry/mesh_file.hpp"
 #include "geometry/mesh_report.hpp"
 #include "geometry/orientation.hpp"
+#include "geometry/size_limits.hpp"
 #include "geometry/whole_file.hpp"
 #include "scene/json_node.hpp"
 #include "scene/rotation.hpp"
@@ -28,7 +29,6 @@ namespace {
 
 constexpr const char* scene_format = "trocar-scene-1";
 constexpr std::string_view data_prefix = "data:";
-constexpr double most_shape_triangles = 2e7;
 constexpr std::int64_t most_ticks = 1'000'000'000;
 
 /// Where files of a scene lie.
@@ -136,8 +136,12 @@ Surface read_shape(const JsonNode& node, const Shape& shape) {
         if (const auto fault = shape.check(values)) node.at(fault->parameter).fail(fault->expected);
     }
     const double estimate = shape.triangle_estimate(values);
-    if (!(estimate <= most_shape_triangles)) {
-        node.at("edge").fail(fmt::format("an edge that gives at most {:.0f} triangles", most_shape_triangles));
+    if (are_sizes_limited() && !(estimate <= static_cast<double>(most_triangles))) {
+        node.at("edge").fail("an edge that gives " + limit_text(most_triangles, "triangles"));
+    }
+    constexpr auto index_end = std::numeric_limits<Index>::max();
+    if (!(estimate <= static_cast<double>(index_end))) {
+        node.at("edge").fail(fmt::format("an edge that gives at most {} triangles", index_end));
     }
     return shape.make(values);
 }
@@ -432,10 +436,17 @@ void read_parts(const JsonNode& node, const Places& places, BodyPlan& plan) {
     std::vector<Part> parts;
     std::int64_t vertex_total = 0;
     std::int64_t triangle_total = 0;
-    for (const JsonNode& item : node.at("parts").list()) {
+    const std::vector<JsonNode> items = node.at("parts").list();
+    if (are_sizes_limited() && items.size() > static_cast<std::size_t>(most_parts)) {
+        node.at("parts").fail(limit_text(most_parts, "parts of a body"), std::to_string(items.size()));
+    }
+    for (const JsonNode& item : items) {
         parts.push_back(read_part(item, places, plan.body.kind, plan.notes));
         vertex_total += parts.back().surface.vertices.cols();
         triangle_total += parts.back().surface.triangles.cols();
+        if (are_sizes_limited() && triangle_total > most_triangles) {
+            item.fail(limit_text(most_triangles, "triangles in a scene"), fmt::format("{} up to here", triangle_total));
+        }
         if (std::max(vertex_total, triangle_total) > std::numeric_limits<Index>::max()) {
             item.fail("at most 2147483647 vertices and triangles", "more");
         }
@@ -719,8 +730,17 @@ Scene read_scene(const std::filesystem::path& file, const std::optional<std::fil
 
     std::vector<BodyPlan> plans;
     std::set<std::string> names;
-    for (const JsonNode& item : root.at("bodies").list()) {
+    const std::vector<JsonNode> items = root.at("bodies").list();
+    if (are_sizes_limited() && items.size() > static_cast<std::size_t>(most_bodies)) {
+        root.at("bodies").fail(limit_text(most_bodies, "bodies"), std::to_string(items.size()));
+    }
+    std::int64_t triangles = 0;
+    for (const JsonNode& item : items) {
         plans.push_back(read_body(item, places));
+        triangles += plans.back().body.triangles.cols();
+        if (are_sizes_limited() && triangles > most_triangles) {
+            item.fail(limit_text(most_triangles, "triangles in a scene"), fmt::format("{} up to here", triangles));
+        }
         if (!names.insert(plans.back().body.name).second) item.at("name").fail("a name of its own");
     }
     if (plans.empty()) root.at("bodies").fail("at least one body");

@@ -6,6 +6,8 @@
 #include <set>
 #include <utility>
 
+#include "geometry/input_error.hpp"
+#include "geometry/size_limits.hpp"
 #include "method/registry.hpp"
 #include "simulate/overrides.hpp"
 #include "study/study.hpp"
@@ -25,6 +27,13 @@ void shuffle(std::vector<PlannedRun>& runs, std::uint64_t& state) {
     for (std::size_t i = runs.size(); i > 1; --i) {
         std::swap(runs[i - 1], runs[static_cast<std::size_t>(next_random(state) % i)]);
     }
+}
+
+void add_run(PlannedRun run, std::vector<PlannedRun>& runs) {
+    if (are_sizes_limited() && runs.size() >= static_cast<std::size_t>(most_runs)) {
+        throw InputError("study", "", limit_text(most_runs, "runs"), "more");
+    }
+    runs.push_back(std::move(run));
 }
 
 void settle_absent(PlannedRun& run) {
@@ -104,7 +113,7 @@ void add_loops(const Study& study, const std::string& mode, const std::optional<
                                              own_source(response));
                     run.spec.stepper = stepper;
                     run.facts["run.stepper"] = stepper.empty() ? registry().default_stepper().name : stepper;
-                    if (!run.settled || repetition == 0) runs.push_back(std::move(run));
+                    if (!run.settled || repetition == 0) add_run(std::move(run), runs);
                 }
             }
         }
@@ -134,7 +143,7 @@ void add_sweeps(const Study& study, std::int64_t repetition, std::vector<Planned
                         run.spec.knob = sweep.knob;
                         run.spec.point = value;
                         if (!run.settled && !reason.empty()) run.settled = Outcome{OutcomeKind::unsupported, reason};
-                        if (!run.settled || repetition == 0) runs.push_back(std::move(run));
+                        if (!run.settled || repetition == 0) add_run(std::move(run), runs);
                     }
                 }
             }
@@ -161,7 +170,7 @@ void add_ablation(const Study& study, std::int64_t repetition, std::vector<Plann
             run.spec.knob = knob;
             run.spec.point = point;
             if (!silent.empty()) run.facts["ablation.silent"] = silent;
-            if (!run.settled || repetition == 0) runs.push_back(std::move(run));
+            if (!run.settled || repetition == 0) add_run(std::move(run), runs);
         };
         add(part.from, "", "from", {});
         add(part.to, "", "to", {});
@@ -216,7 +225,7 @@ void add_hard_cases(const Study& study, std::int64_t repetition, std::vector<Pla
         run.spec.scene = name;
         run.facts = std::move(facts);
         if (settled) run.settled = settled;
-        if (!run.settled || repetition == 0) runs.push_back(std::move(run));
+        if (!run.settled || repetition == 0) add_run(std::move(run), runs);
     };
     for (const HardCase& one : part.cases) {
         const std::string file = (std::filesystem::path(part.folder) / one.name / "expected.json").generic_string();
@@ -249,7 +258,7 @@ void add_certificates(const Study& study, std::int64_t repetition, std::vector<P
         const auto add = [&](const StudyMethod& detector, const StudyMethod& response) {
             PlannedRun run = planned(study, "certificate", scene, part.ticks, 0, repetition, detector, response,
                                      response.text.empty() ? "" : own_source(response));
-            if (!run.settled || repetition == 0) runs.push_back(std::move(run));
+            if (!run.settled || repetition == 0) add_run(std::move(run), runs);
         };
         for (const StudyMethod& detector : part.detectors) {
             if (runs_on(detector, scene)) add(detector, {});
@@ -271,7 +280,7 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
                 PlannedRun run = planned(study, "replay", scene, study.replay->ticks, study.replay->truth_stride,
                                          repetition, detector, StudyMethod{}, "");
                 run.spec.between_ticks = study.replay->between_ticks;
-                if (wanted(run)) runs.push_back(std::move(run));
+                if (wanted(run)) add_run(std::move(run), runs);
             }
         }
     }
@@ -293,7 +302,7 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
                 PlannedRun run = planned(study, "closed_loop", "", part.ticks, part.truth_stride, 0, StudyMethod{},
                                          response, contacts);
                 run.settled = Outcome{OutcomeKind::unsupported, reason};
-                runs.push_back(std::move(run));
+                add_run(std::move(run), runs);
             }
             for (const StudyMethod& detector : part.detectors) {
                 if (const std::string reason = untold(detector, contacts); !reason.empty()) {
@@ -301,7 +310,7 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
                     PlannedRun run = planned(study, "closed_loop", "", part.ticks, part.truth_stride, 0, detector,
                                              StudyMethod{}, contacts);
                     run.settled = Outcome{OutcomeKind::unsupported, reason};
-                    runs.push_back(std::move(run));
+                    add_run(std::move(run), runs);
                     continue;
                 }
                 for (const StudyMethod& response : part.responses) {
@@ -315,10 +324,10 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
                         run.spec.detail_stride = part.detail_stride;
                         if (!wanted(run)) continue;
                         for (const std::string& stepper : part.steppers) {
-                            runs.push_back(run);
+                            add_run(run, runs);
                             runs.back().spec.stepper = stepper;
                         }
-                        if (part.steppers.empty()) runs.push_back(std::move(run));
+                        if (part.steppers.empty()) add_run(std::move(run), runs);
                     }
                 }
             }
@@ -329,7 +338,7 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
             PlannedRun run =
                 planned(study, "triangle_pair", scene, study.triangle_pair->ticks, study.triangle_pair->truth_stride,
                         repetition, StudyMethod{}, study.triangle_pair->response, "canonical");
-            if (wanted(run)) runs.push_back(std::move(run));
+            if (wanted(run)) add_run(std::move(run), runs);
         }
     }
     add_sweeps(study, repetition, runs);
@@ -379,12 +388,15 @@ std::vector<PlannedRun> make_plan(const Study& study) {
     if (study.replay) repetitions = std::max(repetitions, study.replay->repetitions);
     if (study.closed_loop) repetitions = std::max(repetitions, study.closed_loop->repetitions);
     if (study.triangle_pair) repetitions = std::max(repetitions, study.triangle_pair->repetitions);
+    if (are_sizes_limited() && repetitions > most_runs) {
+        throw InputError("study", "", limit_text(most_runs, "runs"), fmt::format("{} repetitions", repetitions));
+    }
     std::vector<PlannedRun> plan;
     std::uint64_t random = study.seed;
     for (std::int64_t repetition = 0; repetition < repetitions; ++repetition) {
         std::vector<PlannedRun> runs = block(study, repetition);
         shuffle(runs, random);
-        std::move(runs.begin(), runs.end(), std::back_inserter(plan));
+        for (PlannedRun& run : runs) add_run(std::move(run), plan);
     }
     return plan;
 }

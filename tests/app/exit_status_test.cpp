@@ -2,6 +2,7 @@
 // their promises, and on reports and references that do not fit.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <vector>
@@ -129,6 +130,46 @@ TEST_F(ExitStatus, ReportAgainstAnotherIsOneWhenAFigureOrARunHasChanged) {
     EXPECT_EQ(against(fewer, before).status, 1) << "a run is missing";
     EXPECT_EQ(against(before, fewer).status, 1) << "a run is new";
     EXPECT_EQ(against(before, file("nowhere")).status, 2);
+}
+
+TEST_F(ExitStatus, RecordsAndPicturesNestedTooDeepAreBadInput) {
+    const std::size_t levels = 100'000;  // more than the stack bears
+    const std::string lists = std::string(levels, '[') + std::string(levels, ']');
+    std::string objects;
+    for (std::size_t i = 0; i < levels; ++i) objects += "{\"x\":";
+    objects += "0" + std::string(levels, '}');
+    const auto expect_refused = [](const std::string& arguments) {
+        const ProgramResult result = run_program(arguments);
+        EXPECT_EQ(result.status, 2) << arguments;
+        EXPECT_NE(result.err.find("expected at most 100 levels of lists and objects"), std::string::npos) << result.err;
+        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    };
+    const std::filesystem::path report = folder_.path() / "report";
+    std::filesystem::create_directories(report);
+    const std::string good = to_json_line(test::synthetic({.ticks = 30})) + "\n";
+    std::string inside = good;
+    inside.insert(inside.rfind('}'), ",\"more\":" + lists);
+    for (const std::string& records : {lists, objects, good + inside}) {
+        std::ofstream(report / "records.jsonl") << records;
+        for (const std::string command : {"report ", "table ", "view "}) expect_refused(command + report.string());
+    }
+    std::ofstream(report / "records.jsonl") << good;
+    std::ofstream(report / "worst_tick.json") << R"({"format": "trocar-worst-tick-1", "scene": )" << lists << "}";
+    expect_refused("report " + report.string());
+}
+
+TEST_F(ExitStatus, ComplaintsHaveAtMost400BytesWithAllThatStandsAroundThem) {
+    const std::string name(5000, 'x');
+    const std::string mesh = write("scene.json", R"({"format": "trocar-scene-1", "bodies": [{"parts": [{"mesh": ")" +
+                                                     name + R"("}], "name": ")" + name + R"("}]})");
+    for (const std::string& arguments :
+         {"run " + name, "report " + name, "table " + name, "mesh " + name + ".stl", name, "run --" + name,
+          "run " + mesh, "scenes " + name, "schema " + name, "respond " + mesh}) {
+        const ProgramResult result = run_program(arguments);
+        EXPECT_EQ(result.status, 2) << arguments.substr(0, 20);
+        EXPECT_LE(result.err.size(), 401U) << arguments.substr(0, 20) << ": " << result.err;
+        EXPECT_TRUE(result.err.starts_with("trocar: ") && result.err.ends_with("\n")) << result.err;
+    }
 }
 
 TEST_F(ExitStatus, ReferenceCheckIsOneWhenOneIsMissingOrStale) {

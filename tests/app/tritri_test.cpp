@@ -41,6 +41,16 @@ TEST_F(Tritri, PrintsOneVerdictPerPairInFileOrder) {
     }
 }
 
+TEST_F(Tritri, LineOfMillionsOfWordsIsRefusedAfterTheFirst) {
+    std::string words;
+    for (int i = 0; i < 1'000'000; ++i) words += "1 ";
+    const ProgramResult result = run(words);
+    EXPECT_EQ(result.status, 2);
+    EXPECT_NE(result.err.find("line 1: expected 18 numbers, then optionally truth and class, got more than 20 words"),
+              std::string::npos)
+        << result.err;
+}
+
 TEST_F(Tritri, HoldsVerdictsAgainstTruthPerClass) {
     const ProgramResult right = run(face + " " + stabbing + " 1 transversal\n" + face + " " + above + " 0 disjoint\n" +
                                         face + " " + touching + " 1 touch-vertex\n" + face + " " + above + " 0\n",

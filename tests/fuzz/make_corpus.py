@@ -26,6 +26,7 @@ SOURCES = {
     'recording': ['scene/recording.cpp'],
     'replay': ['scene/recording.cpp'],
     'baseline': ['study/contact_baseline.cpp'],
+    'record': ['measure/record.cpp', 'measure/record.hpp', 'contact/outcome.cpp'],
     'response_cases': ['app/command_respond.cpp', 'app/respond_*.cpp', 'app/respond_*.hpp'],
     'pairs': ['geometry/pair_file.cpp', 'geometry/exact.cpp'],
 }
@@ -246,6 +247,26 @@ def baseline_text(contacts):
     return json.dumps(document)
 
 
+def record_seeds(project):
+    """Published records of every kind of run, cut to the first few of what they list."""
+    kinds = {}
+    for file in sorted((project / 'reports').glob('*/records.jsonl')):
+        for line in file.read_text().splitlines():
+            record = json.loads(line)
+            if 'spec' not in record:  # of the detection benchmark
+                break
+            kinds.setdefault((record['spec']['mode'], record['outcome'], 'events' in record), record)
+    for (mode, outcome, events), record in kinds.items():
+        for count in (0, 2):
+            few = dict(record, environment=dict(list(record['environment'].items())[:count]),
+                       summary=dict(list(record['summary'].items())[:4 * count]))
+            few['rows'] = {key: column[:count] if isinstance(column, list) else column
+                           for key, column in record['rows'].items()} if isinstance(record['rows'], dict) else {}
+            if events:
+                few['events'] = {key: column[:count] for key, column in record['events'].items()}
+            yield 'record', f'{mode}-{outcome}-{events}-{count}', json.dumps(few)
+
+
 def seeds(project, data):
     meshes = meshes_of(project, data)
     yield from mesh_seeds(meshes)
@@ -260,6 +281,7 @@ def seeds(project, data):
     contacts.append([3, 4, 'touch'] + [None] * 7)
     yield 'baseline', 'all', baseline_text(contacts)
     yield 'baseline', 'few', baseline_text(contacts[:2])
+    yield from record_seeds(project)
     yield 'pairs', 'two', '0 0 0 1 0 0 0 1 0 0.2 0.2 -1 0.2 0.2 1 0.3 0.4 1 1 transversal\n0 0 0 1 0 0 0 1 0 5 5 5 6 5 5 5 6 5\n'
     yield 'response_cases', 'none', '{"format": "response-cases-1", "cases": []}'
     if data:

@@ -72,10 +72,28 @@ TEST(InputErrorText, IsOnePrintableLineOfAtMost400Bytes) {
     }
 }
 
+TEST_F(WholeFile, DevicesAndPipesAreNotReplacedAndLinksStay) {
+    const std::filesystem::path pipe = folder_ / "pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    const std::filesystem::path device = folder_ / "device";
+    std::filesystem::create_symlink("/dev/null", device);
+    const std::filesystem::path link = folder_ / "link";
+    std::filesystem::create_symlink("target", link);
+    for (const std::filesystem::path& file : {pipe, device}) {
+        EXPECT_EQ(fault_of([&] { write_whole(file, "text"); }),
+                  file.string() + ": expected a file that can be written, got a device, pipe or socket");
+    }
+    EXPECT_TRUE(std::filesystem::is_fifo(pipe));
+    EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
+    write_whole(link, "text");
+    EXPECT_TRUE(std::filesystem::is_symlink(link));
+    EXPECT_EQ(read_whole(folder_ / "target", "text"), "text");
+}
+
 TEST_F(WholeFile, WhatCannotBeWrittenLeavesNothingBehind) {
     const std::filesystem::path taken = folder_ / "inner";  // a folder cannot be replaced by a file
     EXPECT_EQ(fault_of([&] { write_whole(taken, "text"); }),
-              taken.string() + ": expected a file that can be written, got Is a directory");
+              taken.string() + ": expected a file that can be written, got a folder");
     const std::filesystem::path nowhere = folder_ / "none" / "file";
     EXPECT_EQ(fault_of([&] { write_whole(nowhere, "text"); }),
               nowhere.string() + ": expected a file that can be written, got No such file or directory");

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "geometry/input_error.hpp"
+#include "geometry/json_depth.hpp"
 
 namespace trocar {
 namespace {
@@ -152,6 +153,17 @@ TEST(RecordLine, BadRecordIsRefusedWithFileLineAndPlace) {
             EXPECT_NE(what.find(bad.place), std::string::npos) << what;
         }
     }
+}
+
+TEST(JsonDepth, CountsWhatIsOpenAtATimeOutsideOfTexts) {
+    const auto lists = [](std::size_t levels) { return std::string(levels, '[') + std::string(levels, ']'); };
+    EXPECT_FALSE(is_nested_too_deep(lists(100)));
+    EXPECT_TRUE(is_nested_too_deep(lists(101)));
+    EXPECT_FALSE(is_nested_too_deep("[" + lists(99) + "," + lists(99) + "]"));
+    EXPECT_TRUE(is_nested_too_deep("[{\"a\":" + lists(99) + "}]"));
+    EXPECT_FALSE(is_nested_too_deep("[{\"" + std::string(200, '[') + "\\\"" + std::string(200, '{') + "\":1}]"));
+    EXPECT_TRUE(is_nested_too_deep("\"\\\\\"" + lists(101))) << "the text ends after an escaped backslash";
+    EXPECT_TRUE(is_nested_too_deep(std::string(101, '[')));
 }
 
 TEST(RecordJson, ShortColumnsReadBackTheSame) {

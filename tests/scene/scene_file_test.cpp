@@ -315,7 +315,8 @@ TEST_F(SceneFile, BadValuesAreNamedWithPointerExpectationAndFinding) {
         {"/bodies/0/parts/0/shape", "cube", "/bodies/0/parts/0/shape: expected one of sheet, disc, .*, got \"cube\""},
         {"/bodies/0/parts/0/edge", 0, "/bodies/0/parts/0/edge: expected a number > 0, got 0"},
         {"/bodies/0/parts/0/edge", 1e-9,
-         "/bodies/0/parts/0/edge: expected an edge that gives at most 20000000 triangles, got 1e-09"},
+         "/bodies/0/parts/0/edge: expected an edge that gives at most 2000000 triangles \\(--large lifts this\\), got "
+         "1e-09"},
         {"/bodies/0/parts/0/size", Json::array({1}),
          "/bodies/0/parts/0/size: expected a list of 2 lengths, got \\[1\\]"},
         {"/bodies/0/parts/0/scale", -1, "/bodies/0/parts/0/scale: expected a number > 0, got -1"},
