@@ -83,24 +83,31 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     for (const Index local : contacts.touched()) state.velocity.col(local).head<3>() = start_[at(contacts.spot(local))];
 }
 
-/// A guess needs no more of a solution than to be told from the next one: what presses is found on rough ones first,
-/// then confirmed or mended on exact ones. Many contacts that share few vertices may go round in circles. Then those
-/// that go deepest press first, few at a time, and the next search is on better solutions; and if none settles, those
-/// that would pull leave, one round after the other, and none joins.
+/// A guess needs no more of a solution than to be told from the next one: what presses is found on rough ones first, in
+/// a few rounds (on rough solutions contacts may go round in circles that exact ones do not know), then confirmed or
+/// mended on exact ones. Many contacts that share few vertices may go round in circles there, too. Then those that go
+/// deepest press first, few at a time; and if none settles, those that would pull leave, one round after the other, and
+/// none joins.
 template <typename Solved>
 void RegionSystem::find_pressing(double h, std::span<TickContact> contacts, const Solved& solved) {
-    constexpr std::array<double, 2> rough{0.1, 0.01};  // of the residual that a guess begins with
+    struct Rough {
+        double within;  // of the residual that a guess begins with
+        int rounds;
+    };
+    constexpr std::array<Rough, 2> rough{{{0.1, 8}, {0.01, 8}}};
     const TissueState& state = tissue_->state();
     const auto rate_of = [&state](const TickContact& contact) { return TickContacts::rate(contact, state); };
-    const auto settle = [&](double within) {
+    constexpr int many = 60;
+    const auto settle = [&](double within, int most_changes) {
         return find_active(
-            contacts, h, [&] { return solved(within); }, rate_of);
+            contacts, h, [&] { return solved(within); }, rate_of, most_changes);
     };
-    for (const double within : rough) {
-        if (settle(within)) break;
-        press_deepest_first(h, contacts, [&] { return solved(within); });
+    for (const auto& [within, rounds] : rough) {
+        if (settle(within, rounds)) break;
     }
-    if (settle(0.0)) return;
+    if (settle(0.0, many)) return;
+    press_deepest_first(h, contacts, [&] { return solved(rough.back().within); });
+    if (settle(0.0, many)) return;
     for (bool settled = false; !settled;) {
         solved(0.0);
         settled = true;
