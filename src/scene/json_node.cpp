@@ -81,36 +81,84 @@ private:
     std::vector<Level> open_;
 };
 
+/// Looks at a text before anything is made of it. (The parser's own callback looks through a whole list at the end of
+/// each of its items.)
+template <typename AnyJson>
+class Watch : public AnyJson::json_sax_t {
+public:
+    explicit Watch(const std::string& file) : file_(&file) {}
+    [[nodiscard]] std::string pointer() const { return whereabouts_.pointer(); }
+
+    bool null() override { return value(); }
+    bool boolean(bool /*value*/) override { return value(); }
+    bool number_integer(typename AnyJson::number_integer_t /*value*/) override { return value(); }
+    bool number_unsigned(typename AnyJson::number_unsigned_t /*value*/) override { return value(); }
+    bool number_float(typename AnyJson::number_float_t /*value*/, const std::string& /*text*/) override {
+        return value();
+    }
+    bool string(std::string& /*value*/) override { return value(); }
+    bool binary(typename AnyJson::binary_t& /*value*/) override { return value(); }
+    bool start_object(std::size_t /*elements*/) override { return opens(); }
+    bool start_array(std::size_t /*elements*/) override { return opens(); }
+    bool end_object() override { return closes(); }
+    bool end_array() override { return closes(); }
+    bool key(std::string& name) override {
+        expect_shallow();
+        if (!whereabouts_.names(name)) {
+            throw InputError(*file_, "", "every key once in an object",
+                             fmt::format("the key {} twice", trocar::quoted(name)));
+        }
+        return true;
+    }
+    bool parse_error(std::size_t /*byte*/, const std::string& /*token*/,
+                     const nlohmann::detail::exception& /*error*/) override {
+        return false;  // the parser's to tell
+    }
+
+private:
+    void expect_shallow() const {
+        if (depth_ <= deepest_json) return;
+        throw InputError(*file_, whereabouts_.pointer(),
+                         fmt::format("at most {} levels of lists and objects", deepest_json), "more");
+    }
+    bool value() {
+        expect_shallow();
+        whereabouts_.has_read();
+        return true;
+    }
+    bool opens() {
+        expect_shallow();
+        whereabouts_.opens();
+        ++depth_;
+        return true;
+    }
+    bool closes() {
+        whereabouts_.closes();
+        --depth_;
+        return true;
+    }
+
+    const std::string* file_;
+    Whereabouts whereabouts_;
+    int depth_ = 0;
+};
+
 template <typename AnyJson>
 AnyJson parse(std::string_view text, const std::string& file) {
     if (are_sizes_limited() && text.size() > static_cast<std::size_t>(1'000'000 * most_json_megabytes)) {
         throw InputError(file, "", limit_text(most_json_megabytes, "MB of JSON"), fmt::format("{} bytes", text.size()));
     }
-    Whereabouts whereabouts;
-    using Event = typename AnyJson::parse_event_t;
-    const typename AnyJson::parser_callback_t watch = [&](int depth, Event event, AnyJson& parsed) {
-        if (depth > deepest_json) {
-            throw InputError(file, whereabouts.pointer(),
-                             fmt::format("at most {} levels of lists and objects", deepest_json), "more");
-        }
-        if (event == Event::object_start || event == Event::array_start) whereabouts.opens();
-        if (event == Event::object_end || event == Event::array_end) whereabouts.closes();
-        if (event == Event::value) whereabouts.has_read();
-        if (event == Event::key && !whereabouts.names(parsed.template get<std::string>())) {
-            throw InputError(file, "", "every key once in an object",
-                             fmt::format("the key {} twice", quoted(parsed.template get<std::string>())));
-        }
-        return true;
-    };
+    Watch<AnyJson> watch(file);
+    static_cast<void>(AnyJson::sax_parse(text.begin(), text.end(), &watch));
     try {
-        return AnyJson::parse(text.begin(), text.end(), watch);
+        return AnyJson::parse(text.begin(), text.end());
     } catch (const Json::parse_error& error) {
         const std::size_t offset = error.byte > 0 ? error.byte - 1 : 0;
         const std::string found =
             offset >= text.size() ? "the end of the file" : quoted(std::string(text.substr(offset, 1)));
         throw InputError(file, place_of(text, offset), "JSON", found + " where it cannot stand");
     } catch (const Json::out_of_range&) {
-        throw InputError(file, whereabouts.pointer(), "a number that a double can hold", "one beyond 1.8e308");
+        throw InputError(file, watch.pointer(), "a number that a double can hold", "one beyond 1.8e308");
     }
 }
 

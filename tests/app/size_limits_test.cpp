@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -64,6 +65,13 @@ TEST_F(SizeLimits, MoreThanAThousandBodiesAndTenThousandPartsAreRefused) {
     EXPECT_EQ(run_program("scenes " + scene(0.05, 999)).status, 0);
     EXPECT_EQ(run_program("scenes --large " + scene(0.05, 1000)).status, 0);
     expect_refused("run " + scene(0.05, 1, 10'001), "/bodies/1/parts: expected at most 10000 parts of a body");
+}
+
+TEST_F(SizeLimits, ListsOfHundredThousandObjectsAreReadInATimeThatGrowsAsTheyDo) {
+    const std::string large = scene(0.05, 1, 200'000);
+    const auto begin = std::chrono::steady_clock::now();
+    expect_refused("run " + large, "/bodies/1/parts: expected at most 10000 parts of a body");
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
 }
 
 TEST_F(SizeLimits, FacesOfHundredThousandCornersAndLargeFilesAreRefused) {
