@@ -48,6 +48,9 @@ public:
 
     /// Once per run, for scenes with tissue. Topology and materials outlive the stepper's use of them.
     virtual void prepare(const Topology& topology, const Materials& materials) = 0;
+    /// After prepare and outside the clock: where the tissue will be when the first advance begins. A stepper that is
+    /// not told sees it then.
+    virtual void start(const Frame& /*first*/) {}
     /// What step this stepper bears on tissue at `position` (3×N, m) in ticks of dt (s); asked outside the loop, of a
     /// stepper that need not be prepared. unstable_step is looked for where its sub-step exceeds stable_step, and
     /// `closely` in any case. By default there is no bound.
@@ -67,6 +70,11 @@ public:
     virtual void trust_frames(bool /*trusted*/) {}
 
     // Of the last advance.
+    /// Whether it has left some of the tissue in `to` behind, to be followed in later ticks.
+    [[nodiscard]] virtual bool leaves_behind() const { return false; }
+    /// Puts what it has left behind into that frame, place and velocity, as if nothing were late; asked outside the
+    /// clock, for the energy and the momentum of the whole. Changes nothing in what the stepper does.
+    virtual void complete(Frame& /*frame*/) const {}
     /// Ranges of vertices that it may have given another place in `to` than in `from`, ascending; null: any of the
     /// tissue's.
     [[nodiscard]] virtual const std::vector<Range>* moved() const { return nullptr; }

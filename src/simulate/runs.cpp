@@ -310,7 +310,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
             // Held before it crosses, what touches has no pair.
             constexpr double no_force = 1e-9;  // N, rounding of a hand's free motion
             const bool touches = row.pairs > 0 || row.tool_force.norm() > no_force;
-            balance.observe(touches, simulation.seen(), simulation.frame(), simulation.body_loads());
+            balance.observe(touches, simulation.whole_seen(), simulation.whole_frame(), simulation.body_loads());
         }
         if (record.outcome.ok()) comparison.observe(row.time, row.tool_force, simulation.frame().position);
         if (limits.observe) limits.observe(simulation, row);

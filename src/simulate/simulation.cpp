@@ -50,9 +50,11 @@ struct Simulation::State {
     Leading leading;
     const TipSettings device;
 
-    Frame frame;  ///< after the last step
-    Frame seen;   ///< moved, as detection sees it
-    Frame next;   ///< being advanced; becomes `frame` when all went well
+    Frame frame;       ///< after the last step
+    Frame seen;        ///< moved, as detection sees it
+    Frame next;        ///< being advanced; becomes `frame` when all went well
+    Frame whole_seen;  ///< `seen` and `next` with what the stepper leaves behind, for the books; empty if it does not
+    Frame whole_next;
     ContactSet contacts;
     Effect effect;
     Rupture rupture;
@@ -151,10 +153,23 @@ struct Simulation::State {
         }
     }
 
+    [[nodiscard]] bool has_whole() const { return whole_next.position.cols() > 0; }
+
     /// Outside the clock, before the frame is taken over.
     void watch() {
         if (!books || !outcome.ok()) return;
-        books->observe(seen, next, effect, loads, load, leading.hands(), stepper && stepper->limited_edges() > 0);
+        const bool limited = stepper && stepper->limited_edges() > 0;
+        if (stepper && stepper->leaves_behind()) {
+            // What is shown late has strain of its own where it meets what is not.
+            if (!has_whole()) whole_next = seen;
+            std::swap(whole_seen, whole_next);
+            copy_led(seen, whole_seen);
+            whole_next = next;
+            stepper->complete(whole_next);
+            books->observe(whole_seen, whole_next, effect, loads, load, leading.hands(), limited);
+        } else {
+            books->observe(seen, next, effect, loads, load, leading.hands(), limited);
+        }
         outcome = blow_up->judge(seen, next, contacts, effect, loads, reaction, *books);
     }
 
@@ -324,6 +339,7 @@ Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, s
         if (s.response && scene.has_tissue()) {
             s.stepper = s.stepper_entry.make(checked_values(s.stepper_entry, settings.stepper.parameters));
             s.stepper->prepare(scene.topology, scene.materials);
+            s.stepper->start(scene.first);
         }
     } catch (const std::exception& error) {
         s.prepared = {OutcomeKind::threw, fmt::format("prepare: {}", error.what())};
@@ -335,6 +351,8 @@ Simulation::~Simulation() = default;
 
 const Frame& Simulation::seen() const { return state_->seen; }
 const Frame& Simulation::frame() const { return state_->frame; }
+const Frame& Simulation::whole_seen() const { return state_->has_whole() ? state_->whole_seen : state_->seen; }
+const Frame& Simulation::whole_frame() const { return state_->has_whole() ? state_->whole_next : state_->frame; }
 const ContactSet& Simulation::contacts() const { return state_->contacts; }
 const Effect& Simulation::effect() const { return state_->effect; }
 const std::vector<ContactLoad>& Simulation::contact_loads() const { return state_->loads; }

@@ -26,10 +26,10 @@ inline double force_of(const TickContact& contact, double h, double rate) {
 /// Backward Euler of all contacts over a step of h (s): a contact that is on gives k (d - h r) - mu r, with r (m/s) the
 /// rate after the step, and none but a bilateral or adhesive one pulls. `solved()` solves for the flags `on` and
 /// `capped` as they are and tells whether it could; `rate_of(contact)` is then its rate (m/s). False where a guess
-/// cannot be solved, which makes further guesses worthless, or where none of `most_changes` settles; forces are N.
+/// cannot be solved, which makes further guesses worthless, or where none settles; forces are N.
 template <typename Solved, typename RateOf>
-bool find_active(std::span<TickContact> contacts, double h, const Solved& solved, const RateOf& rate_of,
-                 int most_changes = 60) {
+bool find_active(std::span<TickContact> contacts, double h, const Solved& solved, const RateOf& rate_of) {
+    constexpr int most_changes = 60;
     // All that have to change at once settle most steps in a few rounds. Where many contacts share few vertices that
     // may go round in circles; one at a time, always the first, cannot (Murty 1974, least index).
     constexpr int rounds_at_once = 8;

@@ -149,6 +149,10 @@ RegionTissue::RegionTissue(MovingTissue& tissue, WrittenVertices& written, const
     }
     around_.reserve(most_springs);
     pull_.setZero(4, static_cast<Eigen::Index>(levels_.front().i.size()));
+    const std::size_t nodes = levels_.size() > 1 ? levels_[1].size() : 0;
+    pulled_by_.setZero(4, eigen_index(nodes));
+    is_pulled_.assign(nodes, 0);
+    pulled_.reserve(nodes);
 }
 
 void RegionTissue::build_vertices(const Matrix3X& rest) {

@@ -77,6 +77,37 @@ void RegionTissue::refresh(std::size_t level, Index node) {
     tissue_->state().velocity.col(node) = velocity;
 }
 
+void RegionTissue::complete(Frame& frame) const {
+    Matrix4X displacement = levels_.back().displacement;
+    Matrix4X velocity = levels_.back().velocity;
+    for (std::size_t level = levels_.size() - 1; level-- > 0;) {
+        const RegionLevel& fine = levels_[level];
+        Matrix4X fine_displacement = fine.displacement;
+        Matrix4X fine_velocity = level > 0 ? fine.velocity : tissue_->state().velocity;
+        for (std::size_t node = 0; node < fine.size(); ++node) {
+            if (fine.awake[node] != 0 || fine.fixed[node] != 0) continue;
+            const auto to = static_cast<Eigen::Index>(node);
+            fine_displacement.col(to).setZero();
+            fine_velocity.col(to).setZero();
+            for (std::size_t n = 0; n < 3; ++n) {
+                const double share = fine.share[node][n];
+                if (share == 0.0) continue;
+                fine_displacement.col(to) += share * displacement.col(fine.parent[node][n]);
+                fine_velocity.col(to) += share * velocity.col(fine.parent[node][n]);
+            }
+        }
+        displacement.swap(fine_displacement);
+        velocity.swap(fine_velocity);
+    }
+    const TissueState& state = tissue_->state();
+    for (std::size_t v = 0; v < state.size(); ++v) {
+        if (levels_[0].awake[v] != 0 || levels_[0].fixed[v] != 0) continue;
+        const auto local = static_cast<Eigen::Index>(v);
+        frame.position.col(state.vertex[v]) = (anchor_.col(local) + displacement.col(local)).head<3>();
+        frame.velocity.col(state.vertex[v]) = velocity.col(local).head<3>();
+    }
+}
+
 SymmetricBlock RegionTissue::stiffness_of(std::size_t level, std::uint32_t edge) const {
     const RegionLevel& fine = levels_[level];
     if (level > 0) return fine.stiffness[edge];
@@ -149,10 +180,26 @@ void RegionTissue::add_force(std::size_t level, Index node, const Eigen::Vector4
     }
 }
 
-/// A spring whose ends both sleep pulls that much more.
+/// A spring whose ends both sleep pulls that much more; the nodes of level 1 are told with `tell_pulls`.
 void RegionTissue::add_pull(std::uint32_t spring, const Eigen::Vector4d& pull) {
     const Shares shares(levels_[0], spring);
-    for (std::size_t n = 0; n < shares.count; ++n) add_force(1, shares.node[n], shares.factor[n] * pull);
+    for (std::size_t n = 0; n < shares.count; ++n) {
+        const Index node = shares.node[n];
+        if (is_pulled_[at(node)] == 0) {
+            is_pulled_[at(node)] = 1;
+            pulled_.push_back(node);
+        }
+        pulled_by_.col(node) += shares.factor[n] * pull;
+    }
+}
+
+void RegionTissue::tell_pulls() {
+    for (const Index node : pulled_) {
+        add_force(1, node, pulled_by_.col(node));
+        pulled_by_.col(node).setZero();
+        is_pulled_[at(node)] = 0;
+    }
+    pulled_.clear();
 }
 
 void RegionTissue::add_momentum(std::size_t level, Index node, const Eigen::Vector4d& momentum) {
@@ -200,6 +247,7 @@ void RegionTissue::wake(std::size_t level, Index node) {
     fine.awake[at(node)] = 1;
     fine.awake_at[at(node)] = static_cast<Index>(fine.awake_nodes.size());
     fine.awake_nodes.push_back(node);
+    tell_pulls();
     changed_ = true;
 }
 
@@ -255,6 +303,7 @@ void RegionTissue::sleep(std::size_t level, Index node) {
         take_pull(edge, stiffness);
     }
     if (level > 0) carry_jump(level, node, jump);
+    tell_pulls();
     ++moment_;  // other nodes have taken the momentum: what moves with them is no longer up to date
     changed_ = true;
 }
@@ -367,6 +416,7 @@ void RegionTissue::start() {
         pull_.col(s) = pull(s);
         add_pull(s, pull_.col(s));
     }
+    tell_pulls();
     changed_ = true;
 }
 

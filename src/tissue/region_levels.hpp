@@ -81,12 +81,18 @@ public:
     double take_way();
     /// Brings a node that sleeps up to date, and what it moves with.
     void refresh(std::size_t level, Index node);
+    /// Where everything that sleeps is now, into a frame; itself it stays as it is.
+    void complete(Frame& frame) const;
     /// Neither changes a place; momentum goes to the nodes that the node moves with from now on.
     void wake(std::size_t level, Index node);
     void sleep(std::size_t level, Index node);
     /// Looks at a vertex that sleeps: what its springs pull now, and a step of damped relaxation to where they balance,
-    /// so that what the nodes of the next level cannot do dies out. Gives the largest stretch of its springs.
+    /// so that what the nodes of the next level cannot do dies out. Gives the largest stretch of its springs. After the
+    /// last of several visits, `tell_pulls`.
     double visit(Index vertex);
+    /// Passes on what springs that sleep pull otherwise than before: once for all, since springs side by side pull the
+    /// same few nodes.
+    void tell_pulls();
 
     [[nodiscard]] std::vector<RegionLevel>& levels() { return levels_; }
     [[nodiscard]] const std::vector<RegionLevel>& levels() const { return levels_; }
@@ -118,8 +124,11 @@ private:
     MovingTissue* tissue_;
     WrittenVertices* written_;
     std::vector<RegionLevel> levels_;
-    Matrix4X anchor_;  ///< m, per vertex: its place less what the level above moves it by
-    Matrix4X pull_;    ///< N, per spring on its i: at displacement 0, by the stiffness at rest; of springs that sleep
+    Matrix4X anchor_;                      ///< m, per vertex: its place less what the level above moves it by
+    Matrix4X pulled_by_;                   ///< N, per node of level 1, not yet passed on
+    std::vector<Index> pulled_;            ///< nodes of level 1 that have any
+    std::vector<std::uint8_t> is_pulled_;  ///< per node of level 1
+    Matrix4X pull_;  ///< N, per spring on its i: at displacement 0, by the stiffness at rest; of springs that sleep
     std::int64_t moment_ = 0;
     Index pieces_ = 0;
     std::size_t put_ = 0;

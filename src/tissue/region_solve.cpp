@@ -1,17 +1,14 @@
-// How RegionSystem finds a step's velocities: conjugate gradients with the contacts that press and stick in the matrix,
-// within the search for which those are.
+// How RegionSystem finds a step's velocities: conjugate gradients on the convex function whose minimum the step is,
+// with what presses in it; friction is found around that.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
-#include "tissue/active_set.hpp"
 #include "tissue/region_system.hpp"
 
 namespace trocar {
 namespace {
-
-bool is_free(const TickContact& contact) { return !contact.bilateral && !contact.adhesive; }
 
 Vector3 along_surface(const Vector3& vector, const TickContact& contact) {
     return vector - vector.dot(contact.normal) * contact.normal;
@@ -30,19 +27,11 @@ Vector3 speed_of(const TickContact& contact, const VelocityOf& velocity_of) {
 void RegionSystem::solve(double h, bool known, double tolerance, int iterations, TickContacts& contacts) {
     const std::span<TickContact> all = contacts.all();
     TissueState& state = tissue_->state();
-    rows_.assign(all.size(), {});
     start_.clear();
     for (const Index local : contacts.touched()) start_.emplace_back(state.velocity.col(local).head<3>());
-    for (TickContact& contact : all) {
-        // Also what the speeds as they are bring together: fewer guesses than from the depth alone.
-        contact.on = contact.bilateral || contact.depth >= std::min(0.0, h * TickContacts::rate(contact, state));
-        contact.capped = false;
-        // Negative damping from the velocity at the start of the step.
-        if (!known) contact.held = contact.on ? -contact.explicit_damping * TickContacts::rate(contact, state) : 0.0;
-        contact.force = known ? contact.held : 0.0;
-        contact.rubbed.setZero();
-    }
+    take_laws(h, known, contacts);
     for (std::size_t c = 0; c < all.size(); ++c) {
+        all[c].rubbed.setZero();
         if (all[c].rubs && (known ? all[c].force > 0.0 : all[c].on)) hold_along(h, c, 1.0, contacts);
     }
     const auto show_velocities = [&] {
@@ -51,20 +40,13 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
             state.velocity.col(local).head<3>() = start_[at(contacts.spot(local))] + change;
         }
     };
-    const auto solved = [&](double within) {
-        take_rows(h, known, contacts);
-        const bool finite = find_change(tolerance, within, iterations, contacts);
-        show_velocities();
-        return finite;
-    };
     constexpr int most_rounds = 20;
     constexpr double settled = 1e-4;  // of the largest force
+    double small = -1.0;              // not known yet
     for (int round = 0; round < most_rounds; ++round) {
-        if (known || all.empty()) {
-            solved(0.0);
-        } else {
-            find_pressing(h, all, solved);
-        }
+        take_rows(h, contacts);
+        find_change(h, tolerance, iterations, contacts, small);
+        show_velocities();
         double largest = 0.0;
         for (const TickContact& contact : all) largest = std::max(largest, std::abs(contact.force));
         if (!contacts.any_rubs() || rub(h, contacts) <= settled * largest) break;
@@ -83,78 +65,34 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     for (const Index local : contacts.touched()) state.velocity.col(local).head<3>() = start_[at(contacts.spot(local))];
 }
 
-/// A guess needs no more of a solution than to be told from the next one: what presses is found on rough ones first, in
-/// a few rounds (on rough solutions contacts may go round in circles that exact ones do not know), then confirmed or
-/// mended on exact ones. Many contacts that share few vertices may go round in circles there, too. Then those that go
-/// deepest press first, few at a time; and if none settles, those that would pull leave, one round after the other, and
-/// none joins.
-template <typename Solved>
-void RegionSystem::find_pressing(double h, std::span<TickContact> contacts, const Solved& solved) {
-    struct Rough {
-        double within;  // of the residual that a guess begins with
-        int rounds;
-    };
-    constexpr std::array<Rough, 2> rough{{{0.1, 8}, {0.01, 8}}};
+/// What each contact gives for the rate r that it has after the step: k (d - h r) - mu r, within bounds. That falls
+/// with r, so that the step is the minimum of a convex function and there is one answer. The damper of one that may
+/// leave acts in a step that begins with it or whose speeds bring it about; else it would push from afar.
+void RegionSystem::take_laws(double h, bool known, TickContacts& contacts) {
     const TissueState& state = tissue_->state();
-    const auto rate_of = [&state](const TickContact& contact) { return TickContacts::rate(contact, state); };
-    constexpr int many = 60;
-    const auto settle = [&](double within, int most_changes) {
-        return find_active(
-            contacts, h, [&] { return solved(within); }, rate_of, most_changes);
-    };
-    for (const auto& [within, rounds] : rough) {
-        if (settle(within, rounds)) break;
-    }
-    if (settle(0.0, many)) return;
-    press_deepest_first(h, contacts, [&] { return solved(rough.back().within); });
-    if (settle(0.0, many)) return;
-    for (bool settled = false; !settled;) {
-        solved(0.0);
-        settled = true;
-        for (TickContact& contact : contacts) {
-            if (contact.capped) continue;
-            const double force = force_of(contact, h, rate_of(contact));
-            contact.force = contact.on ? contact.within_limit(force) : 0.0;
-            if (!contact.on || !is_free(contact) || force >= 0.0) continue;
-            contact.on = false;
-            contact.force = 0.0;
-            settled = false;
+    rows_.assign(contacts.all().size(), {});
+    for (std::size_t c = 0; c < rows_.size(); ++c) {
+        TickContact& contact = contacts.all()[c];
+        Row& row = rows_[c];
+        const double rate = TickContacts::rate(contact, state);
+        const bool may_leave = !contact.bilateral && !contact.adhesive;
+        contact.on = contact.bilateral || contact.depth >= std::min(0.0, h * rate);
+        row.rate = rate;
+        row.most = contact.limit;
+        row.least = may_leave && !known ? 0.0 : -contact.limit;
+        if (known) {
+            row.given = contact.held;
+        } else if (contact.on) {
+            // Negative damping from the velocity at the start of the step.
+            contact.held = -contact.explicit_damping * rate;
+            row.given = contact.stiffness * contact.depth + contact.held;
+            row.yield = contact.damping + h * contact.stiffness;
+        } else {
+            contact.held = 0.0;
+            row.given = may_leave ? contact.stiffness * contact.depth : 0.0;
+            row.yield = may_leave ? h * contact.stiffness : 0.0;
         }
-    }
-}
-
-template <typename Solved>
-void RegionSystem::press_deepest_first(double h, std::span<TickContact> contacts, const Solved& solved) {
-    const TissueState& state = tissue_->state();
-    const auto rate_of = [&state](const TickContact& contact) { return TickContacts::rate(contact, state); };
-    const auto pulls = [&](const TickContact& contact) {
-        return contact.on && is_free(contact) && force_of(contact, h, rate_of(contact)) < 0.0;
-    };
-    constexpr std::size_t at_once = 4;
-    for (TickContact& contact : contacts) {
-        contact.capped = false;
-        if (is_free(contact)) contact.on = false;
-    }
-    for (std::size_t joined = 0; joined < contacts.size(); joined += at_once) {
-        solved();
-        for (TickContact& contact : contacts) {
-            if (pulls(contact)) contact.on = false;
-        }
-        bool deepens = false;
-        for (std::size_t n = 0; n < at_once; ++n) {
-            TickContact* deepest = nullptr;
-            double depth = 0.0;
-            for (TickContact& contact : contacts) {
-                const double after = contact.depth - h * rate_of(contact);
-                if (contact.on || !is_free(contact) || after <= depth) continue;
-                deepest = &contact;
-                depth = after;
-            }
-            if (deepest == nullptr) break;
-            deepest->on = true;
-            deepens = true;
-        }
-        if (!deepens) break;
+        contact.force = row.force(rate);
     }
 }
 
@@ -171,34 +109,36 @@ void RegionSystem::hold_along(double h, std::size_t c, double part, TickContacts
     row.stretched = part * source.tangent_k * along_surface(contacts.slip(source.slip_key), contact);
 }
 
-/// What the contacts as they are on, at their limit and sticking put into the matrix and the right side.
-void RegionSystem::take_rows(double h, bool known, TickContacts& contacts) {
-    const std::span<TickContact> all = contacts.all();
+/// What the contacts that hold along the surface put on the right side, and their rates at the change as it is.
+void RegionSystem::take_rows(double h, const TickContacts& contacts) {
     right_side_.leftCols(eigen_index(awake_)) = whole_right_side_.leftCols(eigen_index(awake_));
-    near_block_.clear();
-    for (const Index local : contacts.touched()) near_block_.push_back(block_[at(number_[0][at(local)])]);
-    for (std::size_t c = 0; c < all.size(); ++c) {
-        const TickContact& contact = all[c];
-        Row& row = rows_[c];
-        const double damping = contact.damping + h * contact.stiffness;
-        const bool presses = !known && contact.on && !contact.capped;
-        row.press = presses ? h * damping : 0.0;
+    for (std::size_t c = 0; c < rows_.size(); ++c) {
+        const TickContact& contact = contacts.all()[c];
+        const Row& row = rows_[c];
+        if (row.part == 0.0) continue;
         const Vector3 speed =
             speed_of(contact, [&](Index local) -> const Vector3& { return start_[at(contacts.spot(local))]; });
-        const double rate = speed.dot(contact.normal) + contact.surface.dot(contact.normal) + contact.fixed_rate;
-        double given = contact.capped || known ? contact.force : 0.0;
-        if (presses) given = contact.stiffness * contact.depth + contact.held - damping * rate;
-        Vector3 push = given * contact.normal;
-        if (row.part > 0.0) push -= row.stretched + row.slope * along_surface(speed, contact);
+        const Vector3 push = -row.stretched - row.slope * along_surface(speed, contact);
+        each_end(contact, [&](Eigen::Index n, double weight) { right_side_.col(n).head<3>() += h * weight * push; });
+    }
+}
+
+/// The preconditioner with the contacts that give way as they are now.
+void RegionSystem::take_blocks(double h, const TickContacts& contacts) {
+    near_block_.clear();
+    for (const Index local : contacts.touched()) near_block_.push_back(block_[at(number_[0][at(local)])]);
+    for (std::size_t c = 0; c < rows_.size(); ++c) {
+        const TickContact& contact = contacts.all()[c];
+        Row& row = rows_[c];
+        row.press = row.gives_way() ? h * row.yield : 0.0;
+        if (row.press == 0.0 && row.rub == 0.0) continue;
         for (std::size_t i = 0; i < at(contact.count); ++i) {
-            const Index local = contact.vertex[i];
-            const double weight = contact.weight[i];
-            right_side_.col(number_[0][at(local)]).head<3>() += h * weight * push;
-            Matrix3& block = near_block_[at(contacts.spot(local))];
+            const double square = contact.weight[i] * contact.weight[i];
+            Matrix3& block = near_block_[at(contacts.spot(contact.vertex[i]))];
             // What presses on one vertex is in its block; what spans several is put right after the blocks.
             const double press = contact.count == 1 ? row.press : 0.0;
-            block += weight * weight * (press - row.rub) * contact.normal * contact.normal.transpose();
-            block.diagonal().array() += weight * weight * row.rub;
+            block += square * (press - row.rub) * contact.normal * contact.normal.transpose();
+            block.diagonal().array() += square * row.rub;
         }
     }
     for (const Index local : contacts.touched()) {
@@ -266,30 +206,108 @@ double RegionSystem::precondition(double by, const TickContacts& contacts) {
     return count > 0 ? kernels_->dot(awake_, preconditioned_.data(), residual_.data()) : product;
 }
 
-/// Preconditioned conjugate gradients from the change as it is, until the residual is below the tolerance or `within`
-/// of what it begins with. False where the numbers are not finite.
-bool RegionSystem::find_change(double tolerance, double within, int iterations, const TickContacts& contacts) {
+/// How far along the direction the function is least: its slope there is -`downhill` at 0 and rises by `curvature`,
+/// and by what the contacts give way, piece by piece. Newton's method within what is known to hold it.
+double RegionSystem::step_length(double h, double downhill, double curvature) const {
+    constexpr int most_steps = 60;
+    constexpr double settled = 1e-12;
+    double low = 0.0;
+    double high = std::numeric_limits<double>::infinity();
+    double step = 0.0;
+    for (int n = 0; n < most_steps; ++n) {
+        double slope = step * curvature - downhill;
+        double bend = curvature;
+        for (const std::size_t c : moved_) {
+            const Row& row = rows_[c];
+            const double rate = row.rate + step * row.along;
+            slope -= h * row.along * (row.force(rate) - row.now);
+            if (row.gives_way(rate)) bend += h * row.yield * row.along * row.along;
+        }
+        if (n > 0 && std::abs(slope) <= settled * downhill) break;
+        (slope < 0.0 ? low : high) = step;
+        double next = step - slope / bend;
+        if (!(next > low && next < high)) next = std::isfinite(high) ? 0.5 * (low + high) : 2.0 * step;
+        if (next == step) break;
+        step = next;
+    }
+    return step;
+}
+
+/// Conjugate gradients on the convex function whose minimum the step is: quadratic but for the contacts, each of which
+/// gives way or not by where the change as it is takes it. Every step goes as far as the function falls, so that there
+/// are no circles; where no contact begins or ends to give way, it is the linear method. From the change as it is until
+/// the residual is below `small`, which the first call of a step sets. False where the numbers are not finite.
+bool RegionSystem::find_change(double h, double tolerance, int iterations, TickContacts& contacts, double& small) {
     const auto count = eigen_index(awake_);
+    const std::span<TickContact> all = contacts.all();
     const auto turn_from = [&](const Matrix4X& to, double by) {
         kernels_->turn(awake_, by, to.data(), inertia_.data(), direction_.data(), image_.data());
     };
+    const bool is_first = small < 0.0;
     residual_.leftCols(count) = right_side_.leftCols(count);
     for (Matrix4X* vector : {&direction_, &image_}) vector->leftCols(count).setZero();  // the last may not be finite
-    double small = tolerance * tolerance * std::max(precondition(0.0, contacts), reference_);
-    turn_from(change_, 0.0);
-    multiply(contacts);
-    residual_.leftCols(count) -= image_.leftCols(count);
+    if (!is_first) {
+        turn_from(change_, 0.0);
+        multiply(contacts);
+        residual_.leftCols(count) -= image_.leftCols(count);
+    }
+    for (std::size_t c = 0; c < all.size(); ++c) {
+        Row& row = rows_[c];
+        row.rate = all[c].fixed_rate;
+        for (std::size_t i = 0; i < at(all[c].count); ++i) {
+            const Vector3 change = change_.col(number_[0][at(all[c].vertex[i])]).head<3>();
+            const Vector3& start = start_[at(contacts.spot(all[c].vertex[i]))];
+            row.rate += all[c].weight[i] * (start + change).dot(all[c].normal);
+        }
+        row.now = row.force(row.rate);
+        if (row.now == 0.0) continue;
+        each_end(all[c], [&](Eigen::Index n, double weight) {
+            residual_.col(n).head<3>() += h * weight * row.now * all[c].normal;
+        });
+    }
+    take_blocks(h, contacts);
     double rho = precondition(0.0, contacts);
-    small = std::max(small, within * within * rho);
+    if (is_first) small = tolerance * tolerance * std::max(rho, reference_);
     turn_from(preconditioned_, 0.0);
     for (int iteration = 0; iteration < iterations && rho > small; ++iteration) {
         multiply(contacts);
         const double curvature = kernels_->dot(awake_, direction_.data(), image_.data());
         if (!(curvature > 0.0)) break;
-        const double next = precondition(rho / curvature, contacts);
-        turn_from(preconditioned_, next / rho);
+        moved_.clear();
+        for (std::size_t c = 0; c < all.size(); ++c) {
+            Row& row = rows_[c];
+            row.along = 0.0;
+            each_end(all[c], [&](Eigen::Index n, double weight) {
+                row.along += weight * direction_.col(n).head<3>().dot(all[c].normal);
+            });
+            if (row.yield > 0.0 && row.along != 0.0) moved_.push_back(c);
+        }
+        // The residual has nothing left along the last direction: rho is what it has along this one.
+        const double step = step_length(h, rho, curvature);
+        bool has_changed = false;
+        for (const std::size_t c : moved_) {
+            Row& row = rows_[c];
+            const bool gave_way = row.gives_way();
+            row.rate += step * row.along;
+            const double force = row.force(row.rate);
+            has_changed = has_changed || row.gives_way() != gave_way;
+            if (force == row.now) continue;
+            const Vector3 push = h * (row.now - force) / step * all[c].normal;
+            each_end(all[c], [&](Eigen::Index n, double weight) { image_.col(n).head<3>() += weight * push; });
+            row.now = force;
+        }
+        double next = precondition(step, contacts);
+        double by = next / rho;
+        if (has_changed) {
+            // A preconditioner that is off by one stiff contact costs more than a new one.
+            take_blocks(h, contacts);
+            next = precondition(0.0, contacts);
+            by = 0.0;
+        }
+        turn_from(preconditioned_, by);
         rho = next;
     }
+    for (std::size_t c = 0; c < all.size(); ++c) all[c].force = rows_[c].now;
     return std::isfinite(rho);
 }
 

@@ -46,6 +46,7 @@ RegionSystem::RegionSystem(MovingTissue& tissue, RegionTissue& region)
     piece_inertia_.assign(at(region.pieces()), 0.0);
     constexpr std::size_t usual_contacts = 512;
     rows_.reserve(usual_contacts);
+    moved_.reserve(usual_contacts);
     coupled_.reserve(usual_contacts);
     constexpr Eigen::Index most_coupled = 256;
     coupling_.setZero(most_coupled, most_coupled);
@@ -140,7 +141,14 @@ void RegionSystem::list(double h) {
             entry.own = static_cast<Index>(n);
             entry.other = static_cast<Index>(to);
             if (level == 0) {
-                springs_.push_back(edge);
+                const SpringArrays& all = tissue_->spring_arrays();
+                springs_.push_back({.i = all.i[edge],
+                                    .j = all.j[edge],
+                                    .k = all.k[edge],
+                                    .offset = all.offset[edge],
+                                    .damping = all.damping[edge],
+                                    .inverse_rest = all.inverse_rest[edge],
+                                    .sense = all.i[edge] == node ? 1.0 : -1.0});
             } else {
                 coarse_edges_.push_back(edge);
                 coarse_level_.push_back(static_cast<std::uint32_t>(level));
@@ -160,7 +168,6 @@ void RegionSystem::prepare(double h) {
     if (region_->take_changed() || listed_for_ != h) list(h);
     std::vector<RegionLevel>& levels = region_->levels();
     TissueState& state = tissue_->state();
-    const SpringArrays& springs = tissue_->spring_arrays();
     for (std::size_t n = awake_; n < nodes_.size(); ++n) region_->refresh(nodes_[n].level, nodes_[n].node);
     Matrix4X& right = whole_right_side_;
     for (std::size_t n = 0; n <= nodes_.size(); ++n) {
@@ -177,16 +184,16 @@ void RegionSystem::prepare(double h) {
         }
     }
     for (std::size_t s = 0; s < springs_.size(); ++s) {
-        const std::uint32_t spring = springs_[s];
-        const Index i = springs.i[spring];
-        const Index j = springs.j[spring];
+        const RegionSpring& spring = springs_[s];
+        const Index i = spring.i;
+        const Index j = spring.j;
         const Vector3 way = (state.position.col(j) - state.position.col(i)).head<3>();
         const double length = way.norm();
         const double inverse = length == 0.0 ? 0.0 : 1.0 / length;
         const Vector3 u = inverse * way;
-        const double tension = length == 0.0 ? 0.0 : springs.k[spring] * length + springs.offset[spring];
+        const double tension = length == 0.0 ? 0.0 : spring.k * length + spring.offset;
         const double beta = std::max(0.0, h * h * tension * inverse);
-        const double alpha = length == 0.0 ? 0.0 : h * (springs.damping[spring] + h * springs.k[spring]) - beta;
+        const double alpha = length == 0.0 ? 0.0 : h * (spring.damping + h * spring.k) - beta;
         const Vector3 still = Vector3::Zero();
         // What does not move in the step keeps its place, whatever its velocity is.
         const Vector3 vi = state.velocity.col(i).head<3>();
@@ -194,13 +201,11 @@ void RegionSystem::prepare(double h) {
         const Vector3 opening = (state.moves(j) ? vj : still) - (state.moves(i) ? vi : still);
         const double closing = (vj - vi).dot(u);
         const Vector3 push =
-            (h * (tension + springs.damping[spring] * closing) + (h * h * springs.k[spring] - beta) * opening.dot(u)) *
-                u +
+            (h * (tension + spring.damping * closing) + (h * h * spring.k - beta) * opening.dot(u)) * u +
             beta * opening;
         RegionEdge& edge = edges_[s];
-        const double sense = number_[0][at(i)] == edge.own ? 1.0 : -1.0;
-        right.col(edge.own).head<3>() += sense * push;
-        right.col(edge.other).head<3>() -= sense * push;
+        right.col(edge.own).head<3>() += spring.sense * push;
+        right.col(edge.other).head<3>() -= spring.sense * push;
         const Matrix3 block = alpha * u * u.transpose() + beta * Matrix3::Identity();
         take(block, edge);
         block_[at(edge.own)] += block;
@@ -265,7 +270,7 @@ void RegionSystem::gather_up(Matrix4X& vector) const {
     }
 }
 
-/// image_ = A direction_, where image_ has what the inertia of the awake nodes makes of it.
+/// image_ = A direction_ without what presses, where image_ has what the inertia of the awake nodes makes of it.
 void RegionSystem::multiply(const TickContacts& contacts) {
     spread_down(direction_);
     for (std::size_t n = awake_; n <= nodes_.size(); ++n) image_.col(eigen_index(n)).setZero();
@@ -273,12 +278,11 @@ void RegionSystem::multiply(const TickContacts& contacts) {
     gather_up(image_);
     for (std::size_t c = 0; c < rows_.size(); ++c) {
         const Row& row = rows_[c];
-        if (row.press == 0.0 && row.rub == 0.0) continue;
+        if (row.rub == 0.0) continue;
         const TickContact& contact = contacts.all()[c];
         Vector3 rate = Vector3::Zero();
         each_end(contact, [&](Eigen::Index n, double weight) { rate += weight * direction_.col(n).head<3>(); });
-        const double along = rate.dot(contact.normal);
-        const Vector3 push = (row.press - row.rub) * along * contact.normal + row.rub * rate;
+        const Vector3 push = row.rub * (rate - rate.dot(contact.normal) * contact.normal);
         each_end(contact, [&](Eigen::Index n, double weight) { image_.col(n).head<3>() += weight * push; });
     }
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -13,6 +14,17 @@
 #include "tissue/tick_contacts.hpp"
 
 namespace trocar {
+
+/// A spring of a vertex that is awake: what SpringArrays have of it, side by side with the others of the region.
+struct RegionSpring {
+    Index i = -1;  ///< of the state
+    Index j = -1;
+    double k = 0.0;             ///< N/m
+    double offset = 0.0;        ///< N
+    double damping = 0.0;       ///< N s/m
+    double inverse_rest = 0.0;  ///< 1/m; 0 where the rest length is 0
+    double sense = 1.0;         ///< 1 where its edge's own node is i, else -1
+};
 
 class RegionSystem {
 public:
@@ -28,7 +40,7 @@ public:
     double move(double h);
 
     /// Springs of vertices that are awake.
-    [[nodiscard]] std::span<const std::uint32_t> springs() const { return springs_; }
+    [[nodiscard]] std::span<const RegionSpring> springs() const { return springs_; }
 
 private:
     struct Node {
@@ -43,7 +55,23 @@ private:
     };
     /// How a contact acts in the matrix.
     struct Row {
-        double press = 0.0;  ///< kg, along its normal
+        /// N, on P along the normal, after a step that ends with this rate (m/s).
+        [[nodiscard]] double force(double after) const { return std::clamp(given - yield * after, least, most); }
+        /// Whether that force depends on the rate.
+        [[nodiscard]] bool gives_way(double after) const {
+            const double wanted = given - yield * after;
+            return yield > 0.0 && wanted > least && wanted < most;
+        }
+        [[nodiscard]] bool gives_way() const { return gives_way(rate); }
+
+        double given = 0.0;  ///< N, at rate 0
+        double yield = 0.0;  ///< N s/m
+        double least = 0.0;  ///< N
+        double most = 0.0;   ///< N
+        double rate = 0.0;   ///< m/s, by the change as it is
+        double along = 0.0;  ///< m/s, what the direction adds to it
+        double now = 0.0;    ///< N, at that rate
+        double press = 0.0;  ///< kg, along its normal, in the preconditioner
         double rub = 0.0;    ///< kg, along the surface while it sticks
         double part = 0.0;   ///< of its tangential spring that acts: 1 sticks, less slides, 0 presses nowhere
         double slope = 0.0;  ///< N s/m, of what sticks
@@ -57,14 +85,13 @@ private:
     void multiply(const TickContacts& contacts);
     double precondition(double by, const TickContacts& contacts);
     void couple(const TickContacts& contacts);
-    template <typename Solved>
-    void find_pressing(double h, std::span<TickContact> contacts, const Solved& solved);
-    template <typename Solved>
-    void press_deepest_first(double h, std::span<TickContact> contacts, const Solved& solved);
-    bool find_change(double tolerance, double within, int iterations, const TickContacts& contacts);
+    [[nodiscard]] double step_length(double h, double downhill, double curvature) const;
+    bool find_change(double h, double tolerance, int iterations, TickContacts& contacts, double& small);
     void close_momentum();
     void hold_along(double h, std::size_t c, double part, TickContacts& contacts);
-    void take_rows(double h, bool known, TickContacts& contacts);
+    void take_laws(double h, bool known, TickContacts& contacts);
+    void take_rows(double h, const TickContacts& contacts);
+    void take_blocks(double h, const TickContacts& contacts);
     double rub(double h, TickContacts& contacts);
     void stretch_slips(double h, TickContacts& contacts);
     /// Calls act(number in the system, weight) for the vertices of a contact.
@@ -83,13 +110,15 @@ private:
     std::vector<Ghost> ghosts_;               ///< by level
     std::size_t awake_ = 0;
     std::vector<RegionEdge> edges_;  ///< springs first
-    std::vector<std::uint32_t> springs_, coarse_edges_;
+    std::vector<RegionSpring> springs_;
+    std::vector<std::uint32_t> coarse_edges_;
     std::vector<std::uint32_t> coarse_level_;
     std::vector<double> inertia_;  ///< kg, mass + h drag; of awake ones
     std::vector<Matrix3> block_, far_block_;
     std::vector<double> inverse_;  ///< 12 a node
     Matrix4X right_side_, whole_right_side_, change_, residual_, preconditioned_, direction_, image_;
     std::vector<Row> rows_;
+    std::vector<std::size_t> moved_;    ///< contacts whose force the direction may change
     std::vector<Vector3> start_;        ///< m/s, as the step begins, of touched vertices
     std::vector<Matrix3> near_block_;   ///< likewise, with what contacts add
     std::vector<std::size_t> coupled_;  ///< contacts that press on several vertices

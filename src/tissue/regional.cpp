@@ -58,6 +58,10 @@ public:
         limited_edges_ = 0;
     }
 
+    void start(const Frame& first) override {
+        if (!whole_) build(first);
+    }
+
     [[nodiscard]] StepEstimate estimate(const Topology& /*topology*/, const Materials& materials,
                                         const Matrix3X& /*position*/, double /*dt*/, bool /*closely*/) const override {
         StepEstimate estimate;  // bears any step
@@ -112,6 +116,10 @@ public:
 
     void trust_frames(bool trusted) override { is_trusted_ = trusted; }
     [[nodiscard]] const std::vector<Range>* moved() const override { return has_moved_ ? &written_->moved() : nullptr; }
+    [[nodiscard]] bool leaves_behind() const override { return !whole_; }
+    void complete(Frame& frame) const override {
+        if (region_) region_->complete(frame);
+    }
     [[nodiscard]] std::span<const ContactLoad> loads() const override {
         return whole_ ? whole_->loads() : contacts_->loads();
     }
@@ -130,7 +138,7 @@ private:
         std::vector<std::int64_t> walk;    ///< tick of the last walk that met it
     };
 
-    /// In the first tick: the levels lie where the first frame has the tissue.
+    /// The levels lie where the first frame has the tissue.
     void build(const Frame& from) {
         tissue_->take_over(nothing_, from);
         constexpr std::size_t fewest = 300;
@@ -290,6 +298,7 @@ private:
             last_far_stretch_ = far_stretch_;
             far_stretch_ = 0.0;
         }
+        region_->tell_pulls();
         for (std::size_t n = 0; n < most && left(most); ++n) region_->refresh(0, next(shown_));
     }
 
@@ -307,25 +316,24 @@ private:
     /// Strain limit (METHODS §4) on what is awake, and the strain that is left.
     void limit_strain() {
         TissueState& state = tissue_->state();
-        const SpringArrays& springs = tissue_->spring_arrays();
         const double longest = 1.0 + tissue_->materials().strain_limit;
         double stretch = std::max(far_stretch_, last_far_stretch_);
-        const auto stretch_of = [&](std::uint32_t s) {
-            return (state.position.col(springs.j[s]) - state.position.col(springs.i[s])).head<3>().norm() *
-                   springs.inverse_rest[s];
+        const std::span<const RegionSpring> springs = system_->springs();
+        const auto stretch_of = [&](const RegionSpring& spring) {
+            return (state.position.col(spring.j) - state.position.col(spring.i)).head<3>().norm() * spring.inverse_rest;
         };
         double near = 0.0;
-        for (const std::uint32_t s : system_->springs()) near = std::max(near, stretch_of(s));
+        for (const RegionSpring& spring : springs) near = std::max(near, stretch_of(spring));
         limited_edges_ = 0;
         constexpr double rounding = 1e-12;
         if (near > longest * (1.0 - rounding)) {
             // Provot's correction, two passes, as on the whole tissue; what sleeps stays.
             const std::vector<std::uint8_t>& awake = region_->levels()[0].awake;
             for (int pass = 0; pass < 2; ++pass) {
-                for (const std::uint32_t s : system_->springs()) {
-                    if (springs.inverse_rest[s] == 0.0 || stretch_of(s) <= longest) continue;
-                    const Index i = springs.i[s];
-                    const Index j = springs.j[s];
+                for (const RegionSpring& spring : springs) {
+                    if (spring.inverse_rest == 0.0 || stretch_of(spring) <= longest) continue;
+                    const Index i = spring.i;
+                    const Index j = spring.j;
                     const double by_i = awake[at(i)] != 0 ? state.inverse_mass[at(i)] : 0.0;
                     const double by_j = awake[at(j)] != 0 ? state.inverse_mass[at(j)] : 0.0;
                     if (by_i + by_j == 0.0) continue;
@@ -333,7 +341,7 @@ private:
                     const Vector3 way = (state.position.col(j) - state.position.col(i)).head<3>();
                     const double length = way.norm();
                     const Vector3 u = way / length;
-                    const Vector3 back = (length - longest / springs.inverse_rest[s]) / (by_i + by_j) * u;
+                    const Vector3 back = (length - longest / spring.inverse_rest) / (by_i + by_j) * u;
                     state.position.col(i).head<3>() += by_i * back;
                     state.position.col(j).head<3>() -= by_j * back;
                     const double opening = (state.velocity.col(j) - state.velocity.col(i)).head<3>().dot(u);
@@ -344,7 +352,7 @@ private:
                 }
             }
             near = 0.0;
-            for (const std::uint32_t s : system_->springs()) near = std::max(near, stretch_of(s));
+            for (const RegionSpring& spring : springs) near = std::max(near, stretch_of(spring));
         }
         max_strain_ = std::max(0.0, std::max(stretch, near) - 1.0);
     }

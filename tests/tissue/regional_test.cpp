@@ -13,6 +13,7 @@
 #include "measure/allocations.hpp"
 #include "method/registry.hpp"
 #include "support/tissue_samples.hpp"
+#include "tissue/mass_spring.hpp"
 
 namespace trocar {
 namespace {
@@ -212,6 +213,36 @@ TEST(Regional, RestLastsAndComesBack) {
     }
     // What the tool has left behind dies out, fine wrinkles among it.
     EXPECT_LT((p.s.frame.position - disc().frame.position).cwiseAbs().maxCoeff(), 2e-6);
+}
+
+TEST(Regional, WhatIsLeftBehindIsCompletedToTheEnergyOfTheWholeTissue) {
+    const Settings late = {{"whole", "0"}, {"error", "0.01"}, {"visits", "30"}};
+    Press whole("implicit", {{"tolerance", "1e-4"}});
+    Press regional("regional", late);
+    Press unasked("regional", late);
+    const double start = potential_energy(disc().materials, disc().frame.position);
+    const auto gain = [start](const Frame& frame) {
+        return potential_energy(disc().materials, frame.position) - start;
+    };
+    EXPECT_TRUE(regional.stepper->leaves_behind());
+    EXPECT_FALSE(whole.stepper->leaves_behind());
+    double most = 0.0;
+    double completed = 0.0;
+    double shown = 0.0;
+    for (int tick = 0; tick < 150; ++tick) {
+        whole.step();
+        regional.step();
+        unasked.step();
+        Frame complete = regional.s.frame;
+        regional.stepper->complete(complete);
+        const double right = gain(whole.s.frame);
+        most = std::max(most, right);
+        completed = std::max(completed, std::abs(gain(complete) - right));
+        shown = std::max(shown, std::abs(gain(regional.s.frame) - right));
+        ASSERT_EQ(regional.s.frame.hash(), unasked.s.frame.hash()) << "asking has changed what it does";
+    }
+    EXPECT_LT(completed, 0.1 * most);
+    EXPECT_GT(shown, 0.5 * most) << "nothing was late: this says nothing";
 }
 
 TEST(Regional, MomentumIsWhatContactsGiveWhereNothingHolds) {
