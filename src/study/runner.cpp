@@ -69,8 +69,10 @@ public:
             {&run, output, log, std::make_unique<ChildProcess>(command, log, options_.time_limit_s, signals_)});
     }
 
-    /// Waits until fewer than `most` children run. False when interrupted; then none runs.
-    bool wait_until_below(std::size_t most) {
+    /// Waits until fewer than `most` children run, and tells of the oldest once a second. False when interrupted; then
+    /// none runs. `done`: runs that are done or started.
+    bool wait_until_below(std::size_t most, std::int64_t done) {
+        constexpr double between = 1.0;  // s
         while (true) {
             std::erase_if(children_, [this](const Child& child) {
                 const std::optional<ChildEnd> end = child.process->end();
@@ -78,7 +80,8 @@ public:
                 return end.has_value();
             });
             if (children_.size() < most) return true;
-            double seconds = children_.front().process->seconds_left();
+            if (options_.progress) options_.progress(static_cast<std::size_t>(done), children_.front().run);
+            double seconds = std::min(between, children_.front().process->seconds_left());
             for (const Child& child : children_) seconds = std::min(seconds, child.process->seconds_left());
             if (!SignalsHeld::wait(seconds)) continue;
             stop();
@@ -223,16 +226,17 @@ RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& 
                     ++result.found;
                     continue;
                 }
-                if (options.progress) options.progress(static_cast<std::size_t>(result.found + result.made), &plan[i]);
+                const std::int64_t done = result.found + result.made;
+                if (options.progress) options.progress(static_cast<std::size_t>(done), &plan[i]);
                 runner.start(i, plan[i]);
-                if (!runner.wait_until_below(timed ? 1 : most)) {
+                if (!runner.wait_until_below(timed ? 1 : most, done)) {
                     result.interrupted = true;
                     return result;
                 }
                 ++result.made;
             }
         }
-        if (!runner.wait_until_below(1)) {
+        if (!runner.wait_until_below(1, result.found + result.made)) {
             result.interrupted = true;
             return result;
         }

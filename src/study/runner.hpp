@@ -26,7 +26,8 @@ struct RunnerOptions {
     int jobs = 1;                ///< so many runs side by side, of those that nobody times
     /// For rows that no child could write (absent, crashed, timed out): environment of the record.
     std::function<std::map<std::string, std::string>(const PlannedRun&)> environment;
-    /// Called before each run and at the end: how many are done or started, and the run (null at the end).
+    /// Called before each run, once a second while one runs, and at the end: how many are done or started, and the run
+    /// (null at the end).
     std::function<void(std::size_t, const PlannedRun*)> progress;
 };
 

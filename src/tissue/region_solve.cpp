@@ -236,8 +236,8 @@ double RegionSystem::step_length(double h, double downhill, double curvature) co
 /// Conjugate gradients on the convex function whose minimum the step is: quadratic but for the contacts, each of which
 /// gives way or not by where the change as it is takes it. Every step goes as far as the function falls, so that there
 /// are no circles; where no contact begins or ends to give way, it is the linear method. From the change as it is until
-/// the residual is below `small`, which the first call of a step sets. False where the numbers are not finite.
-bool RegionSystem::find_change(double h, double tolerance, int iterations, TickContacts& contacts, double& small) {
+/// the residual is below `small`, which the first call of a step sets.
+void RegionSystem::find_change(double h, double tolerance, int iterations, TickContacts& contacts, double& small) {
     const auto count = eigen_index(awake_);
     const std::span<TickContact> all = contacts.all();
     const auto turn_from = [&](const Matrix4X& to, double by) {
@@ -296,19 +296,13 @@ bool RegionSystem::find_change(double h, double tolerance, int iterations, TickC
             each_end(all[c], [&](Eigen::Index n, double weight) { image_.col(n).head<3>() += weight * push; });
             row.now = force;
         }
-        double next = precondition(step, contacts);
-        double by = next / rho;
-        if (has_changed) {
-            // A preconditioner that is off by one stiff contact costs more than a new one.
-            take_blocks(h, contacts);
-            next = precondition(0.0, contacts);
-            by = 0.0;
-        }
-        turn_from(preconditioned_, by);
+        // A preconditioner that is off by one stiff contact costs more than a new one.
+        if (has_changed) take_blocks(h, contacts);
+        const double next = precondition(step, contacts);
+        turn_from(preconditioned_, has_changed ? 0.0 : next / rho);
         rho = next;
     }
     for (std::size_t c = 0; c < all.size(); ++c) all[c].force = rows_[c].now;
-    return std::isfinite(rho);
 }
 
 /// Of pieces that nothing holds, what the iterations have left open of the momentum.

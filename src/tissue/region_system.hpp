@@ -86,7 +86,7 @@ private:
     double precondition(double by, const TickContacts& contacts);
     void couple(const TickContacts& contacts);
     [[nodiscard]] double step_length(double h, double downhill, double curvature) const;
-    bool find_change(double h, double tolerance, int iterations, TickContacts& contacts, double& small);
+    void find_change(double h, double tolerance, int iterations, TickContacts& contacts, double& small);
     void close_momentum();
     void hold_along(double h, std::size_t c, double part, TickContacts& contacts);
     void take_laws(double h, bool known, TickContacts& contacts);

@@ -11,6 +11,8 @@
 #include <cmath>
 #include <csignal>
 #include <fstream>
+#include <map>
+#include <set>
 #include <sstream>
 
 #include "geometry/input_error.hpp"
@@ -82,6 +84,20 @@ TEST_F(RunnerTest, RecordsComeInPlanOrder) {
         EXPECT_EQ(all[i].summary.at("answer"), static_cast<double>(i));
         EXPECT_EQ(all[i].environment.at("binary"), "binary_1");
     }
+}
+
+TEST_F(RunnerTest, ALongRunIsToldOfWhileItRuns) {
+    RunnerOptions long_run = options("1) sleep 2.5;;");
+    std::map<const PlannedRun*, int> told;
+    std::map<const PlannedRun*, std::set<std::size_t>> done;
+    long_run.progress = [&](std::size_t position, const PlannedRun* run) {
+        ++told[run];
+        done[run].insert(position);
+    };
+    run_plan(plan_, long_run);
+    EXPECT_GE(told[&plan_[1]], 3) << "at its start and every second";
+    EXPECT_EQ(done[&plan_[1]], std::set<std::size_t>{1});
+    EXPECT_EQ(told[nullptr], 1);
 }
 
 /// Every child tells when it begins and ends; `jobs` children may be between the two at once.

@@ -639,6 +639,12 @@ TEST(ShippedDefaultStudy, RunsEveryResponseOnEveryOneOfItsScenesAndJudgesEveryTi
         if (entry.name == "example") continue;  // the file to copy is no contestant
         EXPECT_EQ(judged[entry.name].size(), study.closed_loop->scenes.size()) << entry.name;
     }
+    // Nor has page 1 scenes of which its table of responses says nothing.
+    ASSERT_TRUE(study.replay);
+    for (const auto& scene : study.replay->scenes) {
+        EXPECT_NE(std::find(study.closed_loop->scenes.begin(), study.closed_loop->scenes.end(), scene),
+                  study.closed_loop->scenes.end());
+    }
 }
 
 }  // namespace
