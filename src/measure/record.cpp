@@ -387,6 +387,8 @@ Record record_from_json_line(const std::string& line, const std::string& file, s
         json = Json::parse(line);
     } catch (const Json::parse_error& error) {
         reader.fail(fmt::format("byte {}", error.byte), "a record as one JSON object", "what is no JSON");
+    } catch (const Json::out_of_range&) {
+        reader.fail("", "numbers that a double can hold", "one beyond 1.8e308");
     }
     const auto text = [&](const char* key) {
         std::string value;

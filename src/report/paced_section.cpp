@@ -22,9 +22,7 @@ bool all_ok(const std::vector<const Record*>& runs) {
     return std::all_of(runs.begin(), runs.end(), [](const Record* run) { return run->outcome.ok(); });
 }
 
-}  // namespace
-
-void add_paced(Draft& draft) {
+Table paced_table(const Draft& draft) {
     using Processes = std::vector<const Record*>;
     std::map<std::pair<std::string, std::string>, Processes> runs;
     // Update and detect of the reference, on the ticks of the same scene, response and stepper.
@@ -40,8 +38,8 @@ void add_paced(Draft& draft) {
             reference[{spec.scene, spec.response, spec.stepper}].push_back(&record);
         }
     }
-    if (runs.empty()) return;
     Table table;
+    if (runs.empty()) return table;
     table.caption = "Paced loop: one tick released per millisecond, timed from its scheduled release";
     table.columns = {{"scene", false},
                      {"detector + response", false},
@@ -121,7 +119,35 @@ void add_paced(Draft& draft) {
         "process: what it shows is the machine's. A ratio holds a whole tick, without waiting, against what the "
         "reference takes to update and detect on the same scene with the same response and stepper. n too small: p99 "
         "needs 1000 ticks, p99.9 a hundred thousand.";
-    draft.add(std::move(table));
+    return table;
+}
+
+}  // namespace
+
+void add_paced(Draft& draft) {
+    Table table = paced_table(draft);
+    if (!table.rows.empty()) draft.add(std::move(table));
+}
+
+Table paced_page(const Draft& draft) {
+    const Table all = paced_table(draft);
+    Table table{.caption = all.caption, .columns = {}, .rows = {}, .note = {}};
+    std::vector<std::size_t> kept;
+    for (std::size_t c = 0; c < all.columns.size(); ++c) {
+        const std::string& head = all.columns[c].header;
+        const bool is_told = head == "scene" || head == "detector + response" || head == "p50 (µs)" ||
+                             head == "p99 (µs)" || head == "deadline misses" || head == "empty loop: misses" ||
+                             head.starts_with("tick / ");
+        if (!is_told) continue;
+        kept.push_back(c);
+        table.columns.push_back(all.columns[c]);
+    }
+    for (const TableRow& row : all.rows) {
+        TableRow short_row{.cells = {}, .style = row.style};
+        for (const std::size_t c : kept) short_row.cells.push_back(row.cells[c]);
+        table.rows.push_back(std::move(short_row));
+    }
+    return table;
 }
 
 }  // namespace trocar

@@ -91,6 +91,7 @@ std::vector<Table> tables_of(const Draft& draft) {
         tables.push_back(first_of(hard_case_tally(draft, responses), "Hard cases"));
     }
     tables.push_back(first_of(ablation_table(draft), "What each switch changes"));
+    tables.push_back(first_of(paced_page(draft), "Paced loop"));
     std::erase_if(tables, [](const Table& table) { return table.rows.empty(); });
     return tables;
 }

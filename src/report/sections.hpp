@@ -127,6 +127,8 @@ void add_certificate(Draft& draft);
 // paced_section.cpp
 /// The loop released by the clock: part of the haptic table.
 void add_paced(Draft& draft);
+/// Of it what page 1 shows of a study that does nothing else.
+Table paced_page(const Draft& draft);
 
 // size_section.cpp
 /// What a tick costs against the number of tissue triangles, stages apart: one chart per family of scenes and methods.

@@ -147,6 +147,19 @@ void RegionSystem::take_blocks(double h, const TickContacts& contacts) {
     couple(contacts);
 }
 
+/// The same for one contact that has begun or ended to give way; `couple` after the last of them.
+void RegionSystem::change_block(double h, std::size_t c, const TickContacts& contacts) {
+    const TickContact& contact = contacts.all()[c];
+    Row& row = rows_[c];
+    const double before = row.press;
+    row.press = row.gives_way() ? h * row.yield : 0.0;
+    if (contact.count > 1) return;
+    Matrix3& block = near_block_[at(contacts.spot(contact.vertex[0]))];
+    const double square = contact.weight[0] * contact.weight[0];
+    block += square * (row.press - before) * contact.normal * contact.normal.transpose();
+    invert(at(number_[0][at(contact.vertex[0])]), block);
+}
+
 /// For the preconditioner: (B + Jᵀ D J)⁻¹ with the blocks B and the contacts J that press on several vertices, by
 /// Woodbury's formula.
 void RegionSystem::couple(const TickContacts& contacts) {
@@ -290,14 +303,17 @@ void RegionSystem::find_change(double h, double tolerance, int iterations, TickC
             const bool gave_way = row.gives_way();
             row.rate += step * row.along;
             const double force = row.force(row.rate);
-            has_changed = has_changed || row.gives_way() != gave_way;
+            if (row.gives_way() != gave_way) {
+                change_block(h, c, contacts);
+                has_changed = true;
+            }
             if (force == row.now) continue;
             const Vector3 push = h * (row.now - force) / step * all[c].normal;
             each_end(all[c], [&](Eigen::Index n, double weight) { image_.col(n).head<3>() += weight * push; });
             row.now = force;
         }
         // A preconditioner that is off by one stiff contact costs more than a new one.
-        if (has_changed) take_blocks(h, contacts);
+        if (has_changed) couple(contacts);
         const double next = precondition(step, contacts);
         turn_from(preconditioned_, has_changed ? 0.0 : next / rho);
         rho = next;

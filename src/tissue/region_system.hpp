@@ -92,6 +92,7 @@ private:
     void take_laws(double h, bool known, TickContacts& contacts);
     void take_rows(double h, const TickContacts& contacts);
     void take_blocks(double h, const TickContacts& contacts);
+    void change_block(double h, std::size_t c, const TickContacts& contacts);
     double rub(double h, TickContacts& contacts);
     void stretch_slips(double h, TickContacts& contacts);
     /// Calls act(number in the system, weight) for the vertices of a contact.

@@ -908,6 +908,13 @@ TEST(Report, PacedTicksAreHeldAgainstTheReferenceOnTheSameTicks) {
     EXPECT_TRUE(cell_after("`mine + push` by near |", "| 0.500 |")) << markdown;
     EXPECT_TRUE(cell_after("`theirs + push` by near |", "| 2.00 |")) << markdown;
     EXPECT_FALSE(cell_after("`mine + push` |", "| 1.50 |")) << "the reference never ran on these ticks";
+    // A study of the clock alone has its answer on page 1.
+    const std::string page =
+        make_report({paced("mine", "near", 300e3, 10e3), paced("theirs", "near", 1200e3, 500e3)}).files.at("report.md");
+    EXPECT_NE(page.find("| scene | detector + response | p50 (µs) | p99 (µs) | deadline misses | empty loop: misses | "
+                        "tick / update and detect of `theirs`, p50 |"),
+              std::string::npos)
+        << page;
 }
 
 /// A run whose detection takes this long in every tick.
