@@ -1,7 +1,6 @@
 // How RegionSystem finds a step's velocities: conjugate gradients on the convex function whose minimum the step is,
 // with what presses in it; friction is found around that.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -77,7 +76,6 @@ void RegionSystem::take_laws(double h, bool known, TickContacts& contacts) {
         const double rate = TickContacts::rate(contact, state);
         const bool may_leave = !contact.bilateral && !contact.adhesive;
         contact.on = contact.bilateral || contact.depth >= std::min(0.0, h * rate);
-        row.rate = rate;
         row.most = contact.limit;
         row.least = may_leave && !known ? 0.0 : -contact.limit;
         if (known) {
@@ -109,7 +107,7 @@ void RegionSystem::hold_along(double h, std::size_t c, double part, TickContacts
     row.stretched = part * source.tangent_k * along_surface(contacts.slip(source.slip_key), contact);
 }
 
-/// What the contacts that hold along the surface put on the right side, and their rates at the change as it is.
+/// What the contacts that hold along the surface put on the right side.
 void RegionSystem::take_rows(double h, const TickContacts& contacts) {
     right_side_.leftCols(eigen_index(awake_)) = whole_right_side_.leftCols(eigen_index(awake_));
     for (std::size_t c = 0; c < rows_.size(); ++c) {
@@ -130,7 +128,7 @@ void RegionSystem::take_blocks(double h, const TickContacts& contacts) {
     for (std::size_t c = 0; c < rows_.size(); ++c) {
         const TickContact& contact = contacts.all()[c];
         Row& row = rows_[c];
-        row.press = row.gives_way() ? h * row.yield : 0.0;
+        row.press = row.pressing(h);
         if (row.press == 0.0 && row.rub == 0.0) continue;
         for (std::size_t i = 0; i < at(contact.count); ++i) {
             const double square = contact.weight[i] * contact.weight[i];
@@ -152,7 +150,7 @@ void RegionSystem::change_block(double h, std::size_t c, const TickContacts& con
     const TickContact& contact = contacts.all()[c];
     Row& row = rows_[c];
     const double before = row.press;
-    row.press = row.gives_way() ? h * row.yield : 0.0;
+    row.press = row.pressing(h);
     if (contact.count > 1) return;
     Matrix3& block = near_block_[at(contacts.spot(contact.vertex[0]))];
     const double square = contact.weight[0] * contact.weight[0];

@@ -63,6 +63,8 @@ private:
             return yield > 0.0 && wanted > least && wanted < most;
         }
         [[nodiscard]] bool gives_way() const { return gives_way(rate); }
+        /// kg, what it adds along its normal to the matrix of a step of h (s).
+        [[nodiscard]] double pressing(double h) const { return gives_way() ? h * yield : 0.0; }
 
         double given = 0.0;  ///< N, at rate 0
         double yield = 0.0;  ///< N s/m
