@@ -158,7 +158,6 @@ struct Simulation::State {
     /// Outside the clock, before the frame is taken over.
     void watch() {
         if (!books || !outcome.ok()) return;
-        const bool limited = stepper && stepper->limited_edges() > 0;
         if (stepper && stepper->leaves_behind()) {
             // What is shown late has strain of its own where it meets what is not.
             if (!has_whole()) whole_next = seen;
@@ -166,10 +165,9 @@ struct Simulation::State {
             copy_led(seen, whole_seen);
             whole_next = next;
             stepper->complete(whole_next);
-            books->observe(whole_seen, whole_next, effect, loads, load, leading.hands(), limited);
-        } else {
-            books->observe(seen, next, effect, loads, load, leading.hands(), limited);
         }
+        books->observe(has_whole() ? whole_seen : seen, has_whole() ? whole_next : next, effect, loads, load,
+                       leading.hands(), stepper && stepper->limited_edges() > 0);
         outcome = blow_up->judge(seen, next, contacts, effect, loads, reaction, *books);
     }
 
