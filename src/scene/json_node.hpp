@@ -26,6 +26,8 @@ class JsonNode {
 public:
     JsonNode(const Json& value, const std::string& file, std::string pointer = "")
         : value_(&value), file_(&file), pointer_(std::move(pointer)) {}
+    JsonNode(const Json& value, std::string&& file, std::string pointer = "") = delete;
+    JsonNode(Json&& value, const std::string& file, std::string pointer = "") = delete;
 
     /// Throws InputError "file: pointer: expected …, got <this value>".
     [[noreturn]] void fail(std::string_view expected) const;

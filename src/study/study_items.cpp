@@ -126,7 +126,8 @@ bool names_all(const JsonNode& node) { return node.is_text() && node.text() == "
 
 void add_method(const std::string& text, Study& study) {
     const Json value(text);
-    const JsonNode node(value, "--with");
+    const std::string flag = "--with";
+    const JsonNode node(value, flag);
     const std::string name = text.substr(0, text.find(':'));
     const bool is_detector = knows(registry().detectors(), registry().absent_detectors(), name);
     if (!is_detector && !knows(registry().responses(), registry().absent_responses(), name)) {

@@ -1,0 +1,76 @@
+// `trocar scenes`: a line a scene, counted from files that are written here.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "support/program.hpp"
+
+namespace trocar {
+namespace {
+
+using test::ProgramResult;
+using test::run_program;
+
+class ScenesCommand : public testing::Test {
+protected:
+    void SetUp() override {
+        // Two triangles and one.
+        std::ofstream(folder_.path() / "two.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n";
+        std::ofstream(folder_.path() / "one.obj") << "v 0 0 1\nv 1 0 1\nv 0 1 1\nf 1 2 3\n";
+    }
+    [[nodiscard]] std::string write(const std::string& name, const nlohmann::json& description) const {
+        const auto body = [](const char* kind, const std::string& mesh) {
+            return nlohmann::json{
+                {"name", mesh}, {"kind", kind}, {"closed", false}, {"parts", {{{"mesh", mesh + ".obj"}}}}};
+        };
+        nlohmann::json scene{{"format", "trocar-scene-1"}, {"name", name}, {"ticks", 17}, {"dt", 0.002}};
+        scene["description"] = description;
+        scene["bodies"] = {body("rigid", "two"), body("instrument", "one")};
+        scene["contact"] = {{{"bodies", {"two", "one"}}, {"k", 1000}}};
+        const std::filesystem::path file = folder_.path() / (name + ".json");
+        std::ofstream(file) << scene.dump();
+        return file.string();
+    }
+    test::TemporaryFolder folder_;
+};
+
+TEST_F(ScenesCommand, TellsWhatAFileHolds) {
+    const std::string file = write("above", "A triangle over two. More of it, 1.5 m up.");
+    const ProgramResult result = run_program("scenes --json " + file);
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(nlohmann::json::parse(result.out),
+              (nlohmann::json{{"scenes",
+                               {{{"name", "above"},
+                                 {"file", file},
+                                 {"class", "I2R"},
+                                 {"bodies", 2},
+                                 {"triangles", 3},
+                                 {"ticks", 17},
+                                 {"dt", 0.002},
+                                 {"description", "A triangle over two. More of it, 1.5 m up."}}}}}));
+    const std::string shown = run_program("scenes " + file).out;
+    EXPECT_NE(shown.find("A triangle over two.\n"), std::string::npos) << shown;
+}
+
+TEST_F(ScenesCommand, ListsAFolderByName) {
+    (void)write("second", "b");
+    (void)write("first", "a");
+    const ProgramResult names = run_program("scenes --names " + folder_.path().string());
+    EXPECT_EQ(names.out, "first\nsecond\n") << names.err;
+    const std::string shown = run_program("scenes " + folder_.path().string()).out;
+    EXPECT_EQ(std::count(shown.begin(), shown.end(), '\n'), 3) << shown;
+}
+
+TEST_F(ScenesCommand, ADescriptionThatIsNoTextIsOneLineThatNamesTheFile) {
+    const std::string file = write("odd", 5);
+    const ProgramResult result = run_program("scenes " + file);
+    EXPECT_EQ(result.status, 2);
+    EXPECT_NE(result.err.find(file + ": /description: expected a text"), std::string::npos) << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+}
+
+}  // namespace
+}  // namespace trocar
