@@ -126,7 +126,9 @@ Table paced_table(const Draft& draft) {
 
 void add_paced(Draft& draft) {
     Table table = paced_table(draft);
-    if (!table.rows.empty()) draft.add(std::move(table));
+    if (table.rows.empty()) return;
+    draft.heading(2, "Paced loop");
+    draft.add(std::move(table));
 }
 
 Table paced_page(const Draft& draft) {
