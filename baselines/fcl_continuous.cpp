@@ -45,7 +45,6 @@
 #include <fcl/narrowphase/detail/traversal/traversal_recurse.h>
 #include <fmt/format.h>
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <exception>
 #include <limits>
@@ -54,6 +53,7 @@
 #include <vector>
 
 #include "fcl_detector.hpp"
+#include "geometry/rigid_motion.hpp"
 #include "method/entry.hpp"
 
 namespace trocar {
@@ -222,20 +222,14 @@ private:
     }
 
     /// Pose that carries the reference to `points` (3×n, m); false when none does.
-    template <typename Points>
-    bool fit(std::size_t body, const Points& points, fcl::Transform3d& pose) const {
+    bool fit(std::size_t body, const Eigen::Ref<const Matrix3X>& points, fcl::Transform3d& pose) const {
         const Range v = topology().bodies[body].vertices;
         const auto reference = reference_.middleCols(v.first, v.count);
         pose.setIdentity();
         if (reference == points) return true;
-        const Vector3 from = reference.rowwise().mean();
-        const Vector3 to = points.rowwise().mean();
-        const Matrix3 covariance = (points.colwise() - to) * (reference.colwise() - from).transpose();
-        const Eigen::JacobiSVD<Matrix3> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-        Matrix3 sign = Matrix3::Identity();
-        if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0) sign(2, 2) = -1.0;
-        pose.linear() = svd.matrixU() * sign * svd.matrixV().transpose();
-        pose.translation() = to - pose.linear() * from;
+        const RigidMotion motion = rigid_motion(reference, points);
+        pose.linear() = motion.rotation;
+        pose.translation() = motion.translation;
         const double extent = (reference.rowwise().maxCoeff() - reference.rowwise().minCoeff()).maxCoeff();
         const double far = std::max(reference.cwiseAbs().maxCoeff(), points.cwiseAbs().maxCoeff());
         const Matrix3X carried = (pose.linear() * reference).colwise() + pose.translation();

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "geometry/rigid_motion.hpp"
 #include "geometry/whole_file.hpp"
 
 namespace trocar {
@@ -77,28 +77,6 @@ std::vector<Part> parts_of(const Topology& topology) {
         }
     }
     return parts;
-}
-
-struct RigidMotion {
-    Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
-    Vector3 translation = Vector3::Zero();  ///< m, after the rotation
-    double error = 0.0;                     ///< m, largest distance of a point from where it should be
-};
-
-/// The motion that takes the points `from` nearest to `to` (Kabsch 1976, by the SVD of the covariance).
-RigidMotion rigid_motion(const Matrix3X& from, const Matrix3X& to) {
-    const Vector3 from_middle = from.rowwise().mean();
-    const Vector3 to_middle = to.rowwise().mean();
-    const Matrix3 covariance = (to.colwise() - to_middle) * (from.colwise() - from_middle).transpose();
-    const Eigen::JacobiSVD<Matrix3> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Vector3 signs = Vector3::Ones();
-    if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0) signs.z() = -1.0;
-    const Matrix3 rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-    RigidMotion motion{.rotation = Eigen::Quaterniond(rotation).normalized()};
-    motion.translation = to_middle - motion.rotation * from_middle;
-    const Matrix3X moved = (motion.rotation.toRotationMatrix() * from).colwise() + motion.translation;
-    motion.error = (moved - to).colwise().norm().maxCoeff();
-    return motion;
 }
 
 /// The one binary buffer and what the document says of its pieces.
@@ -263,8 +241,10 @@ private:
             std::vector<RigidMotion> motions;
             double error = part.kind == BodyKind::tissue ? std::numeric_limits<double>::infinity() : 0.0;
             for (auto frame = frames_.begin(); frame != frames_.end() && std::isfinite(error); ++frame) {
-                motions.push_back(rigid_motion(base, points_of(part, frame->second.position)));
-                error = std::max(error, motions.back().error);
+                const Matrix3X there = points_of(part, frame->second.position);
+                const RigidMotion& motion = motions.emplace_back(rigid_motion(base, there));
+                const Matrix3X moved = (motion.rotation * base).colwise() + motion.translation;
+                error = std::max(error, (moved - there).colwise().norm().maxCoeff());
             }
             // What 32-bit numbers would lose anyway.
             constexpr double share_of_size = 1e-6;
@@ -284,16 +264,19 @@ private:
         samplers_.push_back({{"input", times_}, {"interpolation", "LINEAR"}, {"output", output}});
     }
 
-    void move(std::vector<RigidMotion>& motions, Json& node) {
+    void move(const std::vector<RigidMotion>& motions, Json& node) {
         Floats rotation;
         Floats translation;
         double largest = 0.0;
-        for (std::size_t i = 0; i < motions.size(); ++i) {
-            Eigen::Quaterniond& turned = motions[i].rotation;
-            if (i > 0 && turned.dot(motions[i - 1].rotation) < 0.0) turned.coeffs() *= -1.0;
+        Quaternion before = Quaternion::Identity();
+        for (const RigidMotion& motion : motions) {
+            Quaternion turned = Quaternion(motion.rotation).normalized();
+            // The shorter way between two keys.
+            if (turned.dot(before) < 0.0) turned.coeffs() *= -1.0;
+            before = turned;
             for (int c = 0; c < 4; ++c) rotation.push_back(static_cast<float>(turned.coeffs()[c]));
-            for (int c = 0; c < 3; ++c) translation.push_back(static_cast<float>(motions[i].translation[c]));
-            largest = std::max({largest, motions[i].translation.norm(), turned.vec().norm()});
+            for (int c = 0; c < 3; ++c) translation.push_back(static_cast<float>(motion.translation[c]));
+            largest = std::max({largest, motion.translation.norm(), turned.vec().norm()});
         }
         if (largest == 0.0) return;
         node["rotation"] = {rotation[0], rotation[1], rotation[2], rotation[3]};
