@@ -56,8 +56,8 @@ std::vector<std::filesystem::path> chosen_scenes(const ScenesOptions& options) {
 
 /// What the file says that it shows; empty when it says nothing.
 std::string description_of(const std::filesystem::path& file) {
-    const trocar::Json document = parse_json(read_whole(file, "a scene file"), file.string());
     const std::string name = file.string();
+    const trocar::Json document = parse_json(read_whole(file, "a scene file"), name);
     const auto description = JsonNode(document, name).find("description");
     return description ? description->text() : std::string();
 }

@@ -131,7 +131,7 @@ void add_method(const std::string& text, Study& study) {
     const std::string name = text.substr(0, text.find(':'));
     const bool is_detector = knows(registry().detectors(), registry().absent_detectors(), name);
     if (!is_detector && !knows(registry().responses(), registry().absent_responses(), name)) {
-        throw InputError("--with", "", "a detector or response of trocar list", "'" + text + "'");
+        throw InputError(flag, "", "a detector or response of trocar list", "'" + text + "'");
     }
     const StudyMethod method = read_method(node, is_detector);
     bool taken = false;
