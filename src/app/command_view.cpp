@@ -126,7 +126,7 @@ int write_pages(const CommonOptions& common, const ViewOptions& options) {
     return done;
 }
 
-std::filesystem::path default_output(const ViewPage& page) { return page.scene + ".html"; }
+std::filesystem::path default_output(const ViewPage& page) { return file_word(page.scene) + ".html"; }
 
 }  // namespace
 

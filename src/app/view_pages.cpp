@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cstdint>
+#include <set>
 
 #include "app/isolated_call.hpp"
 #include "app/progress.hpp"
@@ -38,6 +39,7 @@ std::size_t write_view_pages(const std::filesystem::path& directory, const std::
     std::filesystem::remove_all(folder);
     const std::vector<std::string> scenes = viewed_scenes(records);
     Progress progress("replay", static_cast<std::int64_t>(scenes.size()));
+    std::set<std::string> taken;
     std::size_t written = 0;
     std::int64_t looked_at = 0;
     for (const std::string& scene : scenes) {
@@ -46,7 +48,10 @@ std::size_t write_view_pages(const std::filesystem::path& directory, const std::
         if (chosen.empty()) continue;
         const std::optional<std::filesystem::path> file = scene_file_of(*chosen.front(), study_folder);
         std::string why;
-        if (!file) {
+        const std::string page = page_of_scene(scene);
+        if (!taken.insert(page).second) {
+            why = fmt::format("another scene's page is {} too", page);
+        } else if (!file) {
             why = fmt::format("{} is not there", chosen.front()->spec.scene_file);
         } else if (lacks_data(*file, std::nullopt)) {
             // A report is handed on; who has the meshes may make the page for himself.
@@ -68,7 +73,7 @@ std::size_t write_view_pages(const std::filesystem::path& directory, const std::
                 why = result.bytes.substr(1);
             } else {
                 std::filesystem::create_directories(folder);
-                write_whole(folder / (scene + ".html"), result.bytes);
+                write_whole(folder / page, result.bytes);
                 ++written;
             }
         }

@@ -18,8 +18,7 @@ void Effect::clear() {
     no_hit = 0;
     detached = 0;
     grasped = 0;
-    contacts_held = false;
-    contacts_explicit = false;
+    contact_timing = ContactTiming::implicit;
 }
 
 }  // namespace trocar

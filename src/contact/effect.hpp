@@ -77,6 +77,13 @@ struct Placement {
     bool held = false;                   ///< true: it stays there for this tick (a grasp), its velocity acts on dampers
 };
 
+/// From which state the tissue takes the forces of an effect's linear contacts.
+enum class ContactTiming : std::uint8_t {
+    implicit,         ///< from the one that they lead to: solved together with the step
+    at_tick_start,    ///< from the frame that the effect was made for, over the whole tick (`thesis:contacts=hold`)
+    at_substep_start  ///< from the start of each sub-step (`thesis:contacts=explicit`)
+};
+
 /// Output of a response, input of tissue, operator and metrics.
 struct Effect {
     std::vector<LinearContact> contacts;
@@ -87,9 +94,7 @@ struct Effect {
     std::int64_t no_hit = 0;     ///< projections without a contact point (METHODS §6)
     std::int64_t detached = 0;   ///< grasped vertices that slipped in this tick
     std::int64_t grasped = 0;    ///< vertices held by a grasp in this tick
-    bool contacts_held =
-        false;  ///< setting contacts=hold of `thesis`: integrate the forces of the frame over the whole tick
-    bool contacts_explicit = false;  ///< setting `explicit`: every sub-step, from the state at its start
+    ContactTiming contact_timing = ContactTiming::implicit;
 
     void resize(Index vertex_count, Index body_count);
     void clear();

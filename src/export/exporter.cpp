@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <cctype>
 #include <set>
 #include <system_error>
 
@@ -11,6 +10,7 @@
 #include "export/paraview.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_file.hpp"
+#include "geometry/whole_file.hpp"
 
 namespace trocar {
 namespace {
@@ -87,14 +87,6 @@ void UnfinishedFolder::keep() {
     std::filesystem::rename(path_, target_, error);
     if (error) throw InputError(target_.string(), "", "a folder that can be made", error.message());
     path_.clear();
-}
-
-std::string file_word(const std::string& name) {
-    std::string word = name;
-    for (char& letter : word) {
-        if (std::isalnum(static_cast<unsigned char>(letter)) == 0 && letter != '-' && letter != '_') letter = '_';
-    }
-    return word.empty() ? "_" : word;
 }
 
 }  // namespace trocar

@@ -61,7 +61,4 @@ private:
     std::filesystem::path path_;
 };
 
-/// A name as part of a file name: what is no letter, digit, '-' or '_' becomes '_'.
-std::string file_word(const std::string& name);
-
 }  // namespace trocar

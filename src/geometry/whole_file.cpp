@@ -1,6 +1,7 @@
 #include "geometry/whole_file.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
@@ -90,6 +91,15 @@ void write_whole(const std::filesystem::path& file, const std::string& content) 
     const std::string reason = error.message();
     std::filesystem::remove(beside, error);
     refuse(reason);
+}
+
+std::string file_word(const std::string& name) {
+    constexpr std::size_t longest = 100;
+    std::string word = name.substr(0, longest);
+    for (char& letter : word) {
+        if (std::isalnum(static_cast<unsigned char>(letter)) == 0 && letter != '-' && letter != '_') letter = '_';
+    }
+    return word.empty() ? "_" : word;
 }
 
 }  // namespace trocar

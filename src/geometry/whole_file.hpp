@@ -18,4 +18,9 @@ std::string read_whole(const std::filesystem::path& file, const std::string& exp
 /// nothing behind.
 void write_whole(const std::filesystem::path& file, const std::string& content);
 
+/// The stem of a file for something of this name, which may have come from anybody and must lead to no other folder:
+/// ASCII letters, digits, - and _ stay, every other byte becomes _; "" becomes _; at most 100 letters, for systems have
+/// limits.
+std::string file_word(const std::string& name);
+
 }  // namespace trocar

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <set>
 
+#include "geometry/whole_file.hpp"
 #include "report/chart.hpp"
 #include "report/sections.hpp"
 
@@ -148,7 +149,7 @@ void add_scene(Draft& draft, const std::string& scene, const std::vector<const R
         "two; for a body that crosses another this is v·dt / thickness. By chance: a look at the end of each tick "
         "finds a contact that lasts a part p of a tick with probability p, so 1 - p are missed.";
     draft.add(by_ratio);
-    draft.figure("between_ticks_" + scene, chart,
+    draft.figure("between_ticks_" + file_word(scene), chart,
                  fmt::format("Scene {}: share of the contacts that a detector never tells of", scene));
 }
 

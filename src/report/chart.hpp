@@ -2,6 +2,7 @@
 // machine. Every mark carries its name, shown when it is touched.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -50,7 +51,7 @@ std::string interactive(const ScatterChart& chart);
 struct DotChart {
     struct Dot {
         double value = 0.0;
-        double upper = 0.0;  ///< NaN: no whisker
+        double upper = std::numeric_limits<double>::quiet_NaN();  ///< NaN: no whisker
         std::string name;
     };
     struct Series {

@@ -232,18 +232,23 @@ std::vector<Panel> panels_of(const Table& table, const std::vector<ColumnWidth>&
     return panels;
 }
 
-std::string row_text(const Panel& panel, const std::vector<std::string>& cells, int& lines) {
+struct SetRow {
     std::string text;
-    lines = 1;
+    int lines = 1;
+};
+
+SetRow set_row(const Panel& panel, const std::vector<std::string>& cells) {
+    SetRow row;
     for (std::size_t i = 0; i < panel.columns.size(); ++i) {
         const std::size_t c = panel.columns[i];
         const Set cell(c < cells.size() ? cells[c] : "");
-        lines = std::max(lines, cell.lines_in(panel.width[i]));
+        row.lines = std::max(row.lines, cell.lines_in(panel.width[i]));
         // Behind the end of a row LaTeX would take a bracket or a star as its own.
         const bool taken = i == 0 && (cell.tex.starts_with('[') || cell.tex.starts_with('*'));
-        text += (i == 0 ? taken ? "{}" : "" : " & ") + cell.tex;
+        row.text += (i == 0 ? taken ? "{}" : "" : " & ") + cell.tex;
     }
-    return text + " \\\\\n";
+    row.text += " \\\\\n";
+    return row;
 }
 
 std::string panel_text(const Table& table, const Panel& panel) {
@@ -255,20 +260,19 @@ std::string panel_text(const Table& table, const Panel& panel) {
                             table.columns[panel.columns[i]].number ? "\\raggedleft" : "\\raggedright",
                             panel.width[i] / column_width);
     }
-    int header_lines = 1;
-    head += "@{}}\n\\toprule\n" + row_text(panel, names, header_lines) + "\\midrule\n";
+    const SetRow header = set_row(panel, names);
+    head += "@{}}\n\\toprule\n" + header.text + "\\midrule\n";
     constexpr const char* foot = "\\bottomrule\n\\end{tabular}\\par\\medskip\n";
     std::string text = head;
-    int lines = header_lines;
-    for (const TableRow& row : table.rows) {
-        int needed = 1;
-        const std::string line = row_text(panel, row.cells, needed);
-        if (lines + needed > most_lines && lines > header_lines) {
+    int lines = header.lines;
+    for (const TableRow& given : table.rows) {
+        const SetRow row = set_row(panel, given.cells);
+        if (lines + row.lines > most_lines && lines > header.lines) {
             text += foot + head;
-            lines = header_lines;
+            lines = header.lines;
         }
-        text += line;
-        lines += needed;
+        text += row.text;
+        lines += row.lines;
     }
     return text + foot;
 }

@@ -83,7 +83,7 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
 }  // namespace
 
 Report make_report(const std::vector<Record>& records, const std::string& worst_tick,
-                   const std::set<std::string>& with_page) {
+                   const std::set<std::string>& pages) {
     if (records.empty()) {
         const Document document{.title = "trocar study",
                                 .blocks = {Paragraph{"There are no records.", Paragraph::Style::normal}}};
@@ -94,7 +94,7 @@ Report make_report(const std::vector<Record>& records, const std::string& worst_
                 .document = document};
     }
     Report report = compose(records, worst_tick);
-    add_view_links(records, with_page, report.files);
+    add_view_links(records, pages, report.files);
     return report;
 }
 
@@ -117,7 +117,7 @@ Report write_report(const std::filesystem::path& directory) {
     Report report = make_report(
         read_records(directory / "records.jsonl"),
         std::filesystem::exists(seen) ? read_whole(seen, "what a study saw at its worst tick") : std::string(),
-        scenes_with_pages(directory));
+        pages_there(directory));
     write_report_files(directory, report.files);
     return report;
 }

@@ -20,9 +20,9 @@ struct Report {
 };
 
 /// Pure. An empty list gives a report that says so. `worst_tick`: content of worst_tick.json (worst_tick.hpp), empty
-/// without it. `with_page`: scenes whose replay page lies beside (view_links.hpp).
+/// without it. `pages`: names of the replay pages beside it (view_links.hpp).
 Report make_report(const std::vector<Record>& records, const std::string& worst_tick = {},
-                   const std::set<std::string>& with_page = {});
+                   const std::set<std::string>& pages = {});
 
 /// Reads a records.jsonl; throws InputError with the line.
 std::vector<Record> read_records(const std::filesystem::path& file);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "geometry/whole_file.hpp"
 #include "report/document.hpp"
 
 namespace trocar {
@@ -37,24 +38,28 @@ std::vector<std::string> viewed_scenes(const std::vector<Record>& records) {
     return {scenes.begin(), scenes.end()};
 }
 
-std::set<std::string> scenes_with_pages(const std::filesystem::path& directory) {
-    std::set<std::string> scenes;
-    if (!std::filesystem::is_directory(directory / view_folder)) return scenes;
+std::string page_of_scene(const std::string& scene) { return file_word(scene) + ".html"; }
+
+std::set<std::string> pages_there(const std::filesystem::path& directory) {
+    std::set<std::string> pages;
+    if (!std::filesystem::is_directory(directory / view_folder)) return pages;
     for (const auto& entry : std::filesystem::directory_iterator(directory / view_folder)) {
-        if (entry.path().extension() == ".html") scenes.insert(entry.path().stem().string());
+        if (entry.path().extension() == ".html") pages.insert(entry.path().filename().string());
     }
-    return scenes;
+    return pages;
 }
 
-void add_view_links(const std::vector<Record>& records, const std::set<std::string>& with_page,
+void add_view_links(const std::vector<Record>& records, const std::set<std::string>& pages,
                     std::map<std::string, std::string>& files) {
     const std::vector<std::string> scenes = viewed_scenes(records);
     if (scenes.empty()) return;
     std::string markdown;
     std::string html;
+    std::set<std::string> linked;
     for (const std::string& scene : scenes) {
-        if (!with_page.contains(scene)) continue;
-        const std::string page = fmt::format("{}/{}.html", view_folder, scene);
+        const std::string file = page_of_scene(scene);
+        if (!pages.contains(file) || !linked.insert(file).second) continue;
+        const std::string page = fmt::format("{}/{}", view_folder, file);
         const char* const between = markdown.empty() ? "" : " · ";
         markdown += fmt::format("{}[{}]({})", between, scene, page);
         html += fmt::format("{}<a href=\"{}\">{}</a>", between, escape_xml(page), escape_xml(scene));

@@ -21,12 +21,15 @@ bool can_be_viewed(const Record& record);
 /// The scenes of such records, sorted.
 std::vector<std::string> viewed_scenes(const std::vector<Record>& records);
 
-/// The scenes whose pages lie in a report's directory.
-std::set<std::string> scenes_with_pages(const std::filesystem::path& directory);
+/// The file in view_folder that shows a scene. Of two scenes with the same file the first alone has one.
+std::string page_of_scene(const std::string& scene);
+
+/// The names of the pages that lie in a report's directory.
+std::set<std::string> pages_there(const std::filesystem::path& directory);
 
 /// Puts one line under the title of report.md and report.html: a link to the page of every scene that has one, or how
 /// to make them. Nothing when no scene can have one. Pure; to be called on the finished files.
-void add_view_links(const std::vector<Record>& records, const std::set<std::string>& with_page,
+void add_view_links(const std::vector<Record>& records, const std::set<std::string>& pages,
                     std::map<std::string, std::string>& files);
 
 }  // namespace trocar

@@ -53,8 +53,7 @@ public:
     void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
                  Effect& effect) override {
         effect.clear();
-        effect.contacts_held = settings().contacts_held;
-        effect.contacts_explicit = settings().contacts_explicit;
+        effect.contact_timing = settings().contact_timing;
         state_.begin(frame, dt);
         if (state_.grasps()) hold_grasped(frame, contacts, effect);
         if (settings().tip_proxy) respond_to_tips(frame, contacts, effect);

@@ -128,8 +128,9 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.l_max = values.number("l_max");
     s.k = values.number("k");
     s.mu = values.number("mu");
-    s.contacts_held = values.is("contacts", "hold");
-    s.contacts_explicit = values.is("contacts", "explicit");
+    s.contact_timing = values.is("contacts", "hold")       ? ContactTiming::at_tick_start
+                       : values.is("contacts", "explicit") ? ContactTiming::at_substep_start
+                                                           : ContactTiming::implicit;
     return s;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "contact/effect.hpp"
 #include "method/entry.hpp"
 #include "respond/grasp.hpp"
 
@@ -39,8 +40,7 @@ struct ThesisSettings {
     double l_max = 0.02;              ///< m
     double k = 0.0;                   ///< NaN: auto
     double mu = 0.0;                  ///< NaN: auto
-    bool contacts_held = false;
-    bool contacts_explicit = false;
+    ContactTiming contact_timing = ContactTiming::implicit;
     bool operator==(const ThesisSettings&) const = default;
 };
 

@@ -225,7 +225,7 @@ void add_hard_cases(const Study& study, std::int64_t repetition, std::vector<Pla
         run.spec.scene = name;
         run.facts = std::move(facts);
         if (settled) run.settled = settled;
-        if (!run.settled || repetition == 0) add_run(std::move(run), runs);
+        add_run(std::move(run), runs);
     };
     for (const HardCase& one : part.cases) {
         const std::string file = (std::filesystem::path(part.folder) / one.name / "expected.json").generic_string();

@@ -90,14 +90,14 @@ Outcome MassSpring::advance(const Effect& effect, double dt, const Frame& from, 
 Outcome MassSpring::integrate(const Effect& effect, double dt, const Frame& frame) {
     TissueState& state = tissue_.state();
     contacts_.collect(effect, frame, state);
-    const bool implicit = !effect.contacts_held && !effect.contacts_explicit;
+    const bool implicit = effect.contact_timing == ContactTiming::implicit;
     const int substeps = std::max(1, tissue_.materials().substeps);
     const double h = dt / substeps;
     const std::span<const Index> touched = contacts_.touched();
     position_before_.resize(touched.size());
     double bound = 0.0;  // m, no coordinate has gone further in this tick
     for (int substep = 0; substep < substeps; ++substep) {
-        if (effect.contacts_explicit && !effect.contacts_held) contacts_.hold_current_force(state);
+        if (effect.contact_timing == ContactTiming::at_substep_start) contacts_.hold_current_force(state);
         for (std::size_t t = 0; t < touched.size(); ++t) {
             position_before_[t] = state.position.col(touched[t]).head<3>();
         }

@@ -50,8 +50,8 @@ public:
     /// their order does not matter. A contact that is not adhesive drops out where it would pull; an adhesive one acts
     /// while it penetrates; a damper or a grasp always. None gives more than its limit. A negative mu (eq. 3.6 as
     /// printed) is taken explicitly, because backward Euler with a large step would turn negative damping into
-    /// positive. With Effect::contacts_held the force at the start of the tick acts throughout; with
-    /// Effect::contacts_explicit it is re-evaluated in every sub-step but from the state at its start. Friction
+    /// positive. With ContactTiming::at_tick_start the force at the start of the tick acts throughout; with
+    /// at_substep_start it is re-evaluated in every sub-step but from the state at its start. Friction
     /// (LinearContact::friction) follows the normal force of the same sub-step: a tangential spring with a critical
     /// damper, implicit in its own vertices, that slides at friction × normal force. Its stretch is kept under slip_key
     /// for as long as a contact of that key is in every tick's effect.

@@ -88,8 +88,8 @@ public:
         gather_seeds(effect);
         choose_region();
         contacts_->collect(effect, from, state);
-        const bool known = effect.contacts_explicit || effect.contacts_held;
-        if (effect.contacts_explicit && !effect.contacts_held) contacts_->hold_current_force(state);
+        const bool known = effect.contact_timing != ContactTiming::implicit;
+        if (effect.contact_timing == ContactTiming::at_substep_start) contacts_->hold_current_force(state);
         if (!known) contacts_->turn(state);
         system_->prepare(dt);
         system_->solve(dt, known, settings_.tolerance, settings_.iterations, *contacts_);

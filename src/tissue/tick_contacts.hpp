@@ -27,7 +27,7 @@ struct TickContact {
     double explicit_damping = 0;  ///< N s/m, <= 0
     double fixed_rate = 0.0;      ///< m/s, normal velocity of P minus that of the face from what does not move here
     double mobility = 0.0;        ///< 1/kg, velocity of P per impulse
-    double held = 0.0;            ///< N, for contacts_held
+    double held = 0.0;            ///< N, known before the sub-step
     double limit = 0.0;           ///< N, largest force
     double force = 0.0;           ///< N, of the last sub-step
     Vector3 surface = Vector3::Zero();  ///< m/s, velocity of the other side from what does not move here

@@ -36,10 +36,12 @@ Outcome TissueStepper::advance(const Effect& effect, double dt, const Frame& fro
 
 Outcome TissueStepper::take_steps(const Effect& effect, double dt, const Frame& from) {
     const double h = dt / steps_;
-    const bool known = effect.contacts_explicit || effect.contacts_held;
+    const bool known = effect.contact_timing != ContactTiming::implicit;
     double bound = 0.0;  // m, no coordinate has gone further in this tick
     for (int number = 0; number < steps_; ++number) {
-        if (effect.contacts_explicit && !effect.contacts_held) contacts_->hold_current_force(tissue_->state());
+        if (effect.contact_timing == ContactTiming::at_substep_start) {
+            contacts_->hold_current_force(tissue_->state());
+        }
         if (!known) contacts_->turn(tissue_->state());
         const double furthest = step(h, known);
         bound += furthest;

@@ -112,7 +112,7 @@ TEST_P(StepperContract, TheTissueGetsWhatALimitLeaves) {
     stepper->prepare(s.topology, s.materials);
     for (const bool held : {false, true}) {
         Effect effect = test::empty_effect(s.topology);
-        effect.contacts_held = held;
+        effect.contact_timing = held ? ContactTiming::at_tick_start : ContactTiming::implicit;
         effect.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -0.002, 1e4, 0.0));
         effect.contacts.back().limit = 0.5;
         effect.contacts.back().reaction_body = 0;
@@ -122,6 +122,47 @@ TEST_P(StepperContract, TheTissueGetsWhatALimitLeaves) {
         EXPECT_NEAR(s.frame.velocity(2, 0) - before, 0.5 * dt / 1e-3, 1e-12) << held;
         EXPECT_NEAR(reaction[0].force.z(), -0.5, 1e-12) << held;
     }
+}
+
+TEST_P(StepperContract, TheForceOfAContactIsTakenFromTheStateThatTheEffectNames) {
+    // A free vertex of 1 g, 2 mm deep in a plane of 100 N/m that it leaves slowly.
+    constexpr double k = 100.0;
+    constexpr double m = 1e-3;
+    const auto rate_after_a_tick = [&](ContactTiming timing) {
+        test::TissueSample s = test::make_tissue({Vector3::Zero()}, {m}, {0}, {});
+        s.materials.substeps = 4;
+        const auto stepper = make_stepper(GetParam());
+        stepper->prepare(s.topology, s.materials);
+        Effect effect = test::empty_effect(s.topology);
+        effect.contact_timing = timing;
+        effect.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -0.002, k, 0.0));
+        std::vector<Wrench> reaction(1);
+        EXPECT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        return s.frame.velocity(2, 0);
+    };
+    EXPECT_NEAR(rate_after_a_tick(ContactTiming::at_tick_start), k * 0.002 * dt / m, 1e-14);
+    const double substep = rate_after_a_tick(ContactTiming::at_substep_start);
+    const double implicit = rate_after_a_tick(ContactTiming::implicit);
+    // How many sub-steps a tick has is the stepper's own matter.
+    int with_start = 0;
+    int with_end = 0;
+    for (int steps = 1; steps <= 64; ++steps) {
+        const double h = dt / steps;
+        double rate = 0.0;
+        double depth = 0.002;
+        double end_rate = 0.0;
+        double end_depth = 0.002;
+        for (int i = 0; i < steps; ++i) {
+            rate += h * k * depth / m;
+            depth -= h * rate;
+            end_rate = (end_rate + h * k * end_depth / m) / (1.0 + h * h * k / m);
+            end_depth -= h * end_rate;
+        }
+        with_start += std::abs(substep - rate) < 1e-12 ? 1 : 0;
+        with_end += std::abs(implicit - end_rate) < 1e-12 ? 1 : 0;
+    }
+    EXPECT_EQ(with_start, 1) << substep;
+    EXPECT_EQ(with_end, 1) << implicit;
 }
 
 TEST_P(StepperContract, BetweenTwoContactsTheOneWithTheLimitGivesWay) {

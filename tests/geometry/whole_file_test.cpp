@@ -54,6 +54,14 @@ TEST_F(WholeFile, WhatMayNeverEndIsNotOpened) {
               "/dev/zero: expected a mesh file, got a device");
 }
 
+TEST(FileWord, LeadsToNoOtherFolder) {
+    EXPECT_EQ(file_word("i2t_poke-2"), "i2t_poke-2");
+    EXPECT_EQ(file_word("../../etc/x.y"), "______etc_x_y");
+    EXPECT_EQ(file_word("a b\n\xc3\xbc\\"), "a_b____");
+    EXPECT_EQ(file_word(""), "_");
+    EXPECT_EQ(file_word(std::string(300, 'a')), std::string(100, 'a'));
+}
+
 TEST(InputErrorText, IsOnePrintableLineOfAtMost400Bytes) {
     const auto told = [](const std::string& found) { return std::string(InputError("f", "", "x", found).what()); };
     EXPECT_EQ(told("\x1b[31m\a\r\nü"), "f: expected x, got \\x1b[31m\\x07\\x0d\\x0aü");

@@ -141,6 +141,7 @@ TEST(RecordLine, BadRecordIsRefusedWithFileLineAndPlace) {
         {replaced(line, "\"pairs\":[5,5,5]", "\"pairs\":[5,5]"), "/rows/pairs"},
         {replaced(line, "\"pairs\":[5,5,5]", "\"pairs\":[5,null,5]"), "/rows/pairs/1"},
         {replaced(line, "\"pairs\":", "\"pears\":"), "pears"},
+        {replaced(line, "\"mode\":\"closed_loop\"", "\"mode\":\"../elsewhere\""), "it names a file"},
         {replaced(line, "\"outcome\":\"unstable\"", "\"outcome\":\"fine\""), "/outcome"},
     };
     for (const auto& bad : cases) {

@@ -54,6 +54,18 @@ TEST(BetweenTicksSection, WhoMissesContactsBetweenFramesDoesNotComeFirstForBeing
     EXPECT_NE(report.page_one.find("missed between frames"), std::string::npos);
 }
 
+TEST(BetweenTicksSection, NoNameOfASceneLeadsItsChartOutOfTheFolder) {
+    Record record = replay("looks", 3);
+    record.spec.scene = "../../elsewhere";
+    const Report report = make_report({record});
+    bool drawn = false;
+    for (const auto& [file, content] : report.files) {
+        EXPECT_EQ(file.find(".."), std::string::npos) << file;
+        drawn = drawn || file.find("______elsewhere") != std::string::npos;
+    }
+    EXPECT_TRUE(drawn);
+}
+
 TEST(BetweenTicksSection, IsAbsentWithoutSuchRuns) {
     Record record = test::synthetic({.mode = "replay"});
     EXPECT_EQ(test::whole(make_report({record})).find("Between the ticks"), std::string::npos);

@@ -92,13 +92,23 @@ TEST(CertificateSection, TellsYesHowFarOffAndNotApplicable) {
         Record far = certificate("good", "wide", repetition, "dd");
         far.summary["certificate_twice_m"] = 2e-3;
         far.summary["certificate_twice_n"] = 0.5;
-        records.insert(records.end(), {good, bad, near, far});
+        Record farther = certificate("good", "farther", repetition, "ee");
+        farther.summary["certificate_twice_m"] = 1.5e-9;
+        farther.summary["certificate_twice_n"] = 0.5e-6;
+        Record stronger = certificate("good", "stronger", repetition, "ff");
+        stronger.summary["certificate_twice_m"] = 0.5e-9;
+        stronger.summary["certificate_twice_n"] = 1.5e-6;
+        records.insert(records.end(), {good, bad, near, far, farther, stronger});
     }
     const std::string page = page_of(records);
     EXPECT_NE(page.find("| detector | `good` | scene | yes | yes | n/a |"), std::string::npos) << page;
     EXPECT_NE(page.find("| detector | `bad` | scene | no (3 of 50 pairs) | no | n/a |"), std::string::npos);
     EXPECT_NE(page.find("| response | `near` | scene | yes, to 2.0e-09 mm, 3.0e-10 N | yes |"), std::string::npos);
     EXPECT_NE(page.find("| response | `wide` | scene | no (2.0e+00 mm, 5.0e-01 N, scene) | yes |"), std::string::npos);
+    EXPECT_NE(page.find("| response | `farther` | scene | no (1.5e-06 mm, 5.0e-07 N, scene) | yes |"),
+              std::string::npos);
+    EXPECT_NE(page.find("| response | `stronger` | scene | no (5.0e-07 mm, 1.5e-06 N, scene) | yes |"),
+              std::string::npos);
 }
 
 }  // namespace

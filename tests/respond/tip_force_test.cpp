@@ -68,15 +68,19 @@ TEST(TipDisplay, OffByDefaultButForTheDevicesLargestForce) {
 TEST(TipDisplay, RateLimitFilterAndRampFollowTheirClosedFormsAtEveryTick) {
     for (const double dt : {1e-3, 2.5e-4, 3e-3}) {
         SCOPED_TRACE(dt);
-        TipDisplay rate;
-        for (int tick = 1; tick <= 20; ++tick) {
-            const Vector3 shown = rate.show(Vector3(2.0, 0.0, 0.0), {.rate_limit = 500.0}, dt);
-            EXPECT_NEAR(shown.x(), std::min(2.0, 500.0 * dt * tick), 1e-12);
+        for (const double newtons_per_second : {500.0, 0.5}) {
+            TipDisplay rate;
+            for (int tick = 1; tick <= 20; ++tick) {
+                const Vector3 shown = rate.show(Vector3(2.0, 0.0, 0.0), {.rate_limit = newtons_per_second}, dt);
+                EXPECT_NEAR(shown.x(), std::min(2.0, newtons_per_second * dt * tick), 1e-12);
+            }
         }
-        TipDisplay filter;
-        for (int tick = 1; tick <= 20; ++tick) {
-            const Vector3 shown = filter.show(Vector3(0.0, 2.0, 0.0), {.filter = 150.0}, dt);
-            EXPECT_NEAR(shown.y(), 2.0 * (1.0 - std::exp(-2.0 * std::numbers::pi * 150.0 * dt * tick)), 1e-12);
+        for (const double hertz : {150.0, 0.5}) {
+            TipDisplay filter;
+            for (int tick = 1; tick <= 20; ++tick) {
+                const Vector3 shown = filter.show(Vector3(0.0, 2.0, 0.0), {.filter = hertz}, dt);
+                EXPECT_NEAR(shown.y(), 2.0 * (1.0 - std::exp(-2.0 * std::numbers::pi * hertz * dt * tick)), 1e-12);
+            }
         }
         TipDisplay ramp;
         const TipSettings five_ms{.ramp = 0.005};

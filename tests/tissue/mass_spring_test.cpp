@@ -388,7 +388,7 @@ double chatter(bool held, double mu) {
     double high = 0.0;
     for (int tick = 0; tick < 3000; ++tick) {
         effect.clear();
-        effect.contacts_held = held;
+        effect.contact_timing = held ? ContactTiming::at_tick_start : ContactTiming::implicit;
         const double plane = -0.005 * std::min(1.0, tick / 500.0);
         for (Index v = 0; v < s.topology.vertex_count; ++v) {
             if (s.frame.position.col(v).head<2>().norm() > 0.008 || s.frame.position(2, v) < plane) continue;

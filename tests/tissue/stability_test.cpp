@@ -127,6 +127,17 @@ TEST(StepEstimate, OneMassOnOneSpringIsExact) {
     EXPECT_TRUE(explicit_step(s.materials, s.frame.position, 0.05, false).damping_decides);
 }
 
+TEST(StepEstimate, WhatIsSurelyUnstableIsOnlyLookedForWhereSubStepsAreNotSurelyStable) {
+    TissueSample s = make_tissue({Vector3::Zero(), Vector3(0.01, 0.0, 0.0)}, {1e-3, 1e-3}, {1, 0},
+                                 {{.i = 0, .j = 1, .rest = 0.01, .k = 400.0, .damping = 0.3}});
+    s.materials.substeps = 4;
+    const double stable = explicit_step(s.materials, s.frame.position, 1e-3, true).stable_step;
+    for (const double part : {0.3, 0.99, 1.01, 3.0}) {  // of what is stable, a sub-step
+        const StepEstimate estimate = explicit_step(s.materials, s.frame.position, 4.0 * part * stable, false);
+        EXPECT_EQ(estimate.unstable_step > 0.0 && std::isfinite(estimate.unstable_step), part > 1.0) << part;
+    }
+}
+
 /// The integrator itself blows up above the one and not below the other.
 TEST(StepEstimate, TheIntegratorAgrees) {
     for (const double damping : {0.0, 0.1}) {

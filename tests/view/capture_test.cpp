@@ -84,6 +84,29 @@ TEST(RunCapture, TheToolIsPushedWhereItsContactsAreByTheirForce) {
     EXPECT_DOUBLE_EQ(run.contact_force_max, 5.0);
 }
 
+TEST(RunCapture, FeaturesThatAreOnlyNearAreNoContactsToLookAt) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    const auto told = [](ActingKind kind, double depth, double x) {
+        PlayedContact one;
+        one.kind = kind;
+        one.body = 1;
+        one.other = 0;
+        one.depth = depth;
+        one.point = Vector3(x, 0.0, 0.0);
+        return one;
+    };
+    PlayedFrame frame = frame_at(scene, 0, 0.0, 0.0);
+    frame.contacts = {told(ActingKind::found, -1e-4, 1.0), told(ActingKind::found, 0.0, 2.0),
+                      told(ActingKind::found, 1e-9, 3.0), told(ActingKind::pushed, -1e-4, 4.0),
+                      told(ActingKind::found, 1e-3, std::nan(""))};
+    RunCapture capture(scene.topology, 8, true);
+    capture.see(frame);
+    const ViewedRun run = capture.finish();
+    std::vector<double> seen;
+    for (const ViewedContact& contact : run.frames.front().contacts) seen.push_back(contact.point.x());
+    EXPECT_EQ(seen, (std::vector<double>{3.0, 4.0}));
+}
+
 TEST(RunCapture, WithoutAJudgeTheDepthIsThatOfTheDeepestVertex) {
     const Scene scene = test::scene_from_text(test::poke_text());
     PlayedFrame frame = frame_at(scene, 0, std::nan(""), 0.0);

@@ -100,6 +100,35 @@ TEST_F(ViewCommand, AStudyMakesAPagePerSceneAndItsReportLinksThem) {
     EXPECT_NE(without.find("trocar view DIR --pages"), std::string::npos);
 }
 
+TEST_F(ViewCommand, NoNameOfASceneLeadsItsPageOutOfTheFolder) {
+    std::filesystem::create_directories(path("a/b"));
+    nlohmann::json scene = nlohmann::json::parse(read_file(poke));
+    scene["name"] = "../evil name";
+    std::ofstream(path("a/b/evil.json")) << scene.dump();
+    scene["name"] = "..|evil_name";  // another name, the same file
+    std::ofstream(path("a/b/twin.json")) << scene.dump();
+    const nlohmann::json study{
+        {"format", "trocar-study-1"},
+        {"name", "small"},
+        {"closed_loop",
+         {{"scenes", {"evil.json", "twin.json"}}, {"detectors", {"ohc"}}, {"responses", {"hold"}}, {"ticks", 3}}}};
+    std::ofstream(path("a/b/study.json")) << study.dump();
+    const ProgramResult made = run_program("study " + path("a/b/study.json") + " --output " + path("a/b/out"));
+    ASSERT_EQ(made.status, 0) << made.err;
+    EXPECT_TRUE(std::filesystem::exists(path("a/b/out/view/___evil_name.html")));
+    EXPECT_NE(made.err.find("another scene's page is ___evil_name.html too"), std::string::npos) << made.err;
+    const std::string report = read_file(path("a/b/out/report.html"));
+    const std::size_t link = report.find("\"view/___evil_name.html\"");
+    ASSERT_NE(link, std::string::npos);
+    EXPECT_EQ(report.find("\"view/___evil_name.html\"", link + 1), std::string::npos);
+
+    const std::string program = "cd " + path("a/b") + " && " + TROCAR_PROGRAM;
+    const ProgramResult viewed = run_program("view evil.json --ticks 3", program);
+    ASSERT_EQ(viewed.status, 0) << viewed.err;
+    EXPECT_TRUE(std::filesystem::exists(path("a/b/___evil_name.html")));
+    EXPECT_FALSE(std::filesystem::exists(path("a/evil name.html")));
+}
+
 TEST_F(ViewCommand, ARecordWhoseRunEndsElsewhereIsTold) {
     ASSERT_NO_FATAL_FAILURE(make_study());
     const std::string scene = " --scene " + path("i2t_poke.json") + " --response hold --output " + path("page.html");
