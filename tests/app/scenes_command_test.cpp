@@ -72,5 +72,13 @@ TEST_F(ScenesCommand, ADescriptionThatIsNoTextIsOneLineThatNamesTheFile) {
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
 }
 
+TEST_F(ScenesCommand, ANameWithALetterTooFewTooManyOrWrongIsToldItsNeighbour) {
+    for (const char* name : {"i2tpoke", "i2t__poke", "i2t_pole"}) {
+        const ProgramResult result = run_program(std::string("run ") + name);
+        EXPECT_EQ(result.status, 2) << name;
+        EXPECT_NE(result.err.find("(near: i2t_poke"), std::string::npos) << result.err;
+    }
+}
+
 }  // namespace
 }  // namespace trocar

@@ -165,6 +165,31 @@ TEST_P(StepperContract, TheForceOfAContactIsTakenFromTheStateThatTheEffectNames)
     EXPECT_EQ(with_end, 1) << implicit;
 }
 
+TEST_P(StepperContract, AnEdgeHeldAgainstAnEdgeIsPushedWhereTheyCross) {
+    // Two free vertices of 1 g, 1 cm apart; an edge along y crosses theirs at 0, a quarter, a half and beyond its end.
+    for (const double place : {0.0, 0.25, 0.5, 1.5}) {
+        test::TissueSample s = test::make_tissue({Vector3::Zero(), Vector3(0.01, 0.0, 0.0)}, {1e-3, 1e-3}, {0, 0}, {});
+        const auto stepper = make_stepper(GetParam());
+        stepper->prepare(s.topology, s.materials);
+        Effect effect = test::empty_effect(s.topology);
+        const double way = std::min(place, 1.0);
+        LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 10.0, 0.0);
+        contact.role = ContactRole::constraint;
+        contact.source_id = 1;
+        contact.vertices = {0, 1, -1};
+        contact.weights = {1.0 - way, way, 0.0};
+        contact.other_edge = Vector3::UnitY();
+        contact.reaction_point = Vector3(0.01 * place, 0.003, 1e-4);
+        effect.contacts.push_back(contact);
+        std::vector<Wrench> reaction(1);
+        ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        const double first = s.frame.velocity(2, 0);
+        const double second = s.frame.velocity(2, 1);
+        EXPECT_GT(first + second, 0.0);
+        EXPECT_NEAR(second / (first + second), way, 1e-3) << place;
+    }
+}
+
 TEST_P(StepperContract, BetweenTwoContactsTheOneWithTheLimitGivesWay) {
     // A vertex that a plane from below and one from above press together by 2 mm: the first yields at 0.3 N, so that
     // the other is left 0.3 N / 1000 N/m deep.

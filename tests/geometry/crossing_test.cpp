@@ -45,6 +45,19 @@ TEST(Crossing, TipBelowAFaceEntersItWithItsPlaneDepth) {
     EXPECT_TRUE(second.direction.isApprox(-first.direction, 1e-12));
 }
 
+TEST(Crossing, ATipTooNarrowToMeasureIsNoTouchOnceItIsDeep) {
+    // 1e-4 wide per length: 100 nm deep it is 0.01 nm wide where it passes the face, where up to 1 nm is a touch.
+    for (const double deep : {1e-7, 1e-10}) {
+        const Corners tip{Vector3(0.0, 0.0, -deep), Vector3(5e-6, 0.0, 0.1 - deep), Vector3(-5e-6, 0.0, 0.1 - deep)};
+        const CrossingKind kind = deep > 1e-9 ? CrossingKind::crossing : CrossingKind::touch;
+        for (const bool swapped : {false, true}) {
+            const Crossing crossing = swapped ? cross_triangles(face, tip) : cross_triangles(tip, face);
+            EXPECT_EQ(crossing.kind, kind) << deep << swapped;
+            EXPECT_LE(crossing.length, 1.1e-11);
+        }
+    }
+}
+
 /// Thesis eq. 3.5 by construction: second's edge stands at x = 0.25 inside first's interval [-0.5, 0.5] on the x axis.
 TEST(Crossing, OverlapOfCrossingEdgesIsMetricAndParts) {
     const Corners first{Vector3(0, -1, 0), Vector3(1, 1, 0), Vector3(-2, 1, 0)};

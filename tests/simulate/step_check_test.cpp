@@ -86,6 +86,19 @@ TEST(StepCheck, AnUnstableTickNamesVertexAndRemedy) {
     }
 }
 
+TEST(StepCheck, PartsOfOneInstrumentHaveOneHandAndTwoInstrumentsTwo) {
+    Json scene = Json::parse(test::press_text(0.0));
+    scene["bodies"][1]["instrument"] = "left";
+    Json other = scene["bodies"][1];
+    other["name"] = "other";
+    for (const char* instrument : {"left", "right"}) {
+        other["instrument"] = instrument;
+        scene["bodies"][2] = other;
+        const StepCheck check = check_step(test::scene_from_text(scene.dump()), "");
+        EXPECT_EQ(check.hands.size(), instrument == std::string("left") ? 1U : 2U);
+    }
+}
+
 /// One mass and its hand spring by the scheme itself, a little below and above the limit.
 TEST(StepCheck, AHandsLimitIsThatOfItsScheme) {
     for (const auto& [mass, damping, hand_damping] : {std::tuple{0.1, 1.0, 3.0}, {0.05, 0.0, 0.0}, {0.1, 20.0, 50.0}}) {
