@@ -403,7 +403,7 @@ Record record_from_json_line(const std::string& line, const std::string& file, s
         known.emplace_back(name);
         reader.read(reader.member(spec, "/spec", name), std::string("/spec/") + name, value);
     });
-    if (record.spec.mode != file_word(record.spec.mode)) {
+    if (!record.spec.mode.empty() && record.spec.mode != file_word(record.spec.mode)) {
         reader.fail("/spec/mode", "at most 100 letters, digits, _ and - (it names a file)",
                     Json(record.spec.mode).dump());
     }
