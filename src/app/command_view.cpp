@@ -126,8 +126,6 @@ int write_pages(const CommonOptions& common, const ViewOptions& options) {
     return done;
 }
 
-std::filesystem::path default_output(const ViewPage& page) { return file_word(page.scene) + ".html"; }
-
 }  // namespace
 
 int view(const CommonOptions& common, const ViewOptions& options) {
@@ -156,7 +154,7 @@ int view(const CommonOptions& common, const ViewOptions& options) {
         }
     }
     for (const std::string& note : page.notes) fmt::print(stderr, "trocar: {}: {}\n", page.scene, note);
-    const std::filesystem::path output = options.output.value_or(default_output(page));
+    const std::filesystem::path output = options.output.value_or(page_of_scene(page.scene));
     const std::string html = view_html(page, "");
     write_whole(output, html);
     if (common.json) {

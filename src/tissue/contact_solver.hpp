@@ -21,8 +21,7 @@ public:
     /// As TickContacts has it; so are the other calls that only pass on.
     void collect(const Effect& effect, const Frame& frame, const TissueState& state);
     [[nodiscard]] std::span<const Index> touched() const { return contacts_.touched(); }
-    void turn(const TissueState& state) { contacts_.turn(state); }
-    void hold_current_force(const TissueState& state) { contacts_.hold_current_force(state); }
+    void begin_substep(const TissueState& state) { contacts_.begin_substep(state); }
     void finish_substep(double h, int substeps, const TissueState& state) {
         contacts_.finish_substep(h, substeps, state);
     }

@@ -97,11 +97,10 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, const Frame& fram
     position_before_.resize(touched.size());
     double bound = 0.0;  // m, no coordinate has gone further in this tick
     for (int substep = 0; substep < substeps; ++substep) {
-        if (effect.contact_timing == ContactTiming::at_substep_start) contacts_.hold_current_force(state);
+        contacts_.begin_substep(state);
         for (std::size_t t = 0; t < touched.size(); ++t) {
             position_before_[t] = state.position.col(touched[t]).head<3>();
         }
-        if (implicit) contacts_.turn(state);
         tissue_.add_shape_force();
         SubStepCheck check = tissue_.kernels().sub_step(h, tissue_.spring_arrays(), state);
         if (!touched.empty()) {

@@ -89,8 +89,7 @@ public:
         choose_region();
         contacts_->collect(effect, from, state);
         const bool known = effect.contact_timing != ContactTiming::implicit;
-        if (effect.contact_timing == ContactTiming::at_substep_start) contacts_->hold_current_force(state);
-        if (!known) contacts_->turn(state);
+        contacts_->begin_substep(state);
         system_->prepare(dt);
         system_->solve(dt, known, settings_.tolerance, settings_.iterations, *contacts_);
         const double furthest = system_->move(dt);

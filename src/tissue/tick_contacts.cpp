@@ -144,6 +144,17 @@ double TickContacts::rate(const TickContact& contact, const TissueState& state) 
     return sum;
 }
 
+void TickContacts::begin_substep(const TissueState& state) {
+    switch (effect_->contact_timing) {
+        case ContactTiming::at_substep_start:
+            return hold_current_force(state);
+        case ContactTiming::implicit:
+            return turn(state);
+        case ContactTiming::at_tick_start:
+            return;
+    }
+}
+
 void TickContacts::hold_current_force(const TissueState& state) {
     for (TickContact& contact : contacts_) {
         const double speed = rate(contact, state);

@@ -60,13 +60,11 @@ public:
     [[nodiscard]] std::span<const Index> touched() const { return touched_; }
     [[nodiscard]] Index spot(Index local) const { return spot_[static_cast<std::size_t>(local)]; }
 
-    /// At the start of a sub-step: constraints of a face or edge of tissue follow how it has turned and where
-    /// on it the contact is by now. What is linearised once a tick lags behind light vertices, and feeds their
-    /// swinging.
-    void turn(const TissueState& state);
-    /// Setting `explicit`: `held` becomes the force of the state as it stands. Without this call it is that of the
-    /// frame (setting `hold`).
-    void hold_current_force(const TissueState& state);
+    /// At the start of a sub-step, as the effect's ContactTiming asks: at_substep_start makes `held` the force of the
+    /// state as it stands (at_tick_start leaves that of the frame); implicit has constraints of a face or edge of
+    /// tissue follow how it has turned and where on it the contact is by now. What is linearised once a tick lags
+    /// behind light vertices, and feeds their swinging.
+    void begin_substep(const TissueState& state);
     /// m/s, at which the gap opens.
     [[nodiscard]] static double rate(const TickContact& contact, const TissueState& state);
 
@@ -104,6 +102,8 @@ public:
 
 private:
     bool enter(const LinearContact& contact, const Frame& frame, const TissueState& state, TickContact& entry);
+    void hold_current_force(const TissueState& state);
+    void turn(const TissueState& state);
     void turn_tissues(const TissueState& state, TickContact& contact) const;
     void take_weights(const TissueState& state, const Vector3& weights, const Vector3& other_weights,
                       const Vector3& normal, TickContact& contact) const;

@@ -39,10 +39,7 @@ Outcome TissueStepper::take_steps(const Effect& effect, double dt, const Frame& 
     const bool known = effect.contact_timing != ContactTiming::implicit;
     double bound = 0.0;  // m, no coordinate has gone further in this tick
     for (int number = 0; number < steps_; ++number) {
-        if (effect.contact_timing == ContactTiming::at_substep_start) {
-            contacts_->hold_current_force(tissue_->state());
-        }
-        if (!known) contacts_->turn(tissue_->state());
+        contacts_->begin_substep(tissue_->state());
         const double furthest = step(h, known);
         bound += furthest;
         Outcome outcome = tissue_->check(std::isfinite(furthest), bound, effect, from);

@@ -220,7 +220,7 @@ class Workshop:
         return told
 
     def judge(self, mutant, by_all):
-        """killed, does not compile, or survived; by which tests. Those of its folder, or `by_all`."""
+        """killed, does not compile, or not killed: `survived` where `by_all` asks all tests, else PASSED; and by which."""
         file = self.tree / mutant.path
         original = file.read_text()
         try:
