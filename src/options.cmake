@@ -70,9 +70,9 @@ trocar_precompiled_headers(trocar_folder_headers OBJECT HEADERS ${TROCAR_COMMON_
 # Several files of a folder in one translation unit save two thirds of a build from scratch: what templates of JSON,
 # Eigen and the command line are made of is compiled once. Off by default: one changed file compiles its neighbours anew.
 option(TROCAR_UNITY "Compile the files of a folder together" OFF)
-# trocar_together(TARGET [FILES]): FILES in one unit, 12 unless told otherwise.
+# trocar_together(TARGET [FILES]): FILES in one unit, 24 unless told otherwise.
 function(trocar_together target)
-    set(files 12)
+    set(files 24)
     if(ARGN)
         set(files ${ARGN})
     endif()

@@ -6,12 +6,6 @@
 #include "tissue/active_set.hpp"
 
 namespace trocar {
-namespace {
-
-auto velocity_of(const TissueState& state, Index local) { return state.velocity.col(local).head<3>(); }
-auto velocity_of(TissueState& state, Index local) { return state.velocity.col(local).head<3>(); }
-
-}  // namespace
 
 ContactSolver::ContactSolver(Index vertex_count, std::size_t moving) : contacts_(vertex_count, moving) {
     mass_.reserve(moving);

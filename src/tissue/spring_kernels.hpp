@@ -45,6 +45,9 @@ struct TissueState {
     [[nodiscard]] std::size_t size() const { return vertex.size(); }
     [[nodiscard]] bool moves(Index local) const { return inverse_mass[static_cast<std::size_t>(local)] != 0.0; }
 };
+/// m/s, of a vertex that is here: the column without its fourth row, which only fills a vector register.
+inline auto velocity_of(const TissueState& state, Index local) { return state.velocity.col(local).head<3>(); }
+inline auto velocity_of(TissueState& state, Index local) { return state.velocity.col(local).head<3>(); }
 
 /// Bounds over all vertices after a sub-step.
 struct SubStepCheck {

@@ -23,8 +23,6 @@ std::pair<double, double> closest_on_edges(const Vector3& a0, const Vector3& alo
             std::clamp(between.cross(along_a).dot(across) / square, 0.0, 1.0)};
 }
 
-auto velocity_of(const TissueState& state, Index local) { return state.velocity.col(local).head<3>(); }
-
 }  // namespace
 
 TickContacts::TickContacts(Index vertex_count, std::size_t moving) {
