@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -170,6 +171,14 @@ public:
         const auto found = object.find(key);
         if (found == object.end()) fail(where + "/" + key, "this key", "nothing");
         return *found;
+    }
+
+    /// Refuses a text that whoever reads the record takes as a number, where it is none within these bounds.
+    void check_number(const std::string& where, const std::string& text, double low, double high) const {
+        double value = 0.0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        if (error == std::errc() && end == text.data() + text.size() && low <= value && value <= high) return;
+        fail(where, fmt::format("a text with a number from {:g} to {:g}", low, high), Json(text).dump().substr(0, 80));
     }
 
     /// Refuses keys that `known` does not hold.
@@ -420,6 +429,9 @@ Record record_from_json_line(const std::string& line, const std::string& file, s
         if (spec.contains(name)) reader.read(spec[name], std::string("/spec/") + name, value);
     });
     reader.check_keys(spec, "/spec", known);
+    if (!record.spec.reach_margin.empty()) {
+        reader.check_number("/spec/reach_margin", record.spec.reach_margin, 0.0, 100.0);
+    }
     reader.check_keys(
         json, "",
         {"spec", "outcome", "message", "frames_hash", "state_hash", "environment", "summary", "rows", "events"});
@@ -429,7 +441,11 @@ Record record_from_json_line(const std::string& line, const std::string& file, s
     record.frames_hash = text("frames_hash");
     record.state_hash = text("state_hash");
     for (const auto& [key, value] : reader.member(json, "", "environment").items()) {
-        reader.read(value, "/environment/" + key, record.environment[key]);
+        std::string& fact = record.environment[key];
+        reader.read(value, "/environment/" + key, fact);
+        if (key == "run.tissue_triangles" || key.starts_with("case.at_most.")) {
+            reader.check_number("/environment/" + key, fact, -1e300, 1e300);
+        }
     }
     for (const auto& [key, value] : reader.member(json, "", "summary").items()) {
         reader.read(value, "/summary/" + key, record.summary[key]);

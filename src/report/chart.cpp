@@ -110,16 +110,20 @@ private:
     std::string out_;
 };
 
+/// Axes end here: numbers beyond are those of a run that went wrong, and sums of them would overflow.
+constexpr double most_drawn = 1e30;
+constexpr double least_drawn = 1e-30;
+
 /// A logarithmic axis that starts and ends on 1, 2 or 5 times a power of ten.
 class LogAxis {
 public:
     LogAxis(double low, double high, double from, double to) : from_(from), to_(to) {
         if (!(low > 0.0) || !(high >= low)) low = high = 1.0;
-        low_ = nice(low / 1.25, false);
-        high_ = nice(high * 1.25, true);
+        low_ = nice(drawn(low) / 1.25, false);
+        high_ = nice(drawn(high) * 1.25, true);
     }
     [[nodiscard]] double at(double value) const {
-        return from_ + (to_ - from_) * std::log(value / low_) / std::log(high_ / low_);
+        return from_ + (to_ - from_) * std::log(drawn(value) / low_) / std::log(high_ / low_);
     }
     /// Values to draw lines at, with a label for the ones that a reader needs.
     [[nodiscard]] std::vector<std::pair<double, std::string>> ticks() const {
@@ -136,9 +140,10 @@ public:
         }
         return list;
     }
-    static std::string label(double value) { return fmt::format("{:g}", std::stod(fmt::format("{:.3g}", value))); }
+    static std::string label(double value) { return fmt::format("{:g}", rounded(value, 3)); }
 
 private:
+    static double drawn(double value) { return std::clamp(value, least_drawn, most_drawn); }
     static double nice(double value, bool up) {
         const double decade = std::pow(10.0, std::floor(std::log10(value)));
         const double digits = value / decade;
@@ -163,14 +168,19 @@ private:
 class LinearAxis {
 public:
     LinearAxis(double low, double high, double from, double to) : from_(from), to_(to) {
-        if (!(high > low)) high = low + 1.0;
+        if (!(high >= low)) low = high = 0.0;
+        low = drawn(low);
+        high = drawn(high);
+        if (!(high - low > least_drawn)) high = low + std::max(1.0, 1e-6 * std::abs(low));
         const double raw = (high - low) / 6.0;
         const double decade = std::pow(10.0, std::floor(std::log10(raw)));
         step_ = decade * (raw / decade <= 1.0 ? 1.0 : raw / decade <= 2.0 ? 2.0 : raw / decade <= 5.0 ? 5.0 : 10.0);
         low_ = std::floor(low / step_ + 1e-9) * step_;
         high_ = std::ceil(high / step_ - 1e-9) * step_;
     }
-    [[nodiscard]] double at(double value) const { return from_ + (to_ - from_) * (value - low_) / (high_ - low_); }
+    [[nodiscard]] double at(double value) const {
+        return from_ + (to_ - from_) * (drawn(value) - low_) / (high_ - low_);
+    }
     [[nodiscard]] std::vector<double> ticks() const {
         std::vector<double> list;
         for (int i = 0; low_ + i * step_ <= high_ + 0.5 * step_; ++i) list.push_back(low_ + i * step_);
@@ -178,6 +188,7 @@ public:
     }
 
 private:
+    static double drawn(double value) { return std::clamp(value, -most_drawn, most_drawn); }
     double from_;
     double to_;
     double low_ = 0.0;

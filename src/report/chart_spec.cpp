@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "report/chart.hpp"
+#include "report/document.hpp"
 
 namespace trocar {
 namespace {
@@ -17,7 +18,7 @@ using Json = nlohmann::ordered_json;
 /// Four digits are more than a screen has.
 Json short_number(double value) {
     if (!std::isfinite(value)) return nullptr;
-    return std::stod(fmt::format("{:.4g}", value));
+    return rounded(value, 4);
 }
 
 /// "tick p99 (ms)" apart: name and unit.

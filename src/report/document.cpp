@@ -133,4 +133,7 @@ std::string format_exact(double value) {
     return fmt::format("{}", value);
 }
 
+// std::stod throws at numbers below 2.2e-308.
+double rounded(double value, int digits) { return std::strtod(fmt::format("{:.{}g}", value, digits).c_str(), nullptr); }
+
 }  // namespace trocar

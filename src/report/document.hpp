@@ -84,5 +84,7 @@ std::string escape_xml(const std::string& text);
 std::string format_number(double value);
 /// All digits of a double that matter (shortest text that reads back as the same number); empty for NaN.
 std::string format_exact(double value);
+/// To so many significant digits; for any double, the smallest too.
+double rounded(double value, int digits);
 
 }  // namespace trocar

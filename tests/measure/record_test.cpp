@@ -143,6 +143,11 @@ TEST(RecordLine, BadRecordIsRefusedWithFileLineAndPlace) {
         {replaced(line, "\"pairs\":", "\"pears\":"), "pears"},
         {replaced(line, "\"mode\":\"closed_loop\"", "\"mode\":\"../elsewhere\""), "it names a file"},
         {replaced(line, "\"outcome\":\"unstable\"", "\"outcome\":\"fine\""), "/outcome"},
+        // Texts that whoever reads the record takes as numbers.
+        {replaced(line, "\"spec\":{", "\"spec\":{\"reach_margin\":\"wide\","), "/spec/reach_margin"},
+        {replaced(line, "\"spec\":{", "\"spec\":{\"reach_margin\":\"1e3\","), "/spec/reach_margin"},
+        {replaced(line, "\"dirty\":\"no\"", "\"run.tissue_triangles\":\"2000 or so\""), "run.tissue_triangles"},
+        {replaced(line, "\"dirty\":\"no\"", "\"case.at_most.residual_max_m\":\"nan\""), "case.at_most.residual_max_m"},
     };
     for (const auto& bad : cases) {
         try {

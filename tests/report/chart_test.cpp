@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <regex>
 
 namespace trocar {
@@ -57,6 +58,27 @@ TEST(BarChart, LengthsAreProportional) {
     const std::string svg = draw(
         BarChart{.x_title = "t", .parts = {"p"}, .bars = {{.name = "x", .parts = {10}}, {.name = "y", .parts = {30}}}});
     EXPECT_NEAR(attribute(svg, "rect", "y", "width"), 3 * attribute(svg, "rect", "x", "width"), 0.3);
+}
+
+TEST(Charts, OfNumbersBeyondAllMeasureEndAndHaveAPlaceForEachMark) {
+    const std::vector<double> extremes{0.0, 5e-324, 1e-310, 1.0, 1e17, 1e308, std::numeric_limits<double>::infinity()};
+    for (const double low : extremes) {
+        for (const double high : extremes) {
+            ScatterChart scatter = chart();
+            scatter.series.front().points = {{.x = low, .y = high, .name = "one", .label = "1"},
+                                             {.x = high, .y = low, .name = "other", .label = "2"}};
+            BarChart bars{.x_title = "sum", .parts = {"a", "b"}, .bars = {{.name = "bar", .parts = {low, high}}}};
+            LineChart lines;
+            lines.lines.push_back({.name = "line", .points = {{low, high}, {high, low}}});
+            LineChart log_lines = lines;
+            log_lines.log_x = true;
+            for (const std::string& svg : {draw(scatter), draw(bars), draw(lines), draw(log_lines)}) {
+                const std::regex no_place(R"re([ a-z0-9]+="[^"]*\b(nan|inf)\b[^"]*")re");
+                EXPECT_FALSE(std::regex_search(svg, no_place)) << low << " and " << high << ": " << svg;
+                EXPECT_LT(svg.size(), 200000U);
+            }
+        }
+    }
 }
 
 TEST(Charts, SameNumbersSameBytes) { EXPECT_EQ(draw(chart()), draw(chart())); }

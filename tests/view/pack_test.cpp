@@ -60,6 +60,12 @@ TEST(Quantiser, WhatLiesOutsideIsPutOnTheBorderAndTold) {
     EXPECT_DOUBLE_EQ(quantiser.coordinate(quantiser.number(-1e30, 1), 1), 0.0);
     EXPECT_FALSE(quantiser.holds(Vector3(0.5, 1.1, 0.0)));
     EXPECT_TRUE(quantiser.holds(Vector3(0.5, 1.0, 0.0))) << "a flat scene has a box too";
+    // Half a step beyond the border is rounded to it and loses no more than within.
+    for (const double beyond : {0.45, 0.55}) {
+        const Vector3 by = beyond * quantiser.step().x() * Vector3::UnitX();
+        EXPECT_EQ(quantiser.holds(Vector3(0.0, 0.5, 0.0) - by), beyond < 0.5) << beyond;
+        EXPECT_EQ(quantiser.holds(Vector3(1.0, 0.5, 0.0) + by), beyond < 0.5) << beyond;
+    }
 }
 
 TEST(Frames, ComeBackAsTheyWere) {
