@@ -127,7 +127,7 @@ if [ "$mode" = checks ] || [ "$mode" = full ]; then
         run_tests dev
     else
         configure dev -DTROCAR_CORE=ON
-        build dev contract_test
+        build dev contract_test stepper_contract_test
         run_tests dev -R Contract
     fi
 

@@ -62,6 +62,8 @@ struct WorstTickRuns {
     std::string other_name;
 };
 std::optional<WorstTickRuns> worst_tick_runs(const std::vector<Record>& records);
+/// What it tells points into the records.
+std::optional<WorstTickRuns> worst_tick_runs(std::vector<Record>&&) = delete;
 
 /// The states side by side on one scale of depth, as SVG.
 std::string draw(const WorstTick& seen);

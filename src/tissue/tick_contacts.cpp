@@ -51,11 +51,19 @@ void TickContacts::collect(const Effect& effect, const Frame& frame, const Tissu
         if (!enter(effect.contacts[c], frame, state, entry)) continue;
         remember_slip(effect.contacts[c], entry);
         loads_[c].work = 0.0;
-        for (int i = 0; i < entry.count; ++i) {
-            const Index v = entry.vertex[at(i)];
-            if (spot_[at(v)] >= 0) continue;
-            spot_[at(v)] = static_cast<Index>(touched_.size());
-            touched_.push_back(v);
+        const auto touch = [this](Index local) {
+            if (spot_[at(local)] >= 0) return;
+            spot_[at(local)] = static_cast<Index>(touched_.size());
+            touched_.push_back(local);
+        };
+        for (int i = 0; i < entry.count; ++i) touch(entry.vertex[at(i)]);
+        if (entry.turns) {
+            // A corner without a weight may get one within the tick.
+            for (const auto& vertices : {effect.contacts[c].vertices, effect.contacts[c].reaction_vertices}) {
+                for (const Index vertex : vertices) {
+                    if (vertex >= 0 && state.moves(state.place[at(vertex)])) touch(state.place[at(vertex)]);
+                }
+            }
         }
         contacts_.push_back(entry);
     }

@@ -243,12 +243,12 @@ TEST(WorstTick, IsDrawnOnPageOneAndWithoutItThePageSaysHowToHaveIt) {
 }
 
 TEST(WorstTick, ShowsTheSceneWhereTheBestOtherResponseIsDeepest) {
-    const auto runs = worst_tick_runs(four_responses());
+    std::vector<Record> records = four_responses();
+    const auto runs = worst_tick_runs(records);
     ASSERT_TRUE(runs.has_value());
     EXPECT_EQ(runs->first->spec.response, "hold");
     EXPECT_EQ(runs->other->spec.response, "rival");
     EXPECT_EQ(runs->other->spec.scene, "b");
-    std::vector<Record> records = four_responses();
     records[2].summary["force_error_rms_hard"] = 0.1;  // of b there is no solution to set them against
     EXPECT_EQ(worst_tick_runs(records)->other->spec.scene, "a");
 }
