@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <set>
 
@@ -84,7 +85,7 @@ Cell cell_of(const Record& record) {
         if (key.rfind(bound, 0) != 0 || kind != OutcomeKind::ok) continue;
         const std::string figure = key.substr(bound.size());
         const double value = summary_of(record, figure);
-        if (value <= std::stod(text)) continue;
+        if (value <= std::strtod(text.c_str(), nullptr)) continue;
         faults.push_back(figure_text(figure, value));
     }
     cell.right = faults.empty();
@@ -100,7 +101,7 @@ std::string expected_text(const Record& record) {
     for (const auto& [key, text] : record.environment) {
         if (key.rfind(bound, 0) != 0) continue;
         const std::string figure = key.substr(bound.size());
-        bounds.push_back(figure_text(figure, std::stod(text), " ≤ "));
+        bounds.push_back(figure_text(figure, std::strtod(text.c_str(), nullptr), " ≤ "));
     }
     if (!bounds.empty()) return joined(bounds);
     if (!case_fact(record, "case.expected").empty()) return case_fact(record, "case.expected");

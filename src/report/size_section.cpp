@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <tuple>
 
@@ -44,7 +45,7 @@ struct Size {
 
 double triangles_of(const Record& record) {
     const auto found = record.environment.find("run.tissue_triangles");
-    return found == record.environment.end() ? not_known : std::stod(found->second);
+    return found == record.environment.end() ? not_known : std::strtod(found->second.c_str(), nullptr);
 }
 
 /// Name of the default one included, which a specification leaves out.

@@ -6,6 +6,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 
 #include "contact/derive.hpp"
 #include "geometry/input_error.hpp"
@@ -47,7 +48,8 @@ std::unique_ptr<Response> response_of(const RunSpec& spec) {
 
 SimulationSettings settings_of(const RunSpec& spec) {
     return {.stepper = spec.stepper.empty() ? MethodSpec{} : parse_method(spec.stepper),
-            .reach_margin = spec.reach_margin.empty() ? default_reach_margin : std::stod(spec.reach_margin),
+            .reach_margin =
+                spec.reach_margin.empty() ? default_reach_margin : std::strtod(spec.reach_margin.c_str(), nullptr),
             .device = read_device(spec.device)};
 }
 

@@ -128,6 +128,7 @@ TEST_F(SizeLimits, NumbersOfTheCommandLineAreTakenAsTheyStandOrRefused) {
     }
     EXPECT_EQ(run_program("run " + scene + " --ticks +2").status, 0);
     EXPECT_EQ(run_program("run " + scene + " --ticks 2 --reach-margin ''").status, 2);
+    EXPECT_EQ(run_program("run " + scene + " --ticks 2 --reach-margin 1e-310").status, 0) << "a number, if a small one";
 }
 
 }  // namespace
