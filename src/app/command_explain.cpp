@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -14,6 +13,7 @@
 #include "geometry/crossing.hpp"
 #include "geometry/exact.hpp"
 #include "geometry/input_error.hpp"
+#include "geometry/number_text.hpp"
 #include "measure/depth_truth.hpp"
 #include "measure/pair_truth.hpp"
 #include "method/registry.hpp"
@@ -156,8 +156,8 @@ struct PairOption {
             const auto colon = sides.at(i).rfind(':');
             if (colon != std::string::npos) body.at(i) = sides.at(i).substr(0, colon);
             const std::string digits = colon == std::string::npos ? sides.at(i) : sides.at(i).substr(colon + 1);
-            const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number.at(i));
-            if (error != std::errc{} || end != digits.data() + digits.size() || number.at(i) < 0) throw malformed();
+            number.at(i) = number_of_text<Index>(digits).value_or(-1);
+            if (number.at(i) < 0) throw malformed();
         }
     }
 };

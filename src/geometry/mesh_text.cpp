@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "geometry/input_error.hpp"
+#include "geometry/number_text.hpp"
 #include "geometry/size_limits.hpp"
 
 namespace trocar::mesh_text {
@@ -132,10 +133,7 @@ std::optional<double> parse_double(std::string_view token) {
 
 std::optional<std::int64_t> parse_integer(std::string_view token) {
     if (token.size() > 1 && token.front() == '+' && token[1] != '-' && token[1] != '+') token.remove_prefix(1);
-    std::int64_t value = 0;
-    const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), value);
-    if (error != std::errc{} || end != token.data() + token.size()) return std::nullopt;
-    return value;
+    return number_of_text<std::int64_t>(token);
 }
 
 double finite_number(const Source& source, std::int64_t line, std::string_view token) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -11,6 +10,7 @@
 
 #include "geometry/input_error.hpp"
 #include "geometry/json_depth.hpp"
+#include "geometry/number_text.hpp"
 #include "geometry/whole_file.hpp"
 
 namespace trocar {
@@ -175,9 +175,8 @@ public:
 
     /// Refuses a text that whoever reads the record takes as a number, where it is none within these bounds.
     void check_number(const std::string& where, const std::string& text, double low, double high) const {
-        double value = 0.0;
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (error == std::errc() && end == text.data() + text.size() && low <= value && value <= high) return;
+        const std::optional<double> value = number_of_text<double>(text);
+        if (value && low <= *value && *value <= high) return;
         fail(where, fmt::format("a text with a number from {:g} to {:g}", low, high), Json(text).dump().substr(0, 80));
     }
 

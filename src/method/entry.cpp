@@ -3,21 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
 
 #include "geometry/input_error.hpp"
+#include "geometry/number_text.hpp"
 
 namespace trocar {
 namespace {
 
 std::optional<double> parse_number(std::string_view text) {
-    double value = 0.0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
-    return value;
+    const std::optional<double> value = number_of_text<double>(text);
+    return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 bool contains(const std::vector<std::string>& list, std::string_view word) {

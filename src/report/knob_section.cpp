@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <map>
 
+#include "geometry/number_text.hpp"
 #include "report/chart.hpp"
 #include "report/sections.hpp"
 
@@ -27,9 +27,8 @@ std::string without_parameter(const std::string& method, const std::string& key)
 struct Point {
     std::string text;
     [[nodiscard]] double number() const {
-        double value = 0.0;
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        return error == std::errc() && end == text.data() + text.size() ? value : HUGE_VAL;
+        const double value = number_of_text<double>(text).value_or(HUGE_VAL);
+        return std::isnan(value) ? HUGE_VAL : value;
     }
     bool operator<(const Point& other) const {
         return number() != other.number() ? number() < other.number() : text < other.text;

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <map>
 
 #include "geometry/input_error.hpp"
+#include "geometry/number_text.hpp"
 
 namespace trocar {
 namespace {
@@ -23,11 +23,10 @@ std::map<std::string, double> parse(const std::string& text) {
         if (std::none_of(knobs.begin(), knobs.end(), [&](const SceneKnob& knob) { return knob.name == name; })) {
             throw InputError("scene override", name, "dt, k or substeps", "'" + item + "'");
         }
-        double value = 0.0;
-        const char* last = item.data() + item.size();
-        const bool number = equals < item.size() &&
-                            std::from_chars(item.data() + equals + 1, last, value).ptr == last && std::isfinite(value);
-        if (!number || !(value > 0.0)) throw InputError("scene override", name, "a number > 0", "'" + item + "'");
+        const std::string digits = equals < item.size() ? item.substr(equals + 1) : std::string();
+        const double value = number_of_text<double>(digits).value_or(0.0);
+        if (!(value > 0.0) || !std::isfinite(value))
+            throw InputError("scene override", name, "a number > 0", "'" + item + "'");
         if (name == "substeps" && (value != std::floor(value) || value > 1000.0)) {
             throw InputError("scene override", name, "a whole number up to 1000", "'" + item + "'");
         }

@@ -24,7 +24,7 @@ const std::map<std::string, Target>& readers() {
     static const std::map<std::string, Target> targets{
         {"mesh_obj", mesh_obj},   {"mesh_off", mesh_off}, {"mesh_ply", mesh_ply}, {"mesh_stl", mesh_stl},
         {"mesh_vrml", mesh_vrml}, {"scene", scene},       {"study", study},       {"recording", recording},
-        {"replay", replay},       {"baseline", baseline}, {"record", record}};
+        {"replay", replay},       {"baseline", baseline}, {"record", record},     {"report", report}};
     return targets;
 }
 

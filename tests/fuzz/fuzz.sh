@@ -11,15 +11,17 @@ shift
 
 # run_target TARGET arguments…: appends to its log.
 run_target() {
-    local target=$1 limit=5
+    local target=$1 limit=5 longest=4096
     shift
     # Readers refuse within 5 s even under the sanitizers. What runs a scene works ten times longer under them than the
     # program does, which may take 5 s.
     [ "$target" != run ] || limit=50
+    # Some records with all their figures.
+    [ "$target" != report ] || longest=32768
     # The quarantine of ASan counts as memory in use. Readers say on stderr what they refuse.
     ASAN_OPTIONS=quarantine_size_mb=64 UBSAN_OPTIONS=print_stacktrace=1 \
         ASAN_SYMBOLIZER_PATH=$(command -v llvm-symbolizer-16) \
-        "$folder/bin/fuzz_$target" -timeout="$limit" -rss_limit_mb=1024 -malloc_limit_mb=1024 -max_len=4096 -close_fd_mask=3 \
+        "$folder/bin/fuzz_$target" -timeout="$limit" -rss_limit_mb=1024 -malloc_limit_mb=1024 -max_len="$longest" -close_fd_mask=3 \
         -artifact_prefix="$folder/finds/$target-" "$@" >>"$folder/log/$target" 2>&1
 }
 

@@ -27,6 +27,7 @@ SOURCES = {
     'replay': ['scene/recording.cpp'],
     'baseline': ['study/contact_baseline.cpp'],
     'record': ['measure/record.cpp', 'measure/record.hpp', 'contact/outcome.cpp'],
+    'report': ['measure/record.cpp', 'measure/record.hpp', 'measure/metrics.*', 'contact/outcome.cpp', 'report/worst_tick*.cpp'],
     'response_cases': ['app/command_respond.cpp', 'app/respond_*.cpp', 'app/respond_*.hpp'],
     'pairs': ['geometry/pair_file.cpp', 'geometry/exact.cpp'],
 }
@@ -265,6 +266,8 @@ def record_seeds(project):
             if events:
                 few['events'] = {key: column[:count] for key, column in record['events'].items()}
             yield 'record', f'{mode}-{outcome}-{events}-{count}', json.dumps(few)
+        few['summary'] = record['summary']  # what charts and tables are made of
+        yield 'report', f'{mode}-{outcome}-{events}', json.dumps(few)
 
 
 def seeds(project, data):
@@ -282,6 +285,9 @@ def seeds(project, data):
     yield 'baseline', 'all', baseline_text(contacts)
     yield 'baseline', 'few', baseline_text(contacts[:2])
     yield from record_seeds(project)
+    one = json.loads((project / 'reports/default/records.jsonl').open().readline())
+    for file in sorted((project / 'reports').glob('*/worst_tick.json')):
+        yield 'report', f'worst-{file.parent.name}', json.dumps(json.loads(file.read_text())) + '\n' + json.dumps(dict(one, rows={}))
     yield 'pairs', 'two', '0 0 0 1 0 0 0 1 0 0.2 0.2 -1 0.2 0.2 1 0.3 0.4 1 1 transversal\n0 0 0 1 0 0 0 1 0 5 5 5 6 5 5 5 6 5\n'
     yield 'response_cases', 'none', '{"format": "response-cases-1", "cases": []}'
     if data:

@@ -496,6 +496,8 @@ TEST(ObserveOrder, FindsTheOrderOfAPowerLawAndRefusesDivergence) {
     EXPECT_NEAR(second.bound, 0.01 / 3.0, 1e-12);
     // Differences that shrink by r sum up to r / (1 - r) of the last one.
     EXPECT_NEAR(observe_order(0.05, 0.04, 1e-6).bound, 0.04 * 0.8 / (1.0 - 0.8), 1e-12);
+    // What shrinks faster than the methods' second order has met a happy cancellation, which the next step need not.
+    EXPECT_NEAR(observe_order(0.09, 0.01, 1e-6).bound, 0.01 / 3.0, 1e-12);
     EXPECT_FALSE(observe_order(0.01, 0.02, 1e-6).converges);
     EXPECT_TRUE(std::isnan(observe_order(0.01, 0.02, 1e-6).order));
     EXPECT_TRUE(observe_order(1e-7, 2e-7, 1e-6).converges);

@@ -432,6 +432,21 @@ TEST_F(StudyFile, RepetitionsAreBlocksOfInterleavedContestants) {
     EXPECT_EQ(last, 2);
 }
 
+TEST_F(StudyFile, APacedRunTakesTheTimeThatTheClockGivesItsTicks) {
+    const auto seconds = [&](int ticks) {
+        double all = 0.0;
+        for (const PlannedRun& run :
+             make_plan(read(R"({"format":"trocar-study-1","name":"s","paced":{"scenes":["a.json"],"detectors":["ohc"],)"
+                            R"("responses":["penalty"],"ticks":)" +
+                            std::to_string(ticks) + "}}"))) {
+            all += run.rough_seconds;
+        }
+        return all;
+    };
+    // Once with the tick at its moments and once for the empty loop beside it; a.json has ticks of 1 ms.
+    EXPECT_NEAR(seconds(3000) - seconds(1000), 2.0 * 2000 * 1e-3, 1e-9);
+}
+
 TEST_F(StudyFile, MethodRunsOnItsOwnScenesOnly) {
     const std::vector<PlannedRun> plan =
         make_plan(read(R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["a.json","b.json"],)"

@@ -190,6 +190,15 @@ TEST(Hinges, MomentOfOneIsItsStiffnessTimesTheBend) {
     }
 }
 
+TEST(Hinges, BendIsTheShortWayRound) {
+    const auto bend = [](double rest, double angle) {
+        return bend_of(Hinge{.rest = rest}, Dihedral{.angle = angle, .gradient = {}, .has_angle = true});
+    };
+    EXPECT_NEAR(bend(1.0, 1.25), 0.25, 1e-15);
+    EXPECT_NEAR(bend(3.0, -3.0), 2.0 * pi - 6.0, 1e-15);
+    EXPECT_NEAR(bend(-3.0, 3.0), 6.0 - 2.0 * pi, 1e-15);
+}
+
 TEST(Hinges, RestShapeIsFreeOfMomentsHoweverItIsCurved) {
     const Scene scene = organ(R"("bending":0.01)");
     EXPECT_EQ(scene.materials.hinges.size(), scene.materials.springs.size()) << "a closed surface has inner edges only";
