@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "geometry/number_text.hpp"
 #include "measure/statistics.hpp"
 #include "report_writer.hpp"
 
@@ -284,13 +285,17 @@ void Writer::cell_sweep() {
                  style_of(entry)});
             const std::size_t equals = entry.method.find("cell=");
             if (equals == std::string::npos || !entry.outcome.ok()) continue;
+            const std::size_t begin = equals + 5;
+            const auto cell = number_of_text<double>(
+                std::string_view(entry.method).substr(begin, entry.method.find(',', begin) - begin));
+            if (!cell) continue;
             const std::string name =
                 fmt::format("{}, {}", entry.method.substr(0, equals - 1), record->spec.scene.name());
             const auto [place, is_new] = series_of.emplace(name, chart.series.size());
             if (is_new) {
                 chart.series.push_back({.name = name, .style = mark_of(name), .points = {}, .connected = true});
             }
-            const double factor = std::stod(entry.method.substr(equals + 5)) / record->tissue_edge;
+            const double factor = *cell / record->tissue_edge;
             chart.series[place->second].points.push_back({factor, median_time(entry), entry.label, ""});
         }
     }
