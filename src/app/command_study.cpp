@@ -30,6 +30,7 @@ constexpr std::uintmax_t largest_published = 16'000'000;  // bytes
 std::string contestant(const RunSpec& spec) {
     std::string text = spec.detector;
     if (!spec.response.empty()) text += (text.empty() ? "" : " + ") + spec.response;
+    if (!spec.stepper.empty()) text += ", " + spec.stepper;
     if (spec.mode == "closed_loop") text += " (" + spec.contacts + ")";
     if (!spec.point.empty()) text += " [" + spec.knob + (spec.knob.empty() ? "" : " ") + spec.point + "]";
     return text;
@@ -110,6 +111,7 @@ int print_plan(const Study& study, const std::vector<PlannedRun>& plan, bool jso
                                         {"detector", spec.detector},
                                         {"response", spec.response},
                                         {"contacts", spec.contacts},
+                                        {"stepper", spec.stepper},
                                         {"setting", spec.setting},
                                         {"repetition", spec.repetition},
                                         {"ticks", spec.ticks},

@@ -188,6 +188,15 @@ TEST_F(StudyCommand, PlanRunsNothing) {
     EXPECT_FALSE(std::filesystem::exists(output()));
 }
 
+TEST_F(StudyCommand, PlanTellsTheStepperOfARun) {
+    const ProgramResult text = run_program("study paced --plan");
+    EXPECT_NE(text.out.find("ohc_clustered + hold, regional  "), std::string::npos) << text.out << text.err;
+    std::set<std::string> steppers;
+    const ProgramResult json = run_program("study paced --plan --json");
+    for (const auto& run : nlohmann::json::parse(json.out)["runs"]) steppers.insert(run["stepper"].get<std::string>());
+    EXPECT_TRUE(steppers.contains("regional")) << json.out;
+}
+
 TEST_F(StudyCommand, BadStudyIsOneLineAndLeavesNothing) {
     std::ofstream(file())
         << R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["i2t_poke.json"],"detectors":["nobody"]}})";

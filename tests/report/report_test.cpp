@@ -952,6 +952,18 @@ TEST(Report, CostBySizeIsOneChartPerFamilyAndStepperWithSizesAscending) {
     EXPECT_TRUE(report.files.contains("charts/cost_by_size_3.svg"));
 }
 
+TEST(Report, DepthErrorOfADetectorIsTheMedianOverScenesAndTheWorstOfAll) {
+    std::vector<Record> records;
+    for (const auto& [scene, median, worst] :
+         {std::tuple{"one", 0.009, 0.011}, std::tuple{"two", 0.001, 0.020}, std::tuple{"three", 0.002, 0.004}}) {
+        records.push_back(synthetic({.scene = scene}));
+        records.back().summary["depth_error_median_m"] = median;
+        records.back().summary["depth_error_max_m"] = worst;
+    }
+    const std::string markdown = test::whole(make_report(records));
+    EXPECT_NE(markdown.find("| `mine` | 2.00 / 20.0 | n/a |"), std::string::npos) << markdown;
+}
+
 TEST(Report, CostBySizeIsAbsentWithoutSuchRuns) {
     EXPECT_EQ(test::whole(make_report({synthetic({})})).find("Cost by size"), std::string::npos);
 }

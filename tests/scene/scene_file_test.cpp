@@ -324,6 +324,8 @@ TEST_F(SceneFile, BadValuesAreNamedWithPointerExpectationAndFinding) {
          "/bodies/0/parts/0/pose: expected a list of 6 numbers, got \\[0,0,0\\]"},
         {"/bodies/0/tissue/youngs_modulus", -38000,
          "/bodies/0/tissue/youngs_modulus: expected a number > 0, got -38000"},
+        {"/bodies/1/hinge", Json::parse(R"({"axis":[0,0,0]})"),
+         "/bodies/1/hinge/axis: expected a direction, got \\[0,0,0\\]"},
         {"/bodies/0/tissue/damping", -1, "/bodies/0/tissue/damping: expected a number >= 0, got -1"},
         {"/bodies/0/tissue/stiffening", -1, "/bodies/0/tissue/stiffening: expected a number >= 0, got -1"},
         {"/bodies/0/tissue/bending", "soft", "/bodies/0/tissue/bending: expected a number >= 0, got \"soft\""},
