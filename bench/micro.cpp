@@ -115,7 +115,9 @@ std::vector<MicroResult> run_micro(bool quick, std::vector<Missing>& /*missing*/
         }
         state.counters["items"] = static_cast<double>(contacts.pairs.size());
     });
-    derive(topology, frame, contacts);
+    const std::unique_ptr<ContactSource> source = make_source("canonical");
+    source->prepare(topology, frame);
+    source->gather(frame, contacts);
     const Materials materials = uniform_materials(topology);
     for (const ResponseEntry& entry : registry().responses()) {
         if (entry.control) continue;

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <stdexcept>
 #include <utility>
 
-#include "contact/derive.hpp"
 #include "geometry/box_pairs.hpp"
 #include "geometry/crossing.hpp"
 #include "geometry/exact.hpp"
+#include "method/registry.hpp"
 #include "scene/shapes.hpp"
 
 namespace trocar::bench {
@@ -121,7 +122,9 @@ PairClass make_class(std::string name, BodyKind kind_a, BodyKind kind_b, std::ve
         }
     }
     result.contacts.sort_pairs();
-    derive(topology, frame, result.contacts);
+    const std::unique_ptr<ContactSource> source = make_source("canonical");
+    source->prepare(topology, frame);
+    source->gather(frame, result.contacts);
     ContactSet& set = result.contacts;
     std::vector<Contact> kept;
     std::vector<TrianglePair> pairs;

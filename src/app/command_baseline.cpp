@@ -170,7 +170,8 @@ BaselineReport guard(const BaselineSource& source, const std::vector<Asked>& ask
 void keep_others(const ContactBaseline& before, bool all, BaselineReport& report, ContactBaseline& after) {
     for (const auto& [name, answer] : before.detectors) {
         if (after.detectors.contains(name)) continue;
-        std::erase_if(report.findings, [&name](const BaselineFinding& finding) { return finding.detector == name; });
+        std::erase_if(report.findings,
+                      [&name = name](const BaselineFinding& finding) { return finding.detector == name; });
         if (!all && report.same_frames) {
             BaselineAnswer& kept = after.detectors[name];
             kept = answer;

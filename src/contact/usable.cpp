@@ -63,7 +63,11 @@ Outcome check_contacts(const Topology& topology, const ContactSet& contacts) {
         const Contact& one = contacts.contacts[i];
         if (!exists(one.a, topology.triangle_count()) || !exists(one.b, topology.triangle_count()))
             return failed(OutcomeKind::threw, i, "a triangle that there is not");
-        if (!exists(one.body_a, topology.body_count()) || !exists(one.body_b, topology.body_count()))
+        // Who knows its triangles or features knows its bodies: responses look laws up by them.
+        const bool of_bodies =
+            (one.a >= 0 && one.b >= 0) || one.kind == ContactCase::point_face || one.kind == ContactCase::edge_edge;
+        if (!exists(one.body_a, topology.body_count()) || !exists(one.body_b, topology.body_count()) ||
+            (of_bodies && (one.body_a < 0 || one.body_b < 0)))
             return failed(OutcomeKind::threw, i, "a body that there is not");
         if (!exists(one.vertex_a, topology.vertex_count) || !exists(one.vertex_b, topology.vertex_count) ||
             !vertices_exist(one.on_a.vertices, topology) || !vertices_exist(one.on_b.vertices, topology))

@@ -42,7 +42,7 @@ Vector3 closest_point_on_sliver(const Corners& triangle, const Vector3& point, c
         const Vector3& b = triangle[static_cast<std::size_t>((k + 2) % 3)];
         weights[k] = (b - a).cross(point - a).dot(normal);
     }
-    const Vector3 on_edge = closest_point_on_edges(triangle, point);
+    Vector3 on_edge = closest_point_on_edges(triangle, point);
     if (!(square > 0.0) || !(weights.minCoeff() > 0.0)) return on_edge;
     weights /= weights.sum();
     const auto squared_distance = [&](const Vector3& w) { return (point - point_at(triangle, w)).squaredNorm(); };

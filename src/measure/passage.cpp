@@ -191,8 +191,10 @@ void PassageTruth::add_samples(Direction& direction) const {
     for (Index v = own.vertices.first; v < own.vertices.end(); ++v) direction.samples.push_back({v, v, 0.0});
     const double spacing = std::max(targets_[at(direction.into)].thickness, length / most_samples);
     for (const auto& [u, v] : edges) {
-        const double parts = std::ceil((position.col(v) - position.col(u)).norm() / spacing);
-        for (double i = 1.0; i < parts; ++i) direction.samples.push_back({u, v, i / parts});
+        const auto parts = std::llround(std::ceil((position.col(v) - position.col(u)).norm() / spacing));
+        for (std::int64_t i = 1; i < parts; ++i) {
+            direction.samples.push_back({u, v, static_cast<double>(i) / static_cast<double>(parts)});
+        }
     }
 }
 
@@ -330,10 +332,11 @@ void PassageTruth::deepen(std::size_t sample, const Vector3& from, const Vector3
     if (!range(direction.into).closed || deepest >= deep_for_the_body * target.half_width) return;
     // Odd, so that the middle is among them; one for a step that is short against the body.
     constexpr double most_points = 9.0;
-    const double points =
-        1.0 + 2.0 * std::floor(std::min(2.0 * (to - from).norm() / target.thickness, 0.5 * (most_points - 1.0)));
-    for (double i = 0.5; i < points; ++i) {
-        const Vector3 point = from + i / points * (to - from);
+    const auto points =
+        1 +
+        2 * std::llround(std::floor(std::min(2.0 * (to - from).norm() / target.thickness, 0.5 * (most_points - 1.0))));
+    for (std::int64_t i = 0; i < points; ++i) {
+        const Vector3 point = from + (static_cast<double>(i) + 0.5) / static_cast<double>(points) * (to - from);
         deepest = std::max(deepest, target.distance.distance(scene_->topology.triangles, shape_, point));
     }
 }

@@ -90,6 +90,7 @@ bool looks_between(const std::vector<VerdictRow>& rows) {
 /// Number in the table of every row: those that move as an earlier one share its number.
 std::vector<int> numbers_of(const std::vector<VerdictRow>& rows) {
     std::vector<int> numbers;
+    numbers.reserve(rows.size());
     int next = 0;
     for (const VerdictRow& row : rows) {
         numbers.push_back(row.identical_to < 0 ? ++next : numbers[static_cast<std::size_t>(row.identical_to)]);

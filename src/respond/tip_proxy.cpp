@@ -310,7 +310,8 @@ void TipProxies::collect_around(const Topology& topology, const Frame& frame, co
             between.add(box.max);
         }
     }
-    for (std::size_t i = 0; i < around_.size(); ++i) {
+    // It grows while it is gone through.
+    for (std::size_t i = 0; i < around_.size(); ++i) {  // NOLINT(modernize-loop-convert)
         for (int corner = 0; corner < 3; ++corner) {
             for (const Index t : surface_.triangles_at(topology.triangles(corner, around_[i]))) {
                 if (reached_[at(t)] != look_ && box_of(topology, frame.position, t).overlaps(between)) add(t);

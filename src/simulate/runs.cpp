@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "contact/derive.hpp"
+#include "contact/usable.hpp"
 #include "geometry/input_error.hpp"
 #include "measure/environment.hpp"
 #include "measure/metrics.hpp"
@@ -392,9 +392,11 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
     const std::unique_ptr<Response> with = response_of(spec);
     Effect effect;
     effect.resize(scene.topology.vertex_count, scene.topology.body_count());
-    const std::unique_ptr<FrameSource> source = scene_frames(scene, ticks);
+    const std::unique_ptr<FrameSource> frames = scene_frames(scene, ticks);
     const std::unique_ptr<Detector> detector = neutral_pairs();
     detector->prepare(scene.topology, scene.first);
+    const std::unique_ptr<ContactSource> source = make_source("canonical");
+    source->prepare(scene.topology, scene.first);
     StreamHash hash;
     Frame frame;
     ContactSet given;
@@ -405,11 +407,13 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
     try {
         without->prepare(scene.topology, scene.materials);
         with->prepare(scene.topology, scene.materials);
-        for (std::int64_t tick = 0; source->next(frame) && go_on(limits, tick); ++tick) {
+        for (std::int64_t tick = 0; frames->next(frame) && go_on(limits, tick); ++tick) {
             hash.add(frame.hash());
             detector->update(frame, 0.0);
             detector->detect(frame, given);
-            derive(scene.topology, frame, given);
+            source->gather(frame, given);
+            record.outcome = check_contacts(scene.topology, given);
+            if (!record.outcome.ok()) break;
             tested.pairs.assign(given.pairs.begin(), given.pairs.end());
             StepRow row;
             row.tick = frame.tick;
@@ -424,7 +428,7 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
             };
             const auto run_with = [&] {
                 const auto start = Clock::now();
-                derive(scene.topology, frame, tested);
+                source->gather(frame, tested);
                 const auto middle = Clock::now();
                 with->respond(frame, scene.dt, tested, {}, effect);
                 const auto end = Clock::now();

@@ -87,5 +87,30 @@ TEST_F(UsableEffect, EveryLieHasAName) {
     }
 }
 
+TEST(UsableContacts, WhoKnowsItsTrianglesKnowsItsBodies) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    Contact contact;
+    contact.a = scene.topology.bodies[0].triangles.first;
+    contact.b = scene.topology.bodies[1].triangles.first;
+    contact.kind = ContactCase::touch;
+    contact.body_a = 0;
+    contact.body_b = 1;
+    ContactSet contacts;
+    contacts.contacts.assign(3, contact);
+    EXPECT_TRUE(check_contacts(scene.topology, contacts).ok()) << check_contacts(scene.topology, contacts).message;
+    for (Index Contact::*body : {&Contact::body_a, &Contact::body_b}) {
+        for (const Index number : {-1, scene.topology.body_count()}) {
+            ContactSet told = contacts;
+            told.contacts[1].*body = number;
+            const Outcome outcome = check_contacts(scene.topology, told);
+            EXPECT_EQ(outcome.kind, OutcomeKind::threw);
+            EXPECT_NE(outcome.message.find("a body that there is not of contact 1"), std::string::npos)
+                << outcome.message;
+        }
+    }
+    contacts.contacts[1] = Contact();
+    EXPECT_TRUE(check_contacts(scene.topology, contacts).ok()) << "who tells neither triangles nor features";
+}
+
 }  // namespace
 }  // namespace trocar
