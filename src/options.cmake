@@ -23,7 +23,11 @@ add_library(trocar_options INTERFACE)
 target_compile_options(trocar_options INTERFACE -ffp-contract=off -fno-fast-math)
 # Calls inside the shared library may be inlined; nobody replaces our symbols at load time.
 target_compile_options(trocar_options INTERFACE -fno-semantic-interposition)
-target_compile_options(trocar_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion)
+target_compile_options(trocar_options INTERFACE -Wall -Wextra -Wpedantic -Wconversion -Wno-sign-conversion)
+# Of files that are compiled together clang tells where a name of one hides a name of another one's own.
+if(NOT (TROCAR_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "Clang"))
+    target_compile_options(trocar_options INTERFACE -Wshadow)
+endif()
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # False alarms of GCC 12 on Eigen and std::string at -O2.
     target_compile_options(trocar_options INTERFACE -Wno-maybe-uninitialized -Wno-restrict -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread)
