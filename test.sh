@@ -106,6 +106,19 @@ if [ "$mode" = tests ] || [ "$mode" = full ]; then
     run_tests release -LE long
 fi
 
+if [ "$mode" = full ]; then
+    # Before the builds and tests that take longest, so that what fails here is told soon.
+    configure clang
+    build clang
+    run_tests clang
+    configure tsan
+    # trocar starts no thread: what may race is a handler of signals with the run that it ends, a child with its start, and
+    # what the libraries of methods keep for each thread.
+    build tsan trocar_program contract_test run_command_test study_command_test study_test
+    run_tests tsan -R '^(StudyCommand|RunCommand|RunnerTest|Every/(Detector|Reach)Contract)[.]'
+    fuzz 1
+fi
+
 if [ "$mode" = checks ] || [ "$mode" = full ]; then
     install_missing "${check_packages[@]}"
 
@@ -135,17 +148,6 @@ if [ "$mode" = checks ] || [ "$mode" = full ]; then
     check "tidy" tidy_is_clean
 fi
 
-if [ "$mode" = full ]; then
-    configure clang
-    build clang
-    run_tests clang
-    configure tsan
-    # trocar starts no thread: what may race is a handler of signals with the run that it ends, a child with its start, and
-    # what the libraries of methods keep for each thread.
-    build tsan trocar_program contract_test run_command_test study_command_test study_test
-    run_tests tsan -R '^(StudyCommand|RunCommand|RunnerTest|Every/(Detector|Reach)Contract)[.]'
-    fuzz 1
-fi
 [ "$mode" != fuzz ] || fuzz "${@:2}"
 
 say "done in $((SECONDS - started)) s"
