@@ -74,6 +74,7 @@ trocar_precompiled_headers(trocar_folder_headers OBJECT HEADERS ${TROCAR_COMMON_
 # Several files of a folder in one translation unit save two thirds of a build from scratch: what templates of JSON,
 # Eigen and the command line are made of is compiled once. Off by default: one changed file compiles its neighbours anew.
 option(TROCAR_UNITY "Compile the files of a folder together" OFF)
+set(TROCAR_ALONE "" CACHE STRING "Source files, absolute, that are compiled alone all the same: those about to change")
 # trocar_together(TARGET [FILES]): FILES in one unit, 24 unless told otherwise.
 function(trocar_together target)
     set(files 24)
@@ -82,6 +83,12 @@ function(trocar_together target)
     endif()
     if(TROCAR_UNITY)
         set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${files})
+        get_target_property(sources ${target} SOURCES)
+        foreach(source IN LISTS sources)
+            if("${CMAKE_CURRENT_SOURCE_DIR}/${source}" IN_LIST TROCAR_ALONE)
+                trocar_alone(${source})
+            endif()
+        endforeach()
         if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
             # Types of one file look as if they were of an included one.
             target_compile_options(${target} PRIVATE -Wno-subobject-linkage)

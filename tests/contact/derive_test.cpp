@@ -6,6 +6,7 @@
 #include <random>
 
 #include "geometry/exact.hpp"
+#include "support/random_vectors.hpp"
 
 namespace trocar {
 namespace {
@@ -97,7 +98,7 @@ TEST(Derive, CrossingEdgesTouchAfterMovingByTheDepth) {
         Corners first;
         Corners second;
         for (Corners* t : {&first, &second}) {
-            for (Vector3& corner : *t) corner = Vector3(coordinate(random), coordinate(random), coordinate(random));
+            for (Vector3& corner : *t) corner = test::random_vector(coordinate, random);
         }
         if (!triangles_intersect(first, second)) continue;
         const Contact contact = Scene(first, second).contact();
@@ -130,7 +131,7 @@ TEST(Derive, ExchangedBodiesGiveMirroredContacts) {
         Corners first;
         Corners second;
         for (Corners* t : {&first, &second}) {
-            for (Vector3& corner : *t) corner = Vector3(coordinate(random), coordinate(random), coordinate(random));
+            for (Vector3& corner : *t) corner = test::random_vector(coordinate, random);
         }
         if (!triangles_intersect(first, second)) continue;
         const Contact contact = Scene(first, second).contact();

@@ -7,6 +7,7 @@
 
 #include "contract/shipped_folder.hpp"
 #include "support/program.hpp"
+#include "support/random_vectors.hpp"
 
 namespace trocar::test {
 
@@ -94,7 +95,7 @@ World integer_lattice() {
         for (Index t = 0; t < 150; ++t) {
             std::array<Vector3, 3> c;
             do {
-                for (Vector3& v : c) v = Vector3(number(random), number(random), number(random)) * 0.0078125;
+                for (Vector3& v : c) v = random_vector(number, random) * 0.0078125;
             } while ((c[1] - c[0]).cross(c[2] - c[0]).squaredNorm() == 0.0);
             for (const Vector3& v : c) part.shape.vertices.push_back(v);
             part.shape.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});

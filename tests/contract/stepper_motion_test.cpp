@@ -8,6 +8,7 @@
 #include <random>
 
 #include "method/registry.hpp"
+#include "support/random_vectors.hpp"
 #include "support/tissue_samples.hpp"
 
 namespace trocar {
@@ -47,7 +48,7 @@ TissueSample make_cloud(double damping) {
     std::vector<Vector3> points;
     std::vector<double> mass;
     for (int i = 0; i < 60; ++i) {
-        points.emplace_back(0.05 * number(random), 0.05 * number(random), 0.05 * number(random));
+        points.emplace_back(0.05 * test::random_vector(number, random));
         mass.push_back(1e-3 * (1.0 + 0.5 * number(random)));
     }
     std::vector<Spring> springs;
@@ -60,7 +61,7 @@ TissueSample make_cloud(double damping) {
     }
     TissueSample s = test::make_tissue(points, mass, std::vector<std::uint8_t>(60, 0), springs);
     for (Index v = 0; v < 60; ++v) {
-        s.frame.velocity.col(v) = Vector3(1.0 + number(random), number(random), number(random));
+        s.frame.velocity.col(v) = Vector3::UnitX() + test::random_vector(number, random);
     }
     s.materials.substeps = 4;
     return s;

@@ -7,6 +7,7 @@
 
 #include "measure/allocations.hpp"
 #include "method/registry.hpp"
+#include "support/random_vectors.hpp"
 #include "support/shapes.hpp"
 
 namespace trocar::test {
@@ -54,14 +55,14 @@ void move_some(World& world, std::mt19937& random, int tick) {
     for (const BodyRange& body : world.topology.bodies) {
         const int kind = static_cast<int>(random() % 4);
         if (kind == 0) continue;
-        const Vector3 by = 0.002 * Vector3(uniform(random), uniform(random), uniform(random));
+        const Vector3 by = 0.002 * random_vector(uniform, random);
         Range range = body.vertices;
         if (kind == 1) range = {body.vertices.first + body.vertices.count / 3, body.vertices.count / 4};
         world.frame.moved->push_back(range);
         if (kind == 3 && tick % 3 == 0) continue;  // told and yet at rest
         const double jump = tick % 11 == 10 ? 100.0 : 1.0;
         for (Index v = range.first; v < range.end(); ++v) {
-            const Vector3 own = 0.0005 * Vector3(uniform(random), uniform(random), uniform(random));
+            const Vector3 own = 0.0005 * random_vector(uniform, random);
             const double wide = body.vertices.count <= 3 ? 200.0 : 1.0;
             world.frame.position.col(v) += jump * by + wide * own;
         }
@@ -128,7 +129,7 @@ TEST(OhcIncremental, BodiesThatComeToRestAndMoveOnAreAnsweredAllTheWay) {
             Range range = world.topology.bodies[b].vertices;
             if (phase.kind == 1) range = {range.first + range.count / 2, range.count / 5};
             moved.push_back(range);
-            const Vector3 by = 0.001 * Vector3(uniform(random), uniform(random), uniform(random));
+            const Vector3 by = 0.001 * random_vector(uniform, random);
             for (Index v = range.first; v < range.end(); ++v) world.frame.position.col(v) += by;
         }
         Frame plain = world.frame;

@@ -9,6 +9,7 @@
 
 #include "geometry/triangle_distance.hpp"
 #include "geometry/triangle_families.hpp"
+#include "support/random_vectors.hpp"
 
 namespace trocar::test {
 namespace {
@@ -66,7 +67,7 @@ double hold(const std::function<TrianglePairCase(Random&)>& family, double facto
 /// Two triangles of edge about 1, of which the second is moved by up to 1.5.
 TrianglePairCase ordinary(Random& random) {
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-    const auto point = [&] { return Vector3(uniform(random), uniform(random), uniform(random)); };
+    const auto point = [&] { return random_vector(uniform, random); };
     const Vector3 away = 1.5 * point();
     return {{point(), point(), point()}, {Vector3(away + point()), Vector3(away + point()), Vector3(away + point())}};
 }

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "detect/lattice.hpp"
+#include "support/random_vectors.hpp"
 
 namespace trocar::test {
 namespace {
@@ -245,11 +246,11 @@ TEST_P(OccupancyAround, LosesNoTriangleWithASharedCell) {
         Matrix3X& position = bodies.frame.position;
         for (Index t = 0; t < 2 * triangles; ++t) {
             // Each body fills a part of space; they overlap in a third of it.
-            Vector3 middle = reach * Vector3(unit(random) + (t < triangles ? 0.6 : -0.6), unit(random), unit(random));
+            Vector3 middle = reach * (random_vector(unit, random) + (t < triangles ? 0.6 : -0.6) * Vector3::UnitX());
             if (t >= triangles && t % 10 == 0) middle = position.col(3 * (t - triangles));  // a sure meeting
             const double size = t % 50 == 0 ? 0.2 * reach : 0.6;
             for (int k = 0; k < 3; ++k) {
-                position.col(3 * t + k) = middle + size * Vector3(unit(random), unit(random), unit(random));
+                position.col(3 * t + k) = middle + size * random_vector(unit, random);
             }
         }
         Occupancy occupancy;

@@ -13,6 +13,7 @@
 #include "detect/cluster_kernels.hpp"
 #include "detect/clusters.hpp"
 #include "method/registry.hpp"
+#include "support/random_vectors.hpp"
 #include "support/shapes.hpp"
 
 namespace trocar::test {
@@ -315,7 +316,7 @@ TEST(OhcClustered, AnyMotionOfAnyPartIsAnswered) {
                     1 + static_cast<Index>(random() % 100)};
                 range.count = std::min(range.count, body.vertices.end() - range.first);
                 if (random() % 4 == 0) range = body.vertices;
-                const Vector3 by = 0.001 * Vector3(uniform(random), uniform(random), uniform(random));
+                const Vector3 by = 0.001 * random_vector(uniform, random);
                 world.frame.position.middleCols(range.first, range.count).colwise() += by;
                 moved.push_back(range);
             }
@@ -420,9 +421,9 @@ TEST(OhcClustered, WhatBeginsBetweenFramesIsToldInEveryTick) {
             if (step % 4 != 3) {
                 for (const BodyRange& body : world.topology.bodies) {
                     if (body.kind == BodyKind::rigid) continue;
-                    const Vector3 by =
-                        (step % 2 == 0 ? 0.006 : 0.001) *
-                        Vector3(0.3 * uniform(random), 0.3 * uniform(random), step % 2 == 0 ? -1.0 : 1.0);
+                    Vector3 by = 0.3 * random_vector(uniform, random);
+                    by.z() = step % 2 == 0 ? -1.0 : 1.0;
+                    by *= step % 2 == 0 ? 0.006 : 0.001;
                     frame.position.middleCols(body.vertices.first, body.vertices.count).colwise() +=
                         body.kind == BodyKind::tissue ? Vector3(-0.8 * by) : by;
                 }

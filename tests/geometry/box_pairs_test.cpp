@@ -4,6 +4,8 @@
 
 #include <random>
 
+#include "support/random_vectors.hpp"
+
 namespace trocar {
 namespace {
 
@@ -33,8 +35,8 @@ TEST(OverlappingBoxes, EqualsTestingEveryPair) {
         std::vector<Box> boxes(static_cast<std::size_t>(second.end()) + 1);
         for (Box& box : boxes) {
             if (size(random) == 0) continue;  // stays empty
-            box.add(Vector3(corner(random), corner(random), corner(random)));
-            box.add(box.min + Vector3(size(random), size(random), size(random)));
+            box.add(test::random_vector(corner, random));
+            box.add(box.min + test::random_vector(size, random));
         }
         std::vector<IndexPair> pairs{{7, 7}};
         overlapping_boxes(boxes, first, second, pairs);

@@ -15,6 +15,7 @@
 
 #include "geometry/exact.hpp"
 #include "support/data.hpp"
+#include "support/random_vectors.hpp"
 
 namespace trocar {
 namespace {
@@ -248,7 +249,7 @@ public:
     MovingTriangle triangle(double speed, bool on_grid) {
         std::uniform_real_distribution<double> place(-0.6, 0.6);
         const auto vector = [&]() -> Vector3 {
-            Vector3 v(place(random_), place(random_), place(random_));
+            Vector3 v = test::random_vector(place, random_);
             if (on_grid) v = (v * 4.0).array().round().matrix() / 4.0;
             return v;
         };

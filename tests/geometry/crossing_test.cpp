@@ -8,6 +8,7 @@
 
 #include "geometry/triangle_families.hpp"
 #include "support/data.hpp"
+#include "support/random_vectors.hpp"
 
 namespace trocar {
 namespace {
@@ -112,8 +113,8 @@ TEST(Crossing, LengthAndCaseDoNotChangeUnderRotation) {
         const double sine = before.first_normal.cross(before.second_normal).norm();
         if (sine < 1e-3 || before.length < 1e-3) continue;
         ++crossings;
-        const Quaternion turn = Quaternion(normal(random), normal(random), normal(random), normal(random)).normalized();
-        const Vector3 shift(normal(random), normal(random), normal(random));
+        const Quaternion turn = test::random_turn(normal, random);
+        const Vector3 shift = test::random_vector(normal, random);
         const Crossing after = cross_triangles(moved(pair.first, turn, shift), moved(pair.second, turn, shift));
         ASSERT_EQ(after.overlap_case, before.overlap_case);
         ASSERT_NEAR(after.length, before.length, 1e-9 * before.length);

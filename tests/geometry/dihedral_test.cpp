@@ -7,13 +7,16 @@
 #include <random>
 
 #include "geometry/enclosed_volume.hpp"
+#include "support/random_vectors.hpp"
 
 namespace trocar {
 namespace {
 
 HingeCorners random_hinge(std::mt19937& random) {
     std::uniform_real_distribution<double> some(-0.3, 0.3);
-    const auto near = [&](double x, double y) { return Vector3(x + some(random), y + some(random), some(random)); };
+    const auto near = [&](double x, double y) {
+        return Vector3(Vector3(x, y, 0.0) + test::random_vector(some, random));
+    };
     return {near(0, 0), near(0, 1), near(-1, 0.5), near(1, 0.5)};
 }
 
@@ -60,7 +63,7 @@ TEST(Dihedral, GradientAndItsChangeAreThoseOfFiniteDifferences) {
         const HingeCorners corner = random_hinge(random);
         const Dihedral here = dihedral(corner);
         std::array<Vector3, 4> way;
-        for (Vector3& one : way) one = Vector3(some(random), some(random), some(random));
+        for (Vector3& one : way) one = test::random_vector(some, random);
         HingeCorners ahead = corner;
         HingeCorners behind = corner;
         double slope = 0.0;

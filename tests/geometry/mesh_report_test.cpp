@@ -8,6 +8,7 @@
 #include "geometry/exact.hpp"
 #include "geometry/mesh_report.hpp"
 #include "support/data.hpp"
+#include "support/random_vectors.hpp"
 
 namespace trocar {
 namespace {
@@ -213,7 +214,7 @@ Mesh heap(Index count, Index vertex_count, unsigned seed) {
     std::uniform_real_distribution<double> place(0.0, 1.0);
     std::uniform_int_distribution<Index> number(0, vertex_count - 1);
     std::vector<Vector3> vertices;
-    for (Index v = 0; v < vertex_count; ++v) vertices.emplace_back(place(random), place(random), place(random));
+    for (Index v = 0; v < vertex_count; ++v) vertices.push_back(test::random_vector(place, random));
     std::vector<std::array<Index, 3>> triangles;
     while (static_cast<Index>(triangles.size()) < count) {
         const std::array<Index, 3> corners{number(random), number(random), number(random)};

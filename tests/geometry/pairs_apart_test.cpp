@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "geometry/exact.hpp"
+#include "support/random_vectors.hpp"
 
 namespace trocar {
 namespace {
@@ -64,7 +65,7 @@ TriangleHeap lattice_heap(std::mt19937_64& random, Index count, Index vertices) 
     std::uniform_int_distribution<int> place(0, 3);
     std::uniform_int_distribution<Index> number(0, vertices - 1);
     std::vector<Vector3> points;
-    for (Index v = 0; v < vertices; ++v) points.emplace_back(place(random), place(random), place(random));
+    for (Index v = 0; v < vertices; ++v) points.push_back(test::random_vector(place, random));
     std::vector<std::array<Index, 3>> faces;
     while (static_cast<Index>(faces.size()) < count) {
         const std::array<Index, 3> c{number(random), number(random), number(random)};
@@ -76,7 +77,7 @@ TriangleHeap lattice_heap(std::mt19937_64& random, Index count, Index vertices) 
 /// Needles in bundles, and some triangles across them.
 TriangleHeap needles_and_faces(std::mt19937_64& random, Index count) {
     std::uniform_real_distribution<double> place(-1.0, 1.0);
-    const auto anywhere = [&] { return Vector3(place(random), place(random), place(random)); };
+    const auto anywhere = [&] { return test::random_vector(place, random); };
     std::vector<Vector3> points;
     std::vector<std::array<Index, 3>> faces;
     const Vector3 along = anywhere();

@@ -4,6 +4,8 @@
 
 #include <random>
 
+#include "support/random_vectors.hpp"
+
 namespace trocar {
 namespace {
 
@@ -17,9 +19,8 @@ TEST(RigidMotion, FindsTheMotionThatMadeThePoints) {
     std::uniform_real_distribution<double> part(-1.0, 1.0);
     for (int n = 0; n < 200; ++n) {
         const Matrix3X from = random_points(random, 3 + n % 40);
-        const Matrix3 rotation =
-            Quaternion(part(random), part(random), part(random), part(random)).normalized().toRotationMatrix();
-        const Vector3 translation(part(random), part(random), part(random));
+        const Matrix3 rotation = test::random_turn(part, random).toRotationMatrix();
+        const Vector3 translation = test::random_vector(part, random);
         const RigidMotion found = rigid_motion(from, (rotation * from).colwise() + translation);
         EXPECT_LT((found.rotation - rotation).cwiseAbs().maxCoeff(), 1e-9);
         EXPECT_LT((found.translation - translation).cwiseAbs().maxCoeff(), 1e-9);
@@ -43,8 +44,9 @@ TEST(RigidMotion, IsTheBestRotationWhereNoneFits) {
         const double least = missed(found.rotation, found.translation);
         for (int i = 0; i < 100; ++i) {
             const double turn = i % 2 == 0 ? 1e-3 : 1.0;
-            const Quaternion other(1.0, turn * part(random), turn * part(random), turn * part(random));
-            const Vector3 shift = turn * 0.01 * Vector3(part(random), part(random), part(random));
+            const Vector3 imaginary = turn * test::random_vector(part, random);
+            const Quaternion other(1.0, imaginary.x(), imaginary.y(), imaginary.z());
+            const Vector3 shift = turn * 0.01 * test::random_vector(part, random);
             EXPECT_GE(missed(other.normalized().toRotationMatrix() * found.rotation, found.translation + shift), least);
         }
     }

@@ -10,6 +10,7 @@
 
 #include "measure/surface_distance.hpp"
 #include "measure/vertical_crossings.hpp"
+#include "support/random_vectors.hpp"
 
 namespace trocar {
 namespace {
@@ -563,11 +564,10 @@ TEST(DepthTruth, EdgesInsideAreAsDeepAsEveryPointOfThemSays) {
     int deep = 0;
     for (int trial = 0; trial < 24; ++trial) {
         Shape tool = trial % 2 == 0 ? prism(0.003, 0.06, 7) : torus(0.01, 0.004, 9, 6);
-        const Eigen::Quaterniond turn =
-            Eigen::Quaterniond(unit(random), unit(random), unit(random), unit(random)).normalized();
+        const Eigen::Quaterniond turn = test::random_turn(unit, random);
         for (Vector3& p : tool.points) p = turn * p;
         World world(tool, ball(0.012, 1), true);
-        world.place({0.013 * unit(random), 0.013 * unit(random), 0.013 * unit(random)});
+        world.place(0.013 * test::random_vector(unit, random));
         const Topology& topology = world.topology;
         const Matrix3X& at = world.frame.position;
         double most = 0.0;
@@ -668,7 +668,7 @@ TEST(SurfaceDistance, TreeAgreesWithEveryTriangle) {
     }
     tree.refit(world.topology.triangles, world.frame.position);
     for (int i = 0; i < 300; ++i) {
-        const Vector3 p(uniform(random), uniform(random), uniform(random));
+        const Vector3 p = test::random_vector(uniform, random);
         double best = 1e9;
         for (Index t = 0; t < world.topology.triangle_count(); ++t) {
             const auto corners = world.topology.triangles.col(t);

@@ -8,6 +8,7 @@
 #include "geometry/exact.hpp"
 #include "measure/metrics.hpp"
 #include "measure/record.hpp"
+#include "support/random_vectors.hpp"
 #include "support/shapes.hpp"
 
 namespace trocar::test {
@@ -140,7 +141,7 @@ TEST(SpaceTime, SeesWhatDenseSamplingOfTheMotionSees) {
             "soups", {{BodyKind::instrument, soup(12, 4.0, 8.0, 5)}, {BodyKind::tissue, soup(12, 4.0, 8.0, 6)}});
         for (Matrix3X* matrix : {&world.frame.position, &world.frame.previous}) {
             for (Index v = 0; v < world.topology.vertex_count; ++v) {
-                matrix->col(v) = Vector3(number(random), number(random), number(random));
+                matrix->col(v) = random_vector(number, random);
             }
         }
         // Small triangles on long ways: the other corners stay near the first.
@@ -148,8 +149,7 @@ TEST(SpaceTime, SeesWhatDenseSamplingOfTheMotionSees) {
             for (int k = 1; k < 3; ++k) {
                 for (Matrix3X* matrix : {&world.frame.position, &world.frame.previous}) {
                     const Vector3 corner = matrix->col(world.topology.triangles(0, t));
-                    matrix->col(world.topology.triangles(k, t)) =
-                        corner + Vector3(number(random) / 4, number(random) / 4, number(random) / 4);
+                    matrix->col(world.topology.triangles(k, t)) = corner + random_vector(number, random) / 4;
                 }
             }
         }

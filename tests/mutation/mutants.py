@@ -5,12 +5,14 @@
 build/mutants/build; the clone itself is never changed. N places are drawn by a seed from all places that the rules fit.
 Each is changed, built, and held against the tests of its folder; then those that these let pass are held against all
 tests, which takes much longer. What was found stands in build/mutants/results.jsonl, and a run that is started again goes
-on where it stopped. Tests that fail without any change are left out and told.
+on where it stopped; what an earlier clone found is taken from tests/mutation/judged.jsonl, which is such a file. Tests that
+fail without any change are left out and told.
 
 Exit status: 0 all N were tried; 1 fewer than 90 in 100 of them were killed; 2 bad input; 130 interrupted.
 """
 import argparse
 import hashlib
+import itertools
 import json
 import pathlib
 import re
@@ -82,7 +84,7 @@ def without_texts(code):
 
 
 class Mutant:
-    def __init__(self, path, code, rule, match, new):
+    def __init__(self, key, path, code, rule, match, new):
         self.path, self.rule = path, rule
         self.begin, self.end, self.new = match.start(), match.end(), new
         self.line = code.count("\n", 0, self.begin) + 1
@@ -91,7 +93,7 @@ class Mutant:
         self.before = code[start:code.find("\n", self.end)].strip()
         self.after = changed[start:changed.find("\n", self.begin + len(new))].strip()
         self.code = changed
-        self.key = hashlib.sha1(f"{path}\n{code}\n{self.begin} {self.end} {new}".encode()).hexdigest()[:16]
+        self.key = key
 
     def folder(self):
         parts = pathlib.PurePath(self.path).parts
@@ -145,14 +147,19 @@ def drawn(by_rule, seed):
             path, code, _, match, new = place
             line = code[code.rfind("\n", 0, match.start()) + 1:code.find("\n", match.end())]
             column = match.start() - code.rfind("\n", 0, match.start())
-            name = f"{seed} {path} {line} {column} {new}"
+            name = f"{path} {line} {column} {new}"
             seen[name] = seen.get(name, 0) + 1
-            pile.append((hashlib.sha1(f"{name} {seen[name]}".encode()).hexdigest(), place))
-        piles.append([place for _, place in sorted(pile, key=lambda entry: entry[0])])
+            name += f" {seen[name]}"
+            pile.append((digest_of(f"{seed} {name}"), digest_of(name)[:16], place))
+        piles.append([(key, *place) for _, key, place in sorted(pile, key=lambda entry: entry[0])])
     while any(piles):
         for pile in piles:
             if pile:
                 yield Mutant(*pile.pop())
+
+
+def digest_of(text):
+    return hashlib.sha1(text.encode()).hexdigest()
 
 
 def copy_tree(target):
@@ -201,21 +208,30 @@ class Workshop:
     def make(self, *targets):
         return self.run(["cmake", "--build", str(self.build), f"-j{self.jobs}", "--target", *targets], 3600)
 
-    def configure(self):
-        # Not compiled together: a mutant costs its own file.
-        arguments = ["-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG", "-DTROCAR_WERROR=OFF",
-                     "-DTROCAR_PRECOMPILED=ON", f"-DTROCAR_TEST_SECONDS={self.limit}"]
+    def configure(self, changed=()):
+        # Files that will be changed are compiled alone: a mutant costs its own file.
+        alone = ";".join(str(self.tree / name) for name in changed)
+        arguments = ["-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG", "-DTROCAR_WERROR=OFF",
+                     "-DTROCAR_PRECOMPILED=ON", "-DTROCAR_UNITY=ON", f"-DTROCAR_ALONE={alone}",
+                     f"-DTROCAR_TEST_SECONDS={self.limit}"]
         status, output = self.run(["cmake", "-G", "Ninja", "-S", str(self.tree), "-B", str(self.build), *arguments], 600)
-        if status == 0:
-            status, output = self.make("all")
+        if status != 0:
+            sys.exit(f"mutants: the unchanged tree cannot be configured:\n{output[-3000:]}")
+
+    def make_all(self):
+        status, output = self.make("all")
         if status != 0:
             sys.exit(f"mutants: the unchanged tree does not build:\n{output[-3000:]}")
 
     def compiled(self):
         """Sources that this build compiles: not those of rivals whose library is absent."""
-        commands = json.loads((self.build / "compile_commands.json").read_text())
-        return {str(pathlib.Path(command["file"]).relative_to(self.tree)) for command in commands
-                if pathlib.Path(command["file"]).is_relative_to(self.tree)}
+        files = []
+        for command in json.loads((self.build / "compile_commands.json").read_text()):
+            file = pathlib.Path(command["directory"], command["file"])
+            if file.parent.name == "Unity":
+                files += map(pathlib.Path, re.findall(r'#include "([^"]+)"', file.read_text()))
+            files.append(file)
+        return {str(file.relative_to(self.tree)) for file in files if file.is_relative_to(self.tree)}
 
     def failures(self, folder=None, all_of_them=False):
         """Names of tests that fail; the first alone unless all are wanted."""
@@ -297,6 +313,13 @@ def main():
     shop = Workshop(tree, build, options.jobs, options.limit)
     if not options.in_place:
         shop.configure()
+    compiled = shop.compiled()
+    queue = (mutant for mutant in queue if not mutant.path.endswith(".cpp") or mutant.path in compiled)
+    if not options.in_place:
+        # A third more than are wanted: some do not compile.
+        queue = list(itertools.islice(queue, options.count + options.count // 3 + 1))
+        shop.configure(sorted({mutant.path for mutant in queue}))
+        shop.make_all()
     if not unchanged.is_file():
         unchanged.write_text(json.dumps(shop.failures(all_of_them=True)))
     shop.left_out = json.loads(unchanged.read_text())
@@ -304,8 +327,9 @@ def main():
         print("left out, fail without any change:", ", ".join(shop.left_out))
     results = work / "results.jsonl"
     known = {}
-    if results.is_file():
-        known = {entry["key"]: entry for entry in map(json.loads, results.read_text().splitlines())}
+    for file in (ROOT / "tests/mutation/judged.jsonl", results):
+        if file.is_file():
+            known |= {entry["key"]: entry for entry in map(json.loads, file.read_text().splitlines())}
     tests = tests_digest(tree)
 
     def tried(mutant, by_all):
@@ -328,10 +352,7 @@ def main():
 
     counts = {"killed": 0, "survived": 0, "does not compile": 0, PASSED: 0}
     passed = []
-    compiled = shop.compiled()
     for mutant in queue:
-        if mutant.path.endswith(".cpp") and mutant.path not in compiled:
-            continue
         if sum(counts.values()) - counts["does not compile"] == options.count:
             break
         verdict = tried(mutant, by_all=False)

@@ -6,6 +6,7 @@
 
 #include "reference/closest_points.hpp"
 #include "reference/signed_distance.hpp"
+#include "support/random_vectors.hpp"
 #include "support/shapes.hpp"
 
 namespace trocar {
@@ -16,7 +17,7 @@ constexpr int tries = 300;
 std::array<Vector3, 4> random_points(std::mt19937& random) {
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
     std::array<Vector3, 4> points;
-    for (Vector3& p : points) p = Vector3(uniform(random), uniform(random), uniform(random));
+    for (Vector3& p : points) p = test::random_vector(uniform, random);
     return points;
 }
 
@@ -108,7 +109,7 @@ TEST(SignedDistance, ToABoxIsItsClosedForm) {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> uniform(-2.0, 2.0);
     for (int i = 0; i < tries; ++i) {
-        const Vector3 p(uniform(random), uniform(random), uniform(random));
+        const Vector3 p = test::random_vector(uniform, random);
         const Vector3 q = p.cwiseAbs() - Vector3::Ones();
         const double expected = q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0);
         EXPECT_NEAR(surface.nearest(t, x, p).signed_distance, expected, 1e-12);

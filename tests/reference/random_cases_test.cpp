@@ -29,7 +29,7 @@ Json list(const std::vector<Vector3>& vectors) {
 class Draw {
 public:
     explicit Draw(unsigned seed) : engine_(seed) {
-        Eigen::Quaterniond q(normal(), normal(), normal(), normal());
+        Eigen::Quaterniond q{normal(), normal(), normal(), normal()};
         rotation_ = q.normalized().toRotationMatrix();
         shift_ = 0.3 * vector();
     }

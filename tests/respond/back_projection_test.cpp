@@ -12,6 +12,7 @@
 
 #include "geometry/exact.hpp"
 #include "respond/equations.hpp"
+#include "support/random_vectors.hpp"
 #include "support/shapes.hpp"
 
 namespace trocar {
@@ -59,7 +60,7 @@ void expect_same(const test::Shape& ball, const test::Shape& soup, std::uint32_t
     const Range tool = world.topology.bodies.front().vertices;
     for (Index v = tool.first; v < tool.end(); ++v) {
         const double speed = v % 10 == 0 ? 0.0 : (v % 7 == 0 ? 5.0 : 0.4);  // m/s; 5 m/s goes beyond l_max
-        frame.velocity.col(v) = speed * Vector3(even(random), even(random), even(random));
+        frame.velocity.col(v) = speed * test::random_vector(even, random);
     }
     Materials materials;
     materials.mass.assign(static_cast<std::size_t>(world.topology.vertex_count), 1e-4);

@@ -91,7 +91,7 @@ TEST(IntersectionRegions, AreTheToolsTipBelowTheSheetAndTheSheetInsideTheTool) {
         // From within the cone to some rings deep; sheets from much finer than the tool to one face around it.
         const double edge = trial % 3 == 0 ? 0.012 : 0.001;
         const ClosedLoop world =
-            pierced(Vector3(0.003 * unit(generator), 0.003 * unit(generator), -0.011 - 0.009 * unit(generator)),
+            pierced(Vector3{0.003 * unit(generator), 0.003 * unit(generator), -0.011 - 0.009 * unit(generator)},
                     static_cast<int>(0.03 / edge) + 2, edge);
         const Traced traced(world);
         ASSERT_EQ(traced.regions.contours().size(), 1U) << trial;

@@ -8,6 +8,7 @@
 
 #include "respond/tip_proxy.hpp"
 #include "support/closed_loop.hpp"
+#include "support/random_vectors.hpp"
 #include "support/response_samples.hpp"
 
 namespace trocar {
@@ -260,7 +261,7 @@ TEST(GodObject, IsNeverInsideOnRandomWalksThatAimAtEdgesAndVertices) {
                 const Vector3 target = tick % 40 == 0 ? p : Vector3(0.5 * (p + q));
                 device = target + 0.7 * (target - bone.object.proxy());
             } else {
-                device += 0.0007 * Vector3(normal(generator), normal(generator), normal(generator));
+                device += 0.0007 * test::random_vector(normal, generator);
             }
             if (tick % 500 == 499) device = Vector3(0.03, -0.02, 0.035);
             const double before = (bone.object.proxy() - device).norm();
@@ -290,8 +291,7 @@ TEST(GodObject, RestIsALocalMinimumOfTheDistanceToTheDevice) {
         for (int i = 0; i < 30; ++i) proxy = bone.follow(device);
         const double reached = (proxy - device).norm();
         for (int probe = 0; probe < 200; ++probe) {
-            const Vector3 place =
-                proxy + 2e-5 * Vector3(normal(generator), normal(generator), normal(generator)).normalized();
+            const Vector3 place = proxy + 2e-5 * test::random_vector(normal, generator).normalized();
             if (bone.distance(place) < r) continue;
             EXPECT_GT((place - device).norm(), reached - 1e-8) << trial;
         }

@@ -12,6 +12,7 @@
 #include "respond/common.hpp"
 #include "support/closed_loop.hpp"
 #include "support/known_gap.hpp"
+#include "support/random_vectors.hpp"
 #include "support/response_samples.hpp"
 #include "support/scene_runs.hpp"
 #include "support/told_contacts.hpp"
@@ -75,7 +76,7 @@ TEST(ActionAndReaction, WhatTheToolShowsIsTheOppositeOfWhatTheOtherBodyTakes) {
             for (int i = 0; i < 100; ++i) {
                 PairSample s = one.make(one.a, one.b);
                 for (const int first : {0, 3}) {
-                    const Vector3 velocity(normal(generator), normal(generator), normal(generator));
+                    const Vector3 velocity = test::random_vector(normal, generator);
                     for (int v = first; v < first + 3; ++v) s.frame.velocity.col(v) = velocity;
                 }
                 s.respond(method);
@@ -133,7 +134,7 @@ TEST(ContactPower, DampersTakeEnergyInCorrectedAndFeedItIn36AsPrinted) {
             // Either surface moves as a whole, so that its speed is the same at vertex, edge and projection.
             for (const int first : {0, 3}) {
                 if ((first == 0 ? one.a : one.b) == BodyKind::rigid) continue;
-                const Vector3 velocity(normal(generator), normal(generator), normal(generator));
+                const Vector3 velocity = test::random_vector(normal, generator);
                 for (int v = first; v < first + 3; ++v) s.frame.velocity.col(v) = velocity;
             }
             s.respond("thesis:profile=corrected,resolution=none,mu=2");
@@ -160,10 +161,9 @@ TEST(Projection, LeavesNoApproachAfter38And311) {
                                    "thesis:path=relative,closest_point=on"}) {
             for (int i = 0; i < 300; ++i) {
                 PairSample s = vertex_of_b_in_a(kind, BodyKind::tissue);
-                s.frame.velocity.col(3) = Vector3(normal(generator), normal(generator), normal(generator));
+                s.frame.velocity.col(3) = test::random_vector(normal, generator);
                 Vector3 face = Vector3::Zero();
-                if (kind == BodyKind::instrument)
-                    face = Vector3(normal(generator), normal(generator), normal(generator));
+                if (kind == BodyKind::instrument) face = test::random_vector(normal, generator);
                 for (int v = 0; v < 3; ++v) s.frame.velocity.col(v) = face;
                 s.respond(method);
                 ASSERT_EQ(s.effect.placements.size(), 1U);
@@ -184,7 +184,7 @@ TEST(TissueTissue, EachApplicationKeepsMomentumAndNeverAddsEnergy) {
             PairSample s = vertex_of_b_in_a(BodyKind::tissue, BodyKind::tissue);
             for (int v = 0; v < 6; ++v) {
                 s.materials.mass[static_cast<std::size_t>(v)] = 1e-3 * (1.0 + 0.3 * v);
-                s.frame.velocity.col(v) = Vector3(normal(generator), normal(generator), normal(generator));
+                s.frame.velocity.col(v) = test::random_vector(normal, generator);
             }
             s.respond(method);
             Vector3 momentum = Vector3::Zero();

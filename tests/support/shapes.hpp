@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "scene/world.hpp"
+#include "support/random_vectors.hpp"
 
 namespace trocar::test {
 
@@ -34,7 +35,7 @@ struct Shape {
     Shape& shake(double amplitude, std::uint32_t seed) {
         std::mt19937 random(seed);
         std::uniform_real_distribution<double> uniform(-amplitude, amplitude);
-        for (Vector3& v : vertices) v += Vector3(uniform(random), uniform(random), uniform(random));
+        for (Vector3& v : vertices) v += random_vector(uniform, random);
         return *this;
     }
 };
@@ -138,7 +139,7 @@ inline Shape soup(int count, double size, double extent, std::uint32_t seed) {
     Shape shape;
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-    const auto point = [&] { return Vector3(uniform(random), uniform(random), uniform(random)); };
+    const auto point = [&] { return random_vector(uniform, random); };
     for (int k = 0; k < count; ++k) {
         const Vector3 centre = extent / 2 * point();
         const auto first = static_cast<Index>(shape.vertices.size());

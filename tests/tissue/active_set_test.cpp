@@ -9,6 +9,8 @@
 #include <random>
 #include <vector>
 
+#include "support/random_vectors.hpp"
+
 namespace trocar {
 namespace {
 
@@ -19,9 +21,9 @@ constexpr int count = 9;
 struct Problem {
     explicit Problem(std::mt19937& random) {
         std::normal_distribution<double> normal(0.0, 1.0);
-        velocity = Eigen::Vector3d(normal(random), normal(random), normal(random));
+        velocity = test::random_vector(normal, random);
         for (int i = 0; i < count; ++i) {
-            rows.row(i) = Eigen::RowVector3d(normal(random), normal(random), normal(random)).normalized();
+            rows.row(i) = test::random_vector(normal, random).normalized().transpose();
             TickContact contact;
             contact.depth = 1e-3 * normal(random);
             contact.stiffness = std::pow(10.0, 8.0 + normal(random));  // stiff: each moves the others

@@ -6,6 +6,7 @@
 #include <Eigen/Cholesky>
 #include <random>
 
+#include "support/random_vectors.hpp"
 #include "support/tissue_samples.hpp"
 #include "tissue/moving_tissue.hpp"
 #include "tissue/shape_system.hpp"
@@ -23,7 +24,7 @@ test::TissueSample tangle(unsigned seed, bool bends) {
     std::vector<double> mass;
     std::vector<std::uint8_t> pinned;
     for (Index v = 0; v < vertices; ++v) {
-        points.emplace_back(0.01 * unit(random), 0.01 * unit(random), 0.01 * unit(random));
+        points.emplace_back(0.01 * test::random_vector(unit, random));
         mass.push_back(1e-5 * (0.5 + unit(random)));
         pinned.push_back(v % 7 == 6 ? 1 : 0);
     }
@@ -112,7 +113,7 @@ TEST_P(ComplianceOf, TouchedVerticesIsThatOfTheWholeTissue) {
                                                            static_cast<Eigen::Index>(compliance_lanes));
             for (std::size_t lane = 0; lane < compliance_lanes; ++lane) {
                 const std::size_t spot = lane % touched.size();
-                const Vector3 push(unit(random), unit(random), unit(random));
+                const Vector3 push = test::random_vector(unit, random);
                 compliance.add(lane, static_cast<Index>(spot), push);
                 pushes.col(static_cast<Eigen::Index>(lane)).segment<3>(3 * touched[spot]) += push;
             }

@@ -28,7 +28,9 @@ struct Layers {
         std::uniform_real_distribution<double> tilt(-0.3, 0.3);
         const int layer = side * side;
         for (int v = 0; v < 2 * layer; ++v) {
-            s.frame.velocity.col(v) = Vector3(speed(random), speed(random), v < layer ? 0.05 : -0.05);
+            const double along = speed(random);
+            const double across = speed(random);
+            s.frame.velocity.col(v) = Vector3(along, across, v < layer ? 0.05 : -0.05);
             s.frame.velocity(2, v) += speed(random);
         }
         for (int v = 0; v < 2 * layer; ++v) {
@@ -39,7 +41,9 @@ struct Layers {
             const int next_row = (row + 1) % side;
             const int next_column = (column + 1) % side;
             LinearContact contact = test::plane_contact(v, Vector3::UnitZ(), 0.0, k, mu);
-            contact.normal = Vector3(tilt(random), tilt(random), upper ? 1.0 : -1.0).normalized();
+            const double along = tilt(random);
+            const double across = tilt(random);
+            contact.normal = Vector3(along, across, upper ? 1.0 : -1.0).normalized();
             contact.reaction_vertices = {other + row * side + column, other + next_row * side + column,
                                          other + row * side + next_column};
             contact.reaction_weights = {0.5, 0.3, 0.2};

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <random>
 
+#include "support/random_vectors.hpp"
 #include "tissue/mass_spring.hpp"
 
 namespace trocar {
@@ -119,9 +120,9 @@ struct Rows {
         for (Matrix4X* array : {&state.position, &state.velocity, &state.constant}) array->setZero(4, vertices);
         for (Index v = 0; v < vertices; ++v) {
             const Vector3 place_of(v % width, v / width, 0.0);
-            state.position.col(v).head<3>() = place_of + 0.2 * Vector3(unit(random), unit(random), unit(random));
-            state.velocity.col(v).head<3>() = Vector3(unit(random), unit(random), unit(random));
-            state.constant.col(v).head<3>() = Vector3(unit(random), unit(random), unit(random));
+            state.position.col(v).head<3>() = place_of + 0.2 * test::random_vector(unit, random);
+            state.velocity.col(v).head<3>() = test::random_vector(unit, random);
+            state.constant.col(v).head<3>() = test::random_vector(unit, random);
         }
         state.position.col(springs.j[70]) = state.position.col(springs.i[70]);
     }

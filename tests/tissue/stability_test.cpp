@@ -8,6 +8,7 @@
 #include <random>
 
 #include "method/registry.hpp"
+#include "support/random_vectors.hpp"
 #include "support/tissue_samples.hpp"
 #include "tissue/mass_spring.hpp"
 
@@ -27,7 +28,7 @@ TissueSample random_tissue(unsigned seed, double damping) {
     std::vector<std::uint8_t> pinned;
     std::vector<Spring> springs;
     for (Index i = 0; i < 14; ++i) {
-        points.push_back(0.01 * Vector3(unit(random), unit(random), unit(random)));
+        points.push_back(0.01 * test::random_vector(unit, random));
         mass.push_back(std::pow(10.0, -4.0 + unit(random)));
         pinned.push_back(i < 3 ? 1 : 0);
         for (Index j = 0; j < i; ++j) {
