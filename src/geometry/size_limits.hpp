@@ -20,6 +20,8 @@ inline constexpr std::int64_t most_bodies = 1000;
 inline constexpr std::int64_t most_parts = 10'000;
 /// Of a study.
 inline constexpr std::int64_t most_runs = 100'000;
+/// Of a run that is kept as a record, which has a row for each.
+inline constexpr std::int64_t most_record_ticks = 400'000;
 /// Of a file that is read as a whole, and of one in JSON, whose values take up to thirty times their text.
 inline constexpr std::int64_t most_megabytes = 400;
 inline constexpr std::int64_t most_json_megabytes = 32;

@@ -11,6 +11,7 @@
 #include "geometry/input_error.hpp"
 #include "geometry/json_depth.hpp"
 #include "geometry/number_text.hpp"
+#include "geometry/size_limits.hpp"
 #include "geometry/whole_file.hpp"
 
 namespace trocar {
@@ -277,11 +278,19 @@ Json rows_to_json(const std::vector<StepRow>& rows) {
     return json;
 }
 
+/// "from", "to", "from with VALUE" or "from; KEY=VALUE,… with VALUE": one of the two settings, and what of it is
+/// turned.
+bool is_ablation_point(const RunSpec& spec) {
+    const bool of_a_setting = spec.point.starts_with("from") || spec.point.starts_with("to");
+    return of_a_setting && (spec.knob.empty() || spec.point.find(" with ") != std::string::npos);
+}
+
 std::vector<StepRow> rows_from_json(const Reader& reader, const Json& json) {
     std::uint64_t count = 0;
     reader.read(reader.member(json, "/rows", "count"), "/rows/count", count);
-    constexpr std::uint64_t most_rows = 100'000'000;
-    if (count > most_rows) reader.fail("/rows/count", fmt::format("at most {}", most_rows), fmt::format("{}", count));
+    if (are_sizes_limited() && count > most_record_ticks) {
+        reader.fail("/rows/count", limit_text(most_record_ticks, "ticks of a record"), fmt::format("{}", count));
+    }
     std::vector<std::string> known{"count"};
     const StepRow unset_row;
     visit_row(unset_row, [&known](const std::string& name, const auto&) { known.push_back(name); });
@@ -430,6 +439,10 @@ Record record_from_json_line(const std::string& line, const std::string& file, s
     reader.check_keys(spec, "/spec", known);
     if (!record.spec.reach_margin.empty()) {
         reader.check_number("/spec/reach_margin", record.spec.reach_margin, 0.0, 100.0);
+    }
+    if (record.spec.mode == "ablation" && !is_ablation_point(record.spec)) {
+        reader.fail("/spec/point", "'from' or 'to', with a knob also ' with ' and its value",
+                    Json(record.spec.point).dump().substr(0, 80));
     }
     reader.check_keys(
         json, "",

@@ -410,6 +410,10 @@ void complete_run(const SceneFacts& facts, PlannedRun& run) {
         // The same time, in other ticks.
         run.spec.ticks = std::max(1LL, std::llround(static_cast<double>(run.spec.ticks) * facts.dt / dt));
     }
+    if (are_sizes_limited() && run.spec.ticks > most_record_ticks) {
+        throw InputError("study", run.spec.scene, limit_text(most_record_ticks, "ticks of a run"),
+                         fmt::format("{}", run.spec.ticks));
+    }
     run.rough_seconds = rough_seconds(facts, run.spec);
     if (facts.lacks_data && !run.settled) {
         run.settled = Outcome{OutcomeKind::unsupported, "no data"};

@@ -1,5 +1,6 @@
 #include "measure/record.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -159,6 +160,52 @@ TEST(RecordLine, BadRecordIsRefusedWithFileLineAndPlace) {
             EXPECT_NE(what.find(bad.place), std::string::npos) << what;
         }
     }
+}
+
+void expect_refused(const std::string& line, const std::string& what) {
+    try {
+        record_from_json_line(line, "records.jsonl", 1);
+        FAIL() << line;
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();
+    }
+}
+
+TEST(RecordJson, APointOfAnAblationIsOneOfItsTwoSettings) {
+    Record record;
+    record.spec.mode = "ablation";
+    for (const auto& [knob, point] : {std::pair{"", "from"},
+                                      {"", "to"},
+                                      {"", "from; a=1"},
+                                      {"clamp", "to with off"},
+                                      {"clamp", "from; a=1,b=2 with off"}}) {
+        record.spec.knob = knob;
+        record.spec.point = point;
+        EXPECT_EQ(record_from_json_line(to_json_line(record), "file", 1).spec.point, point);
+    }
+    for (const auto& [knob, point] : {std::pair{"", ""},
+                                      {"", "t"},
+                                      {"clamp", "to"},
+                                      {"clamp", "to wtih off"},
+                                      {"clamp", "x with off"},
+                                      {"clamp", " with off"}}) {
+        record.spec.knob = knob;
+        record.spec.point = point;
+        expect_refused(to_json_line(record), "/spec/point: expected 'from' or 'to'");
+    }
+}
+
+TEST(RecordJson, ColumnsThatAShortTextMakesLongAreRefusedWithTheFigure) {
+    std::string line = to_json_line(Record());
+    const std::string none = "\"rows\":{\"count\":0}";
+    const std::size_t at = line.find(none);
+    ASSERT_NE(at, std::string::npos) << line;
+    const auto of_rows = [&](int count) {
+        std::string longer = line;
+        return longer.replace(at, none.size(), fmt::format("\"rows\":{{\"count\":{},\"pairs\":{{\"all\":1}}}}", count));
+    };
+    EXPECT_EQ(record_from_json_line(of_rows(2000), "file", 1).rows.size(), 2000U);
+    expect_refused(of_rows(400'001), "at most 400000 ticks of a record (--large lifts this), got 400001");
 }
 
 TEST(JsonDepth, CountsWhatIsOpenAtATimeOutsideOfTexts) {

@@ -445,6 +445,21 @@ TEST_F(StudyFile, APacedRunTakesTheTimeThatTheClockGivesItsTicks) {
     EXPECT_NEAR(long_run - plan[0].rough_seconds, 2.0 * 2000 * 0.002, 1e-9);
 }
 
+TEST_F(StudyFile, ARunOfMoreTicksThanARecordHoldsIsRefusedBeforeItIsMade) {
+    std::vector<PlannedRun> plan =
+        make_plan(read(R"({"format":"trocar-study-1","name":"s","paced":{"scenes":["a.json"],"detectors":["ohc"],)"
+                       R"("responses":["penalty"],"ticks":400000}})"));
+    const SceneFacts facts{.name = "a", .hash = {}, .pair_class = {}, .dt = 0.002, .triangles = 1000};
+    complete_run(facts, plan[0]);
+    plan[0].spec.ticks = 400'001;
+    try {
+        complete_run(facts, plan[0]);
+        FAIL();
+    } catch (const InputError& error) {
+        EXPECT_STREQ(error.what(), "study: a: expected at most 400000 ticks of a run (--large lifts this), got 400001");
+    }
+}
+
 TEST_F(StudyFile, MethodRunsOnItsOwnScenesOnly) {
     const std::vector<PlannedRun> plan =
         make_plan(read(R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["a.json","b.json"],)"
