@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "method/registry.hpp"
 #include "scene/scene.hpp"
 
 namespace trocar {
@@ -33,6 +35,34 @@ TEST(Certificate, AnExactDetectorAnswersEveryTellingAlike) {
     for (const char* name : certificate_names) {
         EXPECT_EQ(record.summary.at(std::string("certificate_") + name + "_pairs"), 0.0) << name;
         EXPECT_TRUE(std::isnan(record.summary.at(std::string("certificate_") + name + "_m"))) << name;
+    }
+}
+
+TEST(Certificate, ADetectorThatMergesContactsOfOnePlaceDependsOnEveryTellingButTheSameTwice) {
+    // Known gaps of ODE (tests/known_gaps.json): which pairs are left depends on the order of triangles and bodies, on
+    // the grid of its contact table and on the unit.
+    const auto& detectors = registry().detectors();
+    if (std::none_of(detectors.begin(), detectors.end(), [](const auto& one) { return one.name == "ode_trimesh"; })) {
+        GTEST_SKIP() << "ODE is not built in";
+    }
+    const Record record = certificate(scene_named("t2t_press"), "ode_trimesh", "", 0);
+    ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
+    for (const std::string name : certificate_names) {
+        const double differing = record.summary.at("certificate_" + name + "_pairs");
+        EXPECT_EQ(differing > 0.0, name != "twice") << name << " " << differing;
+    }
+}
+
+TEST(Certificate, AResponseThatGoesFromBodyToBodyDependsOnTheirOrder) {
+    // Two instruments, each in a hand: what one has moved the other one meets.
+    const Scene scene = scene_named("i2i_cross");
+    const Record xpbd = certificate(scene, "ohc", "xpbd", 0);
+    const Record hold = certificate(scene, "ohc", "hold", 0);
+    for (const char* name : {"certificate_bodies", "certificate_swapped"}) {
+        EXPECT_GT(xpbd.summary.at(std::string(name) + "_m"), 1e-6) << name;
+        EXPECT_GT(xpbd.summary.at(std::string(name) + "_n"), 1e-3) << name;
+        EXPECT_LT(hold.summary.at(std::string(name) + "_m"), 1e-12) << name;
+        EXPECT_LT(hold.summary.at(std::string(name) + "_n"), 1e-9) << name;
     }
 }
 
