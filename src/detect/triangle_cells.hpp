@@ -107,7 +107,13 @@ public:
             return true;
         }
         const Cut cut = cut_of(frame, p);
-        if (cut.pieces() > std::min(most_pieces, 0.05 * topology_->triangle_count() + 16.0)) return false;
+        // A cell costs about what twenty tests of boxes do, and no cut makes what was grown by many cells smaller.
+        const double tests = 0.05 * topology_->triangle_count();
+        const double across = 3.0 + 2.0 * around(p.body) / lattice_.edge();  // cells of a piece along an axis
+        if (cut.pieces() > std::min(most_pieces, tests + 16.0) ||
+            across * across * across > std::max(4.0 * most_cells, tests)) {
+            return false;
+        }
         for_each_piece(frame, p, cut, use);
         return true;
     }

@@ -182,6 +182,28 @@ TEST(OhcIncremental, UnderLimitsAWorldAtRestAddsNothingButTheLook) {
     }
 }
 
+TEST(OhcIncremental, AReachOfManyCellsIsNotPutIntoCells) {
+    World world = scenes().front();
+    const std::unique_ptr<Detector> truth = make_detector("brute_force", {});
+    truth->prepare(world.topology, world.frame);
+    for (const bool incremental : {false, true}) {
+        const std::unique_ptr<Detector> detector = started(world, {}, incremental);
+        // Three ticks of a tool that flies by, and one at rest: with 8 m around it a triangle covers 10^8 cells.
+        for (const double reach : {0.001, 8.0, 0.3, 0.001}) {
+            ++world.frame.tick;
+            ContactSet told;
+            ContactSet expected;
+            for (const auto& [method, contacts] : {std::pair{detector.get(), &told}, {truth.get(), &expected}}) {
+                method->update(world.frame, reach);
+                method->detect(world.frame, *contacts);
+            }
+            EXPECT_EQ(told.pairs, expected.pairs) << reach;
+            EXPECT_EQ(told.near, expected.near) << reach;
+            EXPECT_LT(told.work.cells_visited, 2'000'000) << reach << " " << incremental;
+        }
+    }
+}
+
 TEST(OhcIncremental, ABadFrameInBetweenLosesNothing) {
     World world = scenes().front();
     const auto detector = started(world, {});
