@@ -107,11 +107,10 @@ public:
             return true;
         }
         const Cut cut = cut_of(frame, p);
-        // A cell costs about what twenty tests of boxes do, and no cut makes what was grown by many cells smaller.
-        const double tests = 0.05 * topology_->triangle_count();
+        // No cut makes smaller what was grown by many cells.
         const double across = 3.0 + 2.0 * around(p.body) / lattice_.edge();  // cells of a piece along an axis
-        if (cut.pieces() > std::min(most_pieces, tests + 16.0) ||
-            across * across * across > std::max(4.0 * most_cells, tests)) {
+        if (cut.pieces() > std::min(most_pieces, 0.05 * topology_->triangle_count() + 16.0) ||
+            across * across * across > 4.0 * most_cells) {
             return false;
         }
         for_each_piece(frame, p, cut, use);
