@@ -115,9 +115,10 @@ private:
     std::size_t used_ = 0;
 };
 
-/// Never destroyed, and still named by somebody: what checks for leaks tells of what nobody can find any more.
+/// Never destroyed, and still named by somebody: what checks for leaks tells of what nobody can find any more. It looks
+/// when all that is static has been destroyed, so the list that names them stays, too.
 void abandon(World* world) {
-    static auto* const worlds = new std::vector<World*>;  // NOLINT(cppcoreguidelines-owning-memory)
+    static auto* const worlds = new std::vector<World*>;  // NOLINT(cppcoreguidelines-owning-memory): never given back
     worlds->push_back(world);
 }
 

@@ -171,12 +171,8 @@ std::vector<Vector3> asked_points(const RaySurface& surface, std::mt19937_64& ra
 
 TEST(RayTree, CountsTheCrossingsOfEveryTriangle) {
     std::mt19937_64 random(1);
-    std::vector<int> crossed;  // of each kind, points that are
     for (int round = 0; round < 6; ++round) {
-        std::vector<RaySurface> kinds = all_kinds(random);
-        crossed.resize(kinds.size());
-        for (std::size_t kind = 0; kind < kinds.size(); ++kind) {
-            RaySurface& surface = kinds[kind];
+        for (RaySurface& surface : all_kinds(random)) {
             RayTree tree;
             tree.prepare(surface.triangles, {0, surface.count()}, surface.position);
             // As prepared, turned, and with all vertices somewhere else.
@@ -185,15 +181,18 @@ TEST(RayTree, CountsTheCrossingsOfEveryTriangle) {
                 if (state == 2) surface.position += 0.2 * Matrix3X::Random(3, surface.position.cols());
                 if (state > 0) tree.refit(surface.triangles, surface.position);
                 RayWork work;
+                int not_none = 0;
                 for (const Vector3& p : asked_points(surface, random)) {
                     const int expected = crossings_one_by_one(surface, p);
                     ASSERT_EQ(tree.crossings(surface.triangles, surface.position, p, &work), expected);
-                    crossed[kind] += expected != 0 ? 1 : 0;
+                    not_none += expected != 0 ? 1 : 0;
+                }
+                if (surface.count() > 20) {
+                    EXPECT_GT(not_none, 0);
                 }
             }
         }
     }
-    for (std::size_t kind = 0; kind < crossed.size(); ++kind) EXPECT_GT(crossed[kind], 0) << kind;
 }
 
 TEST(RayTree, VisitsEveryTriangleThatASegmentMeetsOnce) {

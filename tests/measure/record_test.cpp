@@ -128,6 +128,18 @@ std::string replaced(std::string text, const std::string& from, const std::strin
     return text.replace(at, from.size(), to);
 }
 
+/// With file and line, and `place` in what is told.
+void expect_refused(const std::string& line, const std::string& place) {
+    try {
+        record_from_json_line(line, "records.jsonl", 12);
+        FAIL() << line;
+    } catch (const InputError& error) {
+        const std::string what = error.what();
+        EXPECT_EQ(what.find("records.jsonl: line 12"), 0U) << what;
+        EXPECT_NE(what.find(place), std::string::npos) << what;
+    }
+}
+
 TEST(RecordLine, BadRecordIsRefusedWithFileLineAndPlace) {
     const std::string line = to_json_line(sample());
     const struct {
@@ -150,25 +162,7 @@ TEST(RecordLine, BadRecordIsRefusedWithFileLineAndPlace) {
         {replaced(line, "\"dirty\":\"no\"", "\"run.tissue_triangles\":\"2000 or so\""), "run.tissue_triangles"},
         {replaced(line, "\"dirty\":\"no\"", "\"case.at_most.residual_max_m\":\"nan\""), "case.at_most.residual_max_m"},
     };
-    for (const auto& bad : cases) {
-        try {
-            record_from_json_line(bad.text, "records.jsonl", 12);
-            FAIL() << bad.text;
-        } catch (const InputError& error) {
-            const std::string what = error.what();
-            EXPECT_EQ(what.find("records.jsonl: line 12"), 0U) << what;
-            EXPECT_NE(what.find(bad.place), std::string::npos) << what;
-        }
-    }
-}
-
-void expect_refused(const std::string& line, const std::string& what) {
-    try {
-        record_from_json_line(line, "records.jsonl", 1);
-        FAIL() << line;
-    } catch (const InputError& error) {
-        EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();
-    }
+    for (const auto& bad : cases) expect_refused(bad.text, bad.place);
 }
 
 TEST(RecordJson, APointOfAnAblationIsOneOfItsTwoSettings) {
