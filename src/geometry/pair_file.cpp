@@ -84,7 +84,7 @@ std::vector<PairLine> read_pair_file(const std::filesystem::path& path) {
     std::ifstream stream = open_input(path, "a text file of pairs");
     std::vector<PairLine> lines;
     std::string text;
-    for (std::size_t number = 1; std::getline(stream, text); ++number) {
+    for (std::size_t number = 1; read_line(stream, text, file); ++number) {
         const std::vector<std::string_view> words = words_of(text);
         if (!words.empty()) lines.push_back(parse_line(file, number, words));
     }

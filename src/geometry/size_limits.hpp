@@ -22,9 +22,13 @@ inline constexpr std::int64_t most_parts = 10'000;
 inline constexpr std::int64_t most_runs = 100'000;
 /// Of a run that is kept as a record, which has a row for each.
 inline constexpr std::int64_t most_record_ticks = 400'000;
+/// Of all records of a file together, which are read as a whole.
+inline constexpr std::int64_t most_records_ticks = 1'000'000;
 /// Of a file that is read as a whole, and of one in JSON, whose values take up to thirty times their text.
 inline constexpr std::int64_t most_megabytes = 400;
 inline constexpr std::int64_t most_json_megabytes = 32;
+/// Of a line of a file that is read line by line; most of them are JSON.
+inline constexpr std::int64_t most_line_megabytes = most_json_megabytes;
 
 /// False once `lift_size_limits` was called in this process or one that started it, or where TROCAR_LARGE=1 is set.
 bool are_sizes_limited();

@@ -1,6 +1,7 @@
 #include "geometry/whole_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cerrno>
 #include <cstdint>
@@ -57,6 +58,28 @@ std::string read_whole(const std::filesystem::path& file, const std::string& exp
         if (stream.bad()) throw InputError(file.string(), "", expected, "a read error");
         if (stream.eof()) return text;
         if (stream.peek() == std::ifstream::traits_type::eof()) return text;
+    }
+}
+
+bool read_line(std::istream& stream, std::string& line, const std::string& place) {
+    constexpr std::size_t most_bytes = 1'000'000 * most_line_megabytes;
+    line.clear();
+    for (std::array<char, 4096> piece{};;) {
+        stream.getline(piece.data(), piece.size());
+        const auto taken = static_cast<std::size_t>(stream.gcount());
+        if (stream.good()) {
+            line.append(piece.data(), taken - 1);  // the line feed counts as taken
+            return true;
+        }
+        line.append(piece.data(), taken);
+        if (stream.bad() || (stream.eof() && line.empty())) return false;
+        if (are_sizes_limited() && line.size() > most_bytes) {
+            throw InputError(place, "", limit_text(most_line_megabytes, "MB of a line"), "more");
+        }
+        // What failed is that the piece was full, or that nothing but the end came after a full one.
+        const bool at_end = stream.eof();
+        stream.clear(at_end ? std::ios::eofbit : std::ios::goodbit);
+        if (at_end) return true;
     }
 }
 

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <istream>
 #include <string>
 
 namespace trocar {
@@ -13,6 +14,11 @@ std::ifstream open_input(const std::filesystem::path& file, const std::string& e
 
 /// The bytes of a file. Throws InputError "expected `expected`, got no such file | a folder | …".
 std::string read_whole(const std::filesystem::path& file, const std::string& expected);
+
+/// The next line without its line feed; false where there is none. At the end of the file, where the last line may lack
+/// its line feed, `stream.eof()` is true. Throws InputError "`place`: expected at most 32 MB of a line …": a file of
+/// one endless line would take all memory.
+bool read_line(std::istream& stream, std::string& line, const std::string& place);
 
 /// Writes beside the file and renames. Throws InputError with the system's reason when the disk refuses, and leaves
 /// nothing behind.

@@ -1,11 +1,14 @@
 #include "report/report.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <fstream>
 #include <stdexcept>
 #include <variant>
 
 #include "geometry/input_error.hpp"
+#include "geometry/size_limits.hpp"
 #include "geometry/whole_file.hpp"
 #include "report/document.hpp"
 #include "report/latex.hpp"
@@ -102,8 +105,15 @@ std::vector<Record> read_records(const std::filesystem::path& file) {
     std::ifstream stream = open_input(file, "the records of a study");
     std::vector<Record> records;
     std::string line;
-    for (std::int64_t number = 1; std::getline(stream, line); ++number) {
-        if (!line.empty()) records.push_back(record_from_json_line(line, file.string(), number));
+    std::int64_t ticks = 0;
+    for (std::int64_t number = 1; read_line(stream, line, file.string()); ++number) {
+        if (line.empty()) continue;
+        records.push_back(record_from_json_line(line, file.string(), number));
+        ticks += static_cast<std::int64_t>(records.back().rows.size());
+        if (are_sizes_limited() && ticks > most_records_ticks) {
+            throw InputError(file.string(), fmt::format("line {}", number),
+                             limit_text(most_records_ticks, "ticks of all records"), fmt::format("{}", ticks));
+        }
     }
     if (records.empty()) throw InputError(file.string(), "", "at least one record", "none");
     return records;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "geometry/input_error.hpp"
+#include "geometry/whole_file.hpp"
 #include "scene/json_node.hpp"
 
 namespace trocar {
@@ -107,7 +108,7 @@ private:
     bool next_line() {
         ++number_;
         place_ = fmt::format("{}: contacts line {}", file_, number_);
-        if (!std::getline(stream_, line_)) return false;
+        if (!read_line(stream_, line_, place_)) return false;
         if (stream_.eof()) throw InputError(place_, "", "a line feed at its end", "the end of the file");
         return true;
     }

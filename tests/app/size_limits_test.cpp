@@ -89,6 +89,11 @@ TEST_F(SizeLimits, FacesOfHundredThousandCornersAndLargeFilesAreRefused) {
     std::filesystem::resize_file(document, 32'000'001);
     for (const std::string command : {"run ", "study ", "respond "})
         expect_refused(command + document, "at most 32 MB of JSON");
+    const std::string lines = write("records.jsonl", "");
+    std::filesystem::resize_file(lines, 20'000'000'000);
+    for (const std::string command : {"report ", "table "})
+        expect_refused(command + folder_.path().string(), "at most 32 MB of a line");
+    expect_refused("tritri " + lines, "at most 32 MB of a line");
 }
 
 TEST_F(SizeLimits, StudiesOfMoreThanHundredThousandRunsAreRefused) {

@@ -38,6 +38,37 @@ TEST_F(WholeFile, ComesBackByteForByteAndOverAnOlderOne) {
     }
 }
 
+TEST_F(WholeFile, IsReadLineByLineAsTheStandardLibraryDoes) {
+    std::string text = "\n\nshort\r\n" + std::string("a\0b", 3) + "\n";
+    // Around once and twice the size of what is taken at a time.
+    for (const std::size_t size : {4094, 4095, 4096, 4097, 8189, 8190, 8191, 8192}) {
+        text += std::string(size, 'x') + "\n";
+        for (const std::string& end : {std::string(), std::string("end"), std::string(size, 'y')}) {
+            write_whole(folder_ / "lines", text + end);
+            std::ifstream expected_stream = open_input(folder_ / "lines", "lines");
+            std::ifstream stream = open_input(folder_ / "lines", "lines");
+            std::string expected;
+            std::string line;
+            while (std::getline(expected_stream, expected)) {
+                ASSERT_TRUE(read_line(stream, line, "lines"));
+                EXPECT_EQ(line, expected);
+                EXPECT_EQ(stream.eof(), expected_stream.eof());
+            }
+            EXPECT_FALSE(read_line(stream, line, "lines")) << line;
+        }
+    }
+}
+
+TEST_F(WholeFile, ALineThatDoesNotEndIsRefusedBeforeItTakesAllMemory) {
+    write_whole(folder_ / "endless", "");
+    std::filesystem::resize_file(folder_ / "endless", 20'000'000'000);  // takes no room on the disk
+    std::ifstream stream = open_input(folder_ / "endless", "lines");
+    std::string line;
+    EXPECT_EQ(fault_of([&] { (void)read_line(stream, line, "endless, line 1"); }),
+              "endless, line 1: expected at most 32 MB of a line (--large lifts this), got more");
+    EXPECT_LT(line.size(), 33'000'000U);
+}
+
 TEST_F(WholeFile, AFolderOrNothingIsNoFile) {
     EXPECT_EQ(fault_of([this] { (void)read_whole(folder_ / "inner", "a study file"); }),
               (folder_ / "inner").string() + ": expected a study file, got a folder");

@@ -47,6 +47,25 @@ Verdict verdict_of(const Results& results) {
     return make_verdict(results, "theirs", "closed_loop", results.scenes("closed_loop"));
 }
 
+TEST(ReadRecords, ManyShortLinesThatAskForManyTicksAreRefusedWithTheFigure) {
+    std::string line = to_json_line(Record());
+    const std::string none = "\"rows\":{\"count\":0}";
+    const std::size_t at = line.find(none);
+    ASSERT_NE(at, std::string::npos) << line;
+    line.replace(at, none.size(), "\"rows\":{\"count\":400000,\"pairs\":{\"all\":1}}");
+    const test::TemporaryFolder folder;
+    const std::filesystem::path file = folder.path() / "records.jsonl";
+    std::ofstream(file) << line << "\n\n" << line << "\n" << line << "\n" << line << "\n";
+    try {
+        (void)read_records(file);
+        FAIL();
+    } catch (const InputError& error) {
+        EXPECT_EQ(error.what(), file.string() +
+                                    ": line 4: expected at most 1000000 ticks of all records (--large lifts this), got "
+                                    "1200000");
+    }
+}
+
 TEST(RunFigures, QuantilesLeaveTheWarmUpOut) {
     // Tick i takes i µs: after 10 ticks of warm-up the times are 10, 11 ... 1109 µs.
     const Record record = synthetic({.first_tick_us = 0, .step_us = 1});
