@@ -24,9 +24,11 @@ inline constexpr std::int64_t most_runs = 100'000;
 inline constexpr std::int64_t most_record_ticks = 400'000;
 /// Of all records of a file together, which are read as a whole.
 inline constexpr std::int64_t most_records_ticks = 1'000'000;
-/// Of a file that is read as a whole, and of one in JSON, whose values take up to thirty times their text.
+/// Of a file that is read as a whole, and of one in JSON, whose values take up to 36 times their text.
 inline constexpr std::int64_t most_megabytes = 400;
-inline constexpr std::int64_t most_json_megabytes = 32;
+inline constexpr std::int64_t most_json_megabytes = 24;
+/// Of an object of JSON whose keys are kept in their order: each is compared with all before it.
+inline constexpr std::int64_t most_ordered_keys = 1000;
 /// Of a line of a file that is read line by line; most of them are JSON.
 inline constexpr std::int64_t most_line_megabytes = most_json_megabytes;
 

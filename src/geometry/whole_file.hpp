@@ -16,7 +16,7 @@ std::ifstream open_input(const std::filesystem::path& file, const std::string& e
 std::string read_whole(const std::filesystem::path& file, const std::string& expected);
 
 /// The next line without its line feed; false where there is none. At the end of the file, where the last line may lack
-/// its line feed, `stream.eof()` is true. Throws InputError "`place`: expected at most 32 MB of a line …": a file of
+/// its line feed, `stream.eof()` is true. Throws InputError "`place`: expected at most 24 MB of a line …": a file of
 /// one endless line would take all memory.
 bool read_line(std::istream& stream, std::string& line, const std::string& place);
 

@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "geometry/input_error.hpp"
@@ -63,6 +64,8 @@ public:
         open_.back().key = key;
         return open_.back().keys.insert(key).second;
     }
+    /// Of the object that is open.
+    [[nodiscard]] std::size_t key_count() const { return open_.back().keys.size(); }
     void has_read() {
         if (!open_.empty()) ++open_.back().read;
     }
@@ -107,6 +110,11 @@ public:
         if (!whereabouts_.names(name)) {
             throw InputError(*file_, "", "every key once in an object",
                              fmt::format("the key {} twice", trocar::quoted(name)));
+        }
+        if (std::is_same_v<AnyJson, nlohmann::ordered_json> && are_sizes_limited() &&
+            whereabouts_.key_count() > static_cast<std::size_t>(most_ordered_keys)) {
+            throw InputError(*file_, whereabouts_.pointer(), limit_text(most_ordered_keys, "keys of an object"),
+                             "more");
         }
         return true;
     }

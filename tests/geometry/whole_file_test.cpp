@@ -65,8 +65,8 @@ TEST_F(WholeFile, ALineThatDoesNotEndIsRefusedBeforeItTakesAllMemory) {
     std::ifstream stream = open_input(folder_ / "endless", "lines");
     std::string line;
     EXPECT_EQ(fault_of([&] { (void)read_line(stream, line, "endless, line 1"); }),
-              "endless, line 1: expected at most 32 MB of a line (--large lifts this), got more");
-    EXPECT_LT(line.size(), 33'000'000U);
+              "endless, line 1: expected at most 24 MB of a line (--large lifts this), got more");
+    EXPECT_LT(line.size(), 25'000'000U);
 }
 
 TEST_F(WholeFile, AFolderOrNothingIsNoFile) {
