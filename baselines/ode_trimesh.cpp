@@ -119,7 +119,7 @@ std::vector<std::vector<Index>> without_common_vertices(const Topology& topology
         };
         while (std::any_of(corners.begin(), corners.end(), is_taken)) ++group;
         for (std::vector<bool>* corner : corners) {
-            if (corner->size() <= group) corner->resize(group + 1, false);
+            if (corner->size() <= group) corner->resize(group + 1);
             (*corner)[group] = true;
         }
         if (groups.size() <= group) groups.resize(group + 1);

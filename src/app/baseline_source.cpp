@@ -69,6 +69,10 @@ ContactBaseline BaselineSource::empty_baseline(std::int64_t every) const {
     const std::unique_ptr<FrameSource> source = frames();
     Frame frame;
     while (source->next(frame)) hash = (hash ^ frame.hash()) * 1099511628211ULL;
+    if (!source->outcome().ok()) {
+        throw InputError(file_.string(), "", fmt::format("{} frames that can be made", ticks_),
+                         source->outcome().message);
+    }
     baseline.frames_hash = fmt::format("{:016x}", hash);
     return baseline;
 }

@@ -24,8 +24,8 @@ public:
     };
     /// Two regions by number, the one of the body with the lower number first.
     struct Pair {
-        Index first = -1;
-        Index second = -1;
+        Index first;
+        Index second;
     };
     /// A region by its longest edge, m.
     struct Sized {

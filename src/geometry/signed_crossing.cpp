@@ -1,8 +1,6 @@
 #include "geometry/signed_crossing.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
 namespace trocar {
 namespace {
@@ -16,19 +14,6 @@ int inside_tetrahedron(const Vector3& a, const Vector3& b, const Vector3& c, con
         return 0;
     }
     return whole;
-}
-
-/// Solid angle of a triangle seen from x over 4 pi (van Oosterom, Strackee 1983).
-double winding_part(const Corners& t, const Vector3& x) {
-    const Vector3 a = t[0] - x;
-    const Vector3 b = t[1] - x;
-    const Vector3 c = t[2] - x;
-    const double la = a.norm();
-    const double lb = b.norm();
-    const double lc = c.norm();
-    const double numerator = a.dot(b.cross(c));
-    const double denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    return std::atan2(numerator, denominator) / (2.0 * std::numbers::pi);
 }
 
 }  // namespace
@@ -58,15 +43,6 @@ int sweep_crossing(const Vector3& x, const std::array<Index, 3>& number, const C
         now[i] = q[i];
     }
     return sum;
-}
-
-double winding_number(const Matrix3X& position, const Triangles& triangles, Range range, const Vector3& x) {
-    double winding = 0.0;
-    for (Index t = range.first; t < range.end(); ++t) {
-        const auto c = triangles.col(t);
-        winding += winding_part({position.col(c[0]), position.col(c[1]), position.col(c[2])}, x);
-    }
-    return winding;
 }
 
 }  // namespace trocar

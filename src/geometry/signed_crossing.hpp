@@ -1,6 +1,6 @@
 // Signed crossings of points with triangle surfaces, by exact signs of volumes: no crossing is lost or counted twice
-// where triangles meet, so that a sum of them is a side. The winding number of a closed surface is the second way to
-// the same answer.
+// where triangles meet, so that a sum of them is a side. The winding number of a closed surface (orientation.hpp) is
+// the second way to the same answer.
 #pragma once
 
 #include <array>
@@ -18,10 +18,5 @@ namespace trocar {
 /// their numbers. Front to back of the point counts +1: the triangle passes over it along its normal.
 [[nodiscard]] int sweep_crossing(const Vector3& x, const std::array<Index, 3>& number, const Corners& p,
                                  const Corners& q);
-
-/// Of the closed surface that the triangles of this range make around x: 1 inside where its normals point outwards, 0
-/// outside, to rounding.
-[[nodiscard]] double winding_number(const Matrix3X& position, const Triangles& triangles, Range range,
-                                    const Vector3& x);
 
 }  // namespace trocar

@@ -41,21 +41,28 @@ GodObject::Nearest GodObject::nearest(const Topology& topology, const Matrix3X& 
 void GodObject::place(const Topology& topology, const Matrix3X& position, std::span<const Index> triangles,
                       const Vector3& device) {
     proxy_ = device;
-    // Inside a closed body: out by the shortest way.
+    // Inside a closed body: out by the shortest way. On a surface the way has no length, and its front says where to.
+    const double on_the_surface = 1e-9 * radius_;
     double winding = 0.0;
     Nearest closest{.distance = std::numeric_limits<double>::infinity()};
     for (const Index t : triangles) {
-        if (!topology.bodies[at(topology.body_of_triangle[at(t)])].closed) continue;
         const equations::Corners c = corners_of(topology, position, t);
+        const Nearest here = nearest(topology, position, t, device);
+        const Vector3 front = (c[1] - c[0]).cross(c[2] - c[0]);
+        if (here.distance <= on_the_surface && front.norm() > 0.0) {
+            proxy_ = device + radius_ * front.normalized();
+            placed_ = true;
+            return;
+        }
+        if (!topology.bodies[at(topology.body_of_triangle[at(t)])].closed) continue;
         const Vector3 a = c[0] - device;
         const Vector3 b = c[1] - device;
         const Vector3 d = c[2] - device;
         winding += 2.0 * std::atan2(a.dot(b.cross(d)), a.norm() * b.norm() * d.norm() + a.dot(b) * d.norm() +
                                                            b.dot(d) * a.norm() + d.dot(a) * b.norm());
-        const Nearest here = nearest(topology, position, t, device);
         if (here.distance < closest.distance) closest = here;
     }
-    if (winding > 2.0 * std::numbers::pi && closest.distance > 0.0) {
+    if (winding > 2.0 * std::numbers::pi && closest.distance > on_the_surface) {
         proxy_ = closest.point + radius_ / closest.distance * (closest.point - device);
     }
     placed_ = true;

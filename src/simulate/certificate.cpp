@@ -114,6 +114,8 @@ void certify_detector(const Scene& scene, const RunSpec& spec, Record& record) {
         frames.push_back(placed(frame, 1.0, Vector3::Zero()));
         gridded.push_back(on_grid(frame));
     }
+    record.outcome = source->outcome();
+    if (!record.outcome.ok()) return;
     const Topology& topology = scene.topology;
     const Answers once = answers_of(spec, topology, frames);
     record.outcome = once.outcome;

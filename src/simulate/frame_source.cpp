@@ -1,5 +1,7 @@
 #include "simulate/frame_source.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -126,6 +128,11 @@ public:
         ++tick_;
         frame = drive_.seen();
         return true;
+    }
+    [[nodiscard]] Outcome outcome() const override {
+        Outcome outcome = drive_.outcome();
+        if (!outcome.ok()) outcome.message = fmt::format("no frame after {} of {}: {}", tick_, ticks_, outcome.message);
+        return outcome;
     }
 
 private:

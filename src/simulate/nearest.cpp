@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "geometry/triangle_distance.hpp"
+#include "geometry/surface_tree.hpp"
 
 namespace trocar {
 namespace {
@@ -14,36 +14,27 @@ Corners corners_of(const Topology& topology, const Frame& frame, Index triangle)
     return {corner(0), corner(1), corner(2)};
 }
 
-Box box_of(const Corners& corners) {
-    Box box;
-    for (const Vector3& corner : corners) {
-        if (corner.allFinite()) box.add(corner);
-    }
-    return box;
-}
-
 /// m; infinite for an empty box.
 double gap(const Box& a, const Box& b) {
     const Vector3 apart = (a.min - b.max).cwiseMax(b.min - a.max).cwiseMax(0.0);
     return apart.norm();
 }
 
-struct Piece {
-    Corners corners;
-    Box box;
-};
-
-/// The triangles of a body that may be within `reach` of `other`.
-std::vector<Piece> pieces_near(const Topology& topology, const Frame& frame, Index body, const Box& other,
-                               double reach) {
-    std::vector<Piece> pieces;
+/// The triangles of a body, those with corners that are nowhere left out, that may be within `reach` of `other`.
+std::vector<Index> triangles_near(const Topology& topology, const Frame& frame, Index body, const Box& other,
+                                  double reach) {
+    std::vector<Index> near;
     const Range triangles = topology.bodies[static_cast<std::size_t>(body)].triangles;
     for (Index t = triangles.first; t < triangles.end(); ++t) {
-        const Corners corners = corners_of(topology, frame, t);
-        const Box box = box_of(corners);
-        if (gap(box, other) < reach) pieces.push_back({corners, box});
+        Box box;
+        bool is_somewhere = true;
+        for (const Vector3& corner : corners_of(topology, frame, t)) {
+            is_somewhere = is_somewhere && corner.allFinite();
+            box.add(corner);
+        }
+        if (is_somewhere && gap(box, other) < reach) near.push_back(t);
     }
-    return pieces;
+    return near;
 }
 
 Box box_of_body(const Topology& topology, const Frame& frame, Index body) {
@@ -62,14 +53,11 @@ void NearestApproach::look(const Topology& topology, const Frame& frame) {
         const Box around_a = box_of_body(topology, frame, a);
         const Box around_b = box_of_body(topology, frame, b);
         if (!(gap(around_a, around_b) < distance)) continue;
-        const std::vector<Piece> of_a = pieces_near(topology, frame, a, around_b, distance);
-        const std::vector<Piece> of_b = pieces_near(topology, frame, b, around_a, distance);
+        const SurfaceTree of_b(topology.triangles, triangles_near(topology, frame, b, around_a, distance),
+                               frame.position);
         double least = distance;
-        for (const Piece& one : of_a) {
-            for (const Piece& other : of_b) {
-                if (!(gap(one.box, other.box) < least)) continue;
-                least = std::min(least, std::sqrt(triangle_distance(one.corners, other.corners).squared_distance));
-            }
+        for (const Index one : triangles_near(topology, frame, a, around_b, distance)) {
+            least = of_b.distance_to(corners_of(topology, frame, one), least);
         }
         if (!(least < distance)) continue;
         distance = least;

@@ -270,6 +270,7 @@ Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limi
         if (limits.observe) limits.observe(simulation, row);
         record.rows.push_back(row);
     }
+    if (record.outcome.ok()) record.outcome = source->outcome();
     record.frames_hash = hash.text();
     record.summary = summarize(record.rows, {.mode = "replay"});
     between.add_to(record);
@@ -455,6 +456,7 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
                 pair.at(i).push_back(ns.at(i) / count);
             }
         }
+        if (record.outcome.ok()) record.outcome = frames->outcome();
     } catch (const std::exception& error) {
         record.outcome = {OutcomeKind::threw, error.what()};
     }

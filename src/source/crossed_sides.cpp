@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numeric>
+#include <optional>
+#include <utility>
 
 #include "geometry/signed_crossing.hpp"
-#include "geometry/triangle_distance.hpp"
 
 namespace trocar {
 namespace {
@@ -135,80 +136,56 @@ void CrossedSides::prepare(const Topology& topology, const FeatureMesh& mesh, co
     layers_.clear();
     layers_.reserve(256);
     crossed_.assign(at(topology.vertex_count), 0);
+    std::vector<std::optional<SurfaceTree>> surfaces(topology.bodies.size());
     for (const auto& [a, b] : topology.body_pairs) {
         for (const auto& [body, face_body] : {std::array{a, b}, std::array{b, a}}) {
-            if (topology.bodies[at(face_body)].closed) {
-                start_closed(topology, first, body, face_body);
+            const BodyRange& faces = topology.bodies[at(face_body)];
+            std::optional<SurfaceTree>& surface = surfaces[at(face_body)];
+            if (!surface) {
+                std::vector<Index> all(at(faces.triangles.count));
+                std::iota(all.begin(), all.end(), faces.triangles.first);
+                surface.emplace(topology.triangles, std::move(all), first.position);
+            }
+            if (faces.closed) {
+                start_closed(topology, first, *surface, body, face_body);
             } else {
-                start_open(topology, mesh, first, body, face_body);
+                start_open(topology, mesh, first, *surface, body, face_body);
             }
         }
     }
 }
 
-void CrossedSides::start_layer(const Topology& topology, const Frame& first, Index vertex, Index body, Index face_body,
-                               int count) {
-    Index nearest = -1;
-    double least = std::numeric_limits<double>::infinity();
-    const Vector3 x = first.position.col(vertex);
-    const Range triangles = topology.bodies[at(face_body)].triangles;
-    for (Index t = triangles.first; t < triangles.end(); ++t) {
-        const Corners corners = corners_from(topology, first.position, t);
-        const double distance = (point_at(corners, closest_point_on_triangle(corners, x)) - x).squaredNorm();
-        if (distance < least) {
-            least = distance;
-            nearest = t;
-        }
-    }
+void CrossedSides::start_layer(const Frame& first, const SurfaceTree& surface, Index vertex, Index body,
+                               Index face_body, int count) {
+    const Index nearest = surface.nearest(first.position.col(vertex));
     for (; nearest >= 0 && count > 0; --count) add({vertex, body, face_body, nearest, 1});
     for (; nearest >= 0 && count < 0; ++count) add({vertex, body, face_body, nearest, -1});
 }
 
-void CrossedSides::start_closed(const Topology& topology, const Frame& first, Index body, Index face_body) {
-    const Range triangles = topology.bodies[at(face_body)].triangles;
-    Box bounds;
-    for (Index t = triangles.first; t < triangles.end(); ++t) {
-        for (const Vector3& corner : corners_from(topology, first.position, t)) bounds.add(corner);
-    }
+/// What comes out of a closed surface on the way to a place far outside has been inside.
+void CrossedSides::start_closed(const Topology& topology, const Frame& first, const SurfaceTree& surface, Index body,
+                                Index face_body) {
+    // Askew, so that no way runs along the faces of a box.
+    const double size = (surface.box().max - surface.box().min).maxCoeff();
+    const Vector3 outwards = size * Vector3(2.0, 1.237e-3, -2.713e-3);
     const Range vertices = topology.bodies[at(body)].vertices;
     for (Index v = vertices.first; v < vertices.end(); ++v) {
         const Vector3 x = first.position.col(v) + hair;
         Box box;
         box.add(x);
-        if (!box.overlaps(bounds)) continue;
-        const auto count =
-            static_cast<int>(std::lround(winding_number(first.position, topology.triangles, triangles, x)));
-        if (count != 0) start_layer(topology, first, v, body, face_body, count);
+        if (!box.overlaps(surface.box())) continue;
+        const int count = -surface.crossings(x, x + outwards);
+        if (count != 0) start_layer(first, surface, v, body, face_body, count);
     }
 }
 
 /// Along the edges of the body from vertex to vertex: every edge that passes through the sheet changes the count. What
 /// hangs together is thus known up to one number, which the first edge through the sheet settles: its end on the
 /// declared side has count 0.
-void CrossedSides::start_open(const Topology& topology, const FeatureMesh& mesh, const Frame& first, Index body,
-                              Index face_body) {
-    const Range triangles = topology.bodies[at(face_body)].triangles;
-    std::vector<Box> boxes;
-    Box bounds;
-    for (Index t = triangles.first; t < triangles.end(); ++t) {
-        boxes.push_back(box_of(corners_from(topology, first.position, t)));
-        bounds.add(boxes.back().min);
-        bounds.add(boxes.back().max);
-    }
+void CrossedSides::start_open(const Topology& topology, const FeatureMesh& mesh, const Frame& first,
+                              const SurfaceTree& surface, Index body, Index face_body) {
     const auto crossings = [&](Index u, Index v) {
-        const Vector3 from = first.position.col(u) + hair;
-        const Vector3 to = first.position.col(v) + hair;
-        Box way;
-        way.add(from);
-        way.add(to);
-        int sum = 0;
-        if (!way.overlaps(bounds)) return sum;
-        for (Index t = triangles.first; t < triangles.end(); ++t) {
-            if (!way.overlaps(boxes[at(t - triangles.first)])) continue;
-            const Corners c = corners_from(topology, first.position, t);
-            sum += segment_crossing(from, to, c[0], c[1], c[2]);
-        }
-        return sum;
+        return surface.crossings(first.position.col(u) + hair, first.position.col(v) + hair);
     };
     const Range vertices = topology.bodies[at(body)].vertices;
     std::vector<int> count(at(vertices.count), 0);
@@ -239,7 +216,7 @@ void CrossedSides::start_open(const Topology& topology, const FeatureMesh& mesh,
         }
         for (const Index v : connected) {
             const int crossed = count[at(v - vertices.first)] - right;
-            if (crossed != 0) start_layer(topology, first, v, body, face_body, crossed);
+            if (crossed != 0) start_layer(first, surface, v, body, face_body, crossed);
         }
     }
 }

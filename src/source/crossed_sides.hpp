@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "contact/contact_set.hpp"
+#include "geometry/surface_tree.hpp"
 #include "source/feature_search.hpp"
 #include "source/partners.hpp"
 #include "source/tick_start.hpp"
@@ -29,8 +30,8 @@ struct CrossedLayer {
 /// counted once, whatever edge it passes.
 class CrossedSides {
 public:
-    /// Finds where everything is at the start: of closed surfaces by the winding number; a body that passes through an
-    /// open one belongs on the side that the scene declares (BodyRange::start_side). One full search; may take long.
+    /// Finds where everything is at the start: what has to come out of a closed surface to be far away is inside; a
+    /// body that passes through an open one belongs on the side that the scene declares (BodyRange::start_side).
     void prepare(const Topology& topology, const FeatureMesh& mesh, const Frame& first);
     /// Counts what tissue and hands did since the last tick: after it, sides are those of the start of this tick.
     void settle(const TickStart& start, const std::vector<PointFace>& near);
@@ -61,9 +62,11 @@ private:
     void cross(const PointFace& where, int crossings);
     void cross_once(const PointFace& where, int sign);
     void add(const CrossedLayer& layer);
-    void start_closed(const Topology& topology, const Frame& first, Index body, Index face_body);
-    void start_open(const Topology& topology, const FeatureMesh& mesh, const Frame& first, Index body, Index face_body);
-    void start_layer(const Topology& topology, const Frame& first, Index vertex, Index body, Index face_body,
+    void start_closed(const Topology& topology, const Frame& first, const SurfaceTree& surface, Index body,
+                      Index face_body);
+    void start_open(const Topology& topology, const FeatureMesh& mesh, const Frame& first, const SurfaceTree& surface,
+                    Index body, Index face_body);
+    void start_layer(const Frame& first, const SurfaceTree& surface, Index vertex, Index body, Index face_body,
                      int count);
 
     std::vector<CrossedLayer> layers_;

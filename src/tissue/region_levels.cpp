@@ -395,10 +395,10 @@ void RegionTissue::start() {
         }
         here.awake_nodes.clear();
     }
-    for (std::size_t level = 0; level < levels_.size(); ++level) {
+    // Vertices take theirs from the levels above whenever they are looked at in a new moment.
+    for (std::size_t level = 1; level < levels_.size(); ++level) {
         RegionLevel& here = levels_[level];
         here.displacement.setZero();
-        if (level == 0) continue;
         here.velocity.setZero();
         here.force.setZero();
     }

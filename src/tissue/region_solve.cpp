@@ -222,9 +222,9 @@ double RegionSystem::precondition(double by, const TickContacts& contacts) {
 double RegionSystem::step_length(double h, double downhill, double curvature) const {
     constexpr int most_steps = 60;
     constexpr double settled = 1e-12;
-    double low = 0.0;
-    double high = std::numeric_limits<double>::infinity();
     double step = 0.0;
+    double low = step;
+    double high = std::numeric_limits<double>::infinity();
     for (int n = 0; n < most_steps; ++n) {
         double slope = step * curvature - downhill;
         double bend = curvature;

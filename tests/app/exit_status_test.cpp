@@ -105,6 +105,19 @@ TEST_F(ExitStatus, RunIsThreeForAResponseThatFails) {
     EXPECT_NE((result.out + result.err).find("had enough"), std::string::npos) << result.out << result.err;
 }
 
+TEST_F(ExitStatus, ACertificateOfADetectorThatRefusesTellsTheRefusal) {
+    write("poke.json", test::poke_text());
+    const std::string study = write("study.json", R"({"format":"trocar-study-1","name":"refused",
+        "certificate":{"scenes":["poke.json"],"detectors":["liar:refuse=on"],"ticks":3}})");
+    const ProgramResult result = with_liars("study " + study + " --output " + file("out"));
+    std::ifstream lines(file("out") + "/records.jsonl");
+    int records = 0;
+    for (std::string line; std::getline(lines, line); ++records) {
+        EXPECT_NE(line.find("not this frame"), std::string::npos) << line;
+    }
+    EXPECT_EQ(records, 2) << "in two processes; " << result.out << result.err;
+}
+
 TEST_F(ExitStatus, ReportAgainstAnotherIsOneWhenAFigureOrARunHasChanged) {
     const auto folder_of = [this](const std::string& name, const std::vector<Record>& records) {
         std::filesystem::create_directories(folder_.path() / name);

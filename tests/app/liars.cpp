@@ -12,20 +12,22 @@ ResponseEntry none_response();
 
 namespace {
 
-/// Knows of no pair, or of the first triangle of each of the first two bodies alone.
+/// Knows of no pair, or of the first triangle of each of the first two bodies alone, or refuses every frame.
 class Liar final : public Detector {
 public:
-    explicit Liar(bool invents) : invents_(invents) {}
+    Liar(bool invents, bool refuses) : invents_(invents), refuses_(refuses) {}
     void prepare(const Topology& topology, const Frame& /*frame*/) override { topology_ = &topology; }
     void update(const Frame& /*frame*/, double /*reach*/) override {}
     void detect(const Frame& /*frame*/, ContactSet& contacts) override {
         contacts.clear();
+        if (refuses_) contacts.outcome = {OutcomeKind::unsupported, "not this frame"};
         if (!invents_) return;
         contacts.pairs.push_back({topology_->bodies[0].triangles.first, topology_->bodies[1].triangles.first});
     }
 
 private:
     bool invents_;
+    bool refuses_;
     const Topology* topology_ = nullptr;
 };
 
@@ -47,8 +49,11 @@ DetectorEntry blind_detector() {
             .configuration = "claims to be exact and answers nothing, or one pair that nobody has asked for",
             .claims_exact = true,
             .parameters =
-                {{.name = "invent", .type = Parameter::Type::choice, .default_value = "off", .choices = {"off", "on"}}},
-            .make = [](const ParameterValues& values) { return std::make_unique<Liar>(values.is("invent", "on")); }};
+                {{.name = "invent", .type = Parameter::Type::choice, .default_value = "off", .choices = {"off", "on"}},
+                 {.name = "refuse", .type = Parameter::Type::choice, .default_value = "off", .choices = {"off", "on"}}},
+            .make = [](const ParameterValues& values) {
+                return std::make_unique<Liar>(values.is("invent", "on"), values.is("refuse", "on"));
+            }};
 }
 
 ResponseEntry none_response() {

@@ -117,6 +117,23 @@ TEST(Respond, ClosedFormsWithOtherNumbersAreMet) {
            {"k_edges_tissue_triangle", {2.0, 4.0, 6.0}}}},
          {"expected", {{"k_average", 4.0}, {"F_on_A2", {1.0, 0.0, 0.0}}, {"t", {1.0, 0.0, 0.0}}}},
          {"tolerance", {{"rel", 1e-10}, {"abs", 1e-13}}}},
+        {{"id", "3.8-x"},  // without e nothing bounces
+         {"input",
+          {{"tri_instrument", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}},
+           {"PP", {0.2, 0.3, 0.25}},
+           {"PC", {0.2, 0.3, -0.25}},
+           {"vel_instrument", {{0, 0, 0.5}, {0, 0, 0.5}, {0, 0, 0.5}}},
+           {"V2", {0.1, 0.2, -2.0}}}},
+         {"expected", {{"P", {0.2, 0.3, 0.0}}, {"v_R", -2.5}, {"V2_after", {0.1, 0.2, 0.5}}, {"v_R_after", 0.0}}},
+         {"tolerance", {{"rel", 1e-12}, {"abs", 1e-12}}}},
+        {{"id", "3.11-x"},
+         {"input",
+          {{"tri_rigid", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}},
+           {"PP", {0.2, 0.3, 0.25}},
+           {"PC", {0.2, 0.3, -0.25}},
+           {"V", {0.1, 0.2, -2.0}}}},
+         {"expected", {{"V_after", {0.1, 0.2, 0.0}}, {"v_R_after", 0.0}}},
+         {"tolerance", {{"rel", 1e-12}, {"abs", 1e-12}}}},
         {{"id", "wrench-x"},
          {"input", {{"tip", {0, 0, 1}}, {"points", {{1, 0, 1}}}, {"forces", {{0, 2, 0}}}, {"trocar", {0, 0, 0}}}},
          {"expected", {{"M_about_tip", {0, 0, 2}}, {"F_tip_fulcrum", {0, 2, 0}}}}},
@@ -137,6 +154,20 @@ TEST(Respond, ClosedFormsWithOtherNumbersAreMet) {
     for (const Json& one : answer.json["cases"]) EXPECT_EQ(one["result"], "pass") << one.dump();
 }
 
+TEST(Respond, AStretchedChainWithAFreeEndIsHeldByItsLoad) {
+    // Masses 1 to 4 behind a fixed one, springs a ninth longer than at rest: the load that holds the free end leaves
+    // the chain its modes along itself, of which 2 sqrt(k/m) sin((2N-1)/(2N+1) pi/2) is the fastest. The integrator is
+    // run from there, so that a load the wrong way throws the chain about whatever the step.
+    const double omega = 2.0 * std::sqrt(150.0 / 0.003) * std::sin(7.0 / 9.0 * std::numbers::pi / 2.0);
+    const Json input{{"N", 4}, {"k", 150.0}, {"m", 0.003}, {"ends", "fixed-free"}, {"rest_length_over_length", 0.9}};
+    const Json expected{{"omega_max", omega}, {"dt_crit", 2.0 / omega}};
+    const Json tolerance{{"rel", 1e-9}, {"abs", 0}};
+    const Answer answer =
+        respond_to({{{"id", "stab-z"}, {"input", input}, {"expected", expected}, {"tolerance", tolerance}}});
+    EXPECT_EQ(answer.status, 0) << answer.err;
+    EXPECT_EQ(answer.json["cases"][0]["result"], "pass") << answer.json.dump();
+}
+
 TEST(Respond, WithoutExpectedTheCaseIsComputed) {
     const Json input{{"m1", 1.0}, {"m2", 3.0}, {"V1", {1, 0, 0}}, {"V2", {-1, 0, 0}}};
     const Answer answer = respond_to({{{"id", "3.17-mine"}, {"input", input}}});
@@ -144,6 +175,23 @@ TEST(Respond, WithoutExpectedTheCaseIsComputed) {
     EXPECT_EQ(answer.json["cases"][0]["result"], "computed");
     EXPECT_EQ(answer.json["cases"][0]["got"]["V1_after"], Json({-2.0, 0.0, 0.0}));
     EXPECT_EQ(answer.json["computed"], 1);
+}
+
+TEST(Respond, OneStepOfAnOscillatorTakesTheNewVelocityForTheNewPlace) {
+    // v = -h k x / m = -0.75 and x = 0.3 - 0.075: of 1.125 J, 0.6328125 J and 0.28125 J are left.
+    const Json input{{"m", 1.0}, {"k", 25.0}, {"h", 0.1}, {"x0", 0.3}, {"v0", 0.0}, {"steps", 1}};
+    const Json got = respond_to({{{"id", "osc-one"}, {"input", input}}}).json["cases"][0]["got"];
+    EXPECT_NEAR(got["energy_ratio_min"].get<double>(), 0.8125, 1e-12);
+    EXPECT_EQ(got["energy_ratio_max"].get<double>(), 1.0);
+}
+
+TEST(Respond, FastestModeOfASquareWithOneDiagonalIsThatOfItsSprings) {
+    // The products of the springs' directions where they meet: 2 of each with itself, and sqrt(1/2) of the diagonal
+    // with each of the four sides, which are perpendicular to each other. Largest eigenvalue: 2 + sqrt(4 / 2).
+    const Json input{{"n", 2}, {"spacing", 0.01}, {"k", 5.0}, {"m", 0.002}};
+    const Json got = respond_to({{{"id", "stab-square"}, {"input", input}}}).json["cases"][0]["got"];
+    EXPECT_EQ(got["edge_count"], 5);
+    EXPECT_NEAR(got["omega_max"].get<double>(), std::sqrt((2.0 + std::sqrt(2.0)) * 5.0 / 0.002), 1e-6);
 }
 
 TEST(Respond, ResultBeyondADoubleHasAName) {

@@ -355,6 +355,24 @@ TEST(OhcClustered, ContactThatWandersIsAnsweredAllTheWay) {
     }
 }
 
+TEST(OhcClustered, WhatComesFromAfarMeetsWhatHasNeverMoved) {
+    // The shaft is the larger of the two: it flies across ten cells of its own length to a slab that stays in the cells
+    // of the first tick.
+    World world = make_world("from afar", {{BodyKind::instrument, shaft(0.004, 0.1, 12, 30).move({-1.0, 0.0, -0.004})},
+                                           {BodyKind::tissue, slab(0.05, 0.01, 10).shake(0.0003, 3)}});
+    const auto detector = make_detector("ohc_clustered", {});
+    detector->prepare(world.topology, world.frame);
+    EXPECT_EQ(tick(*detector, world.frame).pairs.size(), 0U);
+    const Range shaft_vertices = world.topology.bodies[0].vertices;
+    for (int step = 0; step < 4; ++step) {
+        world.frame.position.middleCols(shaft_vertices.first, shaft_vertices.count).row(0).array() += 0.25;
+        world.frame.moved = std::vector<Range>{shaft_vertices};
+        const auto expected = answer(world, {}, "brute_force").pairs;
+        EXPECT_EQ(expected.size() > 5, step == 3);
+        EXPECT_EQ(tick(*detector, world.frame).pairs, expected) << step;
+    }
+}
+
 TEST(OhcClustered, FarAwayTinyAndHugeScenesAreAnswered) {
     for (const double scale : {1e-300, 1e-160, 1e-12, 1.0, 1e12, 1e150, 1e300}) {
         for (const double offset : {0.0, 1e3, 1e6}) {

@@ -215,6 +215,22 @@ TEST_P(Swept, LimitsAreKeptAndTold) {
     EXPECT_EQ(answer(world, GetParam(), {{"max_pairs", "100000"}}).swept.size(), whole.swept.size());
 }
 
+TEST(OhcSwept, APairIsAsMuchWorkWithoutLimitsAsUnderOneThatCutsNothing) {
+    // Two ways through the code, of which the limited one spends a unit before each step: budgets are chosen by the
+    // work that runs without limits tell.
+    World world = make_world(
+        "pair", {{BodyKind::instrument, triangle({0.001, 0.002, -0.002}, {0.003, 0.002, 0.01}, {0.001, 0.004, 0.01})},
+                 {BodyKind::tissue, triangle({-0.01, -0.01, 0.0}, {0.02, -0.01, 0.0}, {-0.01, 0.02, 0.0})}});
+    arriving(world, 0, {0.0, 0.0, -0.008});
+    const ContactSet whole = answer(world, "ohc");
+    ASSERT_EQ(whole.swept.size(), 1U);
+    const ContactSet limited = answer(world, "ohc", {{"max_pairs", "100"}});
+    ASSERT_EQ(limited.swept.size(), 1U);
+    ASSERT_FALSE(limited.truncated);
+    EXPECT_EQ(whole.work.box_tests, limited.work.box_tests);
+    EXPECT_EQ(whole.work.work(), limited.work.work());
+}
+
 TEST(OhcSwept, NoSettingChangesTheAnswer) {
     for (const World& world : fast_scenes()) {
         const std::size_t expected = answer(world, "ohc").swept.size();

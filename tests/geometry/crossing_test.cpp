@@ -283,6 +283,20 @@ TEST(Moller, IsRightOnGenericPairsOfFiveMillimetres) {
     EXPECT_LE(wrong, 2);
 }
 
+TEST(Moller, AnEdgeInTheOthersPlaneMeetsItWhereItRunsThroughItAlone) {
+    // In the plane of the face, along y = 1 mm, where the face reaches from x = 0 to 3 mm. Seen from above the triangle
+    // that stands on the edge overlaps the face in any case.
+    const Corners flat = test::scaled({Vector3(0, 0, 0), Vector3(4, 0, 0), Vector3(0, 4, 0)}, 1e-3);
+    for (const double begin : {1.0, 10.0}) {
+        const Corners standing = test::scaled({Vector3(1, 1.5, 3), Vector3(begin, 1, 0), Vector3(20, 1, 0)}, 1e-3);
+        for (const auto& order : test::corner_orders) {
+            const Corners turned = test::reordered(standing, order);
+            EXPECT_EQ(moller_intersect(flat, turned), begin < 3.0) << begin;
+            EXPECT_EQ(moller_intersect(turned, flat), begin < 3.0) << begin;
+        }
+    }
+}
+
 TEST(Moller, FailsWhereTheReferenceFails) {
     // 1 µm triangles: all distances are below the absolute epsilon, so that crossing at a right angle looks coplanar.
     const Corners small{Vector3(-1e-6, -1e-6, 0), Vector3(1e-6, -1e-6, 0), Vector3(0, 1e-6, 0)};

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <boost/multiprecision/cpp_int.hpp>
 #include <cstdint>
 
@@ -64,6 +65,23 @@ TEST(Orientation, EqualsIntegerArithmeticOnNearlyCoplanarPoints) {
         ASSERT_EQ(orientation_sign(vector_of(p[0]), vector_of(p[1]), vector_of(p[2]), vector_of(p[3])), truth);
     }
     EXPECT_GT(zeros, 100);
+}
+
+TEST(Orientation, RoundingOfOneLargeProductIsNotTakenForASign) {
+    // n² - (n + 1)(n - 1) = 1, but rounded to doubles the two products are 256 apart: n² = 256 k + 129 goes up, and
+    // 256 k + 128 to the even k. Times the 2^30 of the far point that outweighs -16 (n - 1), which decides.
+    constexpr std::int64_t far = std::int64_t{1} << 30;
+    constexpr std::int64_t n = far + 65;
+    static_assert(far - 16 * (n - 1) < 0);
+    std::array<std::array<std::int64_t, 3>, 4> p{};
+    p[0] = {0, 16, far};
+    p[1] = {n, n + 1, -1};
+    p[2] = {n - 1, n, 0};
+    for (int turn = 0; turn < 3; ++turn) {
+        ASSERT_EQ(integer_orientation(p), -1);
+        EXPECT_EQ(orientation_sign(vector_of(p[0]), vector_of(p[1]), vector_of(p[2]), vector_of(p[3])), -1) << turn;
+        std::rotate(p.begin(), p.begin() + 1, p.begin() + 3);
+    }
 }
 
 TEST(Orientation, IsExactAtTheEndsOfTheExponentRange) {

@@ -109,6 +109,8 @@ TEST_F(MeshRead, ObjNamesTheLineOfBadInput) {
     expect_refused("a.obj", vertices + "f 1 2\n", "line 4: expected a face of at least 3 corners, got 2");
     expect_refused("a.obj", vertices + "f 1 2 3.5\n", "'3.5'");
     expect_refused("a.obj", vertices + "f 1 2 x\n", "'x'");
+    expect_refused("a.obj", vertices + "f 1/1 2/2 3/x\n",
+                   "line 4: expected a vertex number i, i/j, i//k or i/j/k, got '3/x'");
     expect_refused("a.obj", "v 0 0 nan\n", "line 1: expected a finite number, got 'nan'");
     expect_refused("a.obj", "\n\nv 0 inf 0\n", "line 3: expected a finite number, got 'inf'");
     expect_refused("a.obj", "v 0 1e999 0\n", "line 1: expected a finite number, got '1e999'");

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <random>
 
+#include "measure/body_surface.hpp"
 #include "measure/surface_distance.hpp"
 #include "measure/vertical_crossings.hpp"
 #include "support/random_vectors.hpp"
@@ -654,6 +655,32 @@ TEST(DepthTruth, NonFiniteFrameHasNoAnswerAndLeavesNoTrace) {
     EXPECT_EQ(truth.measure(broken).wrong_side, -1);
     world.place({0, 0, -0.02});
     EXPECT_NEAR(truth.measure(world.frame).max_depth, 0.01, 1e-15);
+}
+
+TEST(BodySurface, AreaSamplesOfATriangleAreRobertsSequenceFolded) {
+    // 1/2 + n (1/g, 1/g²) modulo 1 from n = 1 on, where g³ = g + 1 (Roberts 2018); beyond the diagonal turned round.
+    double g = 1.0;
+    for (int i = 0; i < 60; ++i) g = std::cbrt(1.0 + g);
+    Triangles one(3, 1);
+    one.col(0) << 0, 1, 2;
+    const Topology topology = make_topology(
+        {Body{.name = "one", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = one}});
+    Matrix3X position = Matrix3X::Zero(3, 3);
+    position(0, 1) = 1.0;
+    position(1, 2) = 1.0;
+    constexpr int count = 20;
+    const BodySurface surface(topology, 0, position, position, count);
+    ASSERT_EQ(surface.sample_count(), surface.vertex_count() + static_cast<std::size_t>(count));
+    for (int n = 1; n <= count; ++n) {
+        double x = std::fmod(0.5 + n / g, 1.0);
+        double y = std::fmod(0.5 + n / (g * g), 1.0);
+        if (x + y > 1.0) {
+            x = 1.0 - x;
+            y = 1.0 - y;
+        }
+        const Vector3 point = surface.point(surface.vertex_count() + static_cast<std::size_t>(n - 1));
+        EXPECT_LT((point - Vector3(x, y, 0.0)).norm(), 1e-13) << n;
+    }
 }
 
 TEST(SurfaceDistance, TreeAgreesWithEveryTriangle) {

@@ -113,6 +113,23 @@ TEST(Overlap, BodyInASlotComesOutIntoTheSlot) {
     EXPECT_NEAR(stuck.min_translation, 2.0 - -0.95, 1e-12) << "up through the upper wall";
 }
 
+TEST(Overlap, WhatTheFirstLineAloneMeetsHasToComeOutToo) {
+    // A plate 0.1 deep in a floor, with a pin at the corner with the lowest coordinates that goes 1 deep and is as wide
+    // as lines are apart. Walls around the plate leave it no way but up, which the pin makes 1 long.
+    constexpr double pin = 10.0 / overlap_lines;
+    constexpr double gap = 0.05;
+    Solid plate = block({0, 0, -0.1}, {10, 10, 2});
+    plate.add(block({0, 0, -1}, {pin, pin, 0}));
+    Solid well = block({-50, -50, -50}, {50, 50, 0});
+    well.add(block({-50, -50, -1}, {-gap, 50, 50}));
+    well.add(block({10 + gap, -50, -1}, {50, 50, 50}));
+    well.add(block({-gap, -50, -1}, {10 + gap, -gap, 50}));
+    well.add(block({-gap, 10 + gap, -1}, {10 + gap, 50, 50}));
+    const Overlap overlap = overlap_of(plate, well);
+    EXPECT_NEAR(overlap.min_translation, 1.0, 1e-12);
+    EXPECT_LT((overlap.direction - Vector3(0, 0, 1)).norm(), 1e-12);
+}
+
 TEST(Overlap, ContainedBodyCountsWhole) {
     const Overlap overlap = overlap_of(block({-0.1, -0.2, -0.3}, {0.1, 0.2, 0.3}), block({-1, -1, -1}, {1, 1, 1}));
     EXPECT_NEAR(overlap.volume, 0.2 * 0.4 * 0.6, 1e-3 * 0.048);

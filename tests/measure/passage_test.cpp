@@ -122,6 +122,23 @@ TEST(PassageTruth, TwoShaftsThatChangeSidesCountHoweverLongTheirEdges) {
     }
 }
 
+TEST(PassageTruth, TheRimOfASheetThroughABarCountsBetweenTwoOfItsVertices) {
+    // The sheet stands on edge with one rim or the other at z = 0, the rim's vertices at 10 and 30 mm to both sides; a
+    // flat bar of 6 x 2 mm comes down over the middle of the rim, 4 mm deep at last, and meets nothing else of it.
+    for (const int turn : {90, -90}) {
+        EXPECT_EQ(passages_of(test::scene_from_text(fmt::format(
+                      R"({{"format":"trocar-scene-1","name":"rim","unit":"m","dt":0.001,"ticks":105,"seed":1,"bodies":[
+          {{"name":"sheet","kind":"rigid","closed":false,"pose":[0,0,-0.015,{},0,0],
+            "parts":[{{"shape":"sheet","size":[0.06,0.03],"edge":0.02}}]}},
+          {{"name":"bar","kind":"instrument","closed":true,
+            "parts":[{{"shape":"box","size":[0.006,0.06,0.002],"edge":0.02}}],
+            "motion":{{"drive":"prescribed","keys":[{}]}}}}]}})",
+                      turn, keys_text({{0, 0, 0.003}, {0.1, 0, -0.004}}, 0.001, "0,0,0")))),
+                  1)
+            << turn;
+    }
+}
+
 TEST(PassageTruth, AnOpenSheetIsPassedOnlyWhenTheToolIsWhollyBehindIt) {
     const auto scene = [](double lowest) {
         return test::scene_from_text(fmt::format(

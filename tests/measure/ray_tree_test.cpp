@@ -239,6 +239,35 @@ TEST(RayTree, VisitsEveryTriangleThatASegmentMeetsOnce) {
     EXPECT_LT(visited_in_all, 40 * met);
 }
 
+TEST(RayTree, OfTrianglesThatStandBehindOthersItIsTheSame) {
+    std::mt19937_64 random(4);
+    RaySurface surface = shaft(60, 12, 0.1);
+    const Index count = surface.count();
+    // In no order: neighbours on the list are none in space.
+    for (Index t = count - 1; t > 0; --t) {
+        const auto other = static_cast<Index>(random() % static_cast<std::uint64_t>(t + 1));
+        surface.triangles.col(t).swap(surface.triangles.col(other));
+    }
+    const Index before = count / 2;
+    Triangles all(3, before + count);
+    all << surface.triangles.leftCols(before), surface.triangles;
+    RayTree alone;
+    RayTree behind;
+    alone.prepare(surface.triangles, {0, count}, surface.position);
+    behind.prepare(all, {before, count}, surface.position);
+    RayWork of_alone;
+    RayWork of_behind;
+    for (const Vector3& p : asked_points(surface, random)) {
+        const int expected = crossings_one_by_one(surface, p);
+        EXPECT_EQ(alone.crossings(surface.triangles, surface.position, p, &of_alone), expected);
+        EXPECT_EQ(behind.crossings(all, surface.position, p, &of_behind), expected);
+    }
+    EXPECT_EQ(of_behind.nodes, of_alone.nodes);
+    EXPECT_EQ(of_behind.triangles, of_alone.triangles);
+    EXPECT_EQ(of_behind.rim_edges, of_alone.rim_edges);
+    EXPECT_EQ(behind.rim_edge_count(), alone.rim_edge_count());
+}
+
 /// Work of one question on average, and what is held per triangle.
 struct Cost {
     double asked = 0.0;

@@ -440,6 +440,10 @@ TEST(BuildReference, PlateOnSpringsHasItsClosedFormAnOrderAndAnAnswerAboutStrain
         EXPECT_LE(hard.strain_range[0], hard.max_strain);
         EXPECT_GE(hard.strain_range[1], hard.max_strain);
         EXPECT_EQ(reference.equal_k.clears_within_strain_limit, std::nullopt);
+        // The plan's 10 um, halved where no order showed; the report has the same as text.
+        EXPECT_TRUE(hard.rest_gap == 1e-5 || hard.rest_gap == 0.5e-5) << hard.rest_gap;
+        const std::string as_text = hard.rest_gap == 1e-5 ? "rest gap 10 um" : "rest gap 5 um";
+        EXPECT_NE(reference.origin.at("settings").find(as_text), std::string::npos) << reference.origin.at("settings");
     }
 }
 

@@ -54,6 +54,21 @@ TEST(ScatterChart, NamesAreEscaped) {
     EXPECT_NE(draw(scatter).find("<title>a &lt; b &amp; c</title>"), std::string::npos);
 }
 
+TEST(DotChart, AllMarksOfACategoryStandAboveThoseOfTheNext) {
+    DotChart dots;
+    dots.x_title = "t";
+    dots.categories = {"upper", "lower"};
+    for (int count = 1; count <= 8; ++count) {
+        const std::string number = std::to_string(count);
+        dots.series.push_back({.name = "s" + number,
+                               .style = {},
+                               .dots = {DotChart::Dot{.value = 1.0, .name = "upper" + number},
+                                        DotChart::Dot{.value = 10.0, .name = "lower" + number}}});
+        const std::string svg = draw(dots);
+        EXPECT_LT(attribute(svg, "circle", "upper" + number, "cy"), attribute(svg, "circle", "lower1", "cy")) << count;
+    }
+}
+
 TEST(BarChart, LengthsAreProportional) {
     const std::string svg = draw(
         BarChart{.x_title = "t", .parts = {"p"}, .bars = {{.name = "x", .parts = {10}}, {.name = "y", .parts = {30}}}});

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <random>
 
@@ -132,6 +133,29 @@ TEST(LatexTables, WideOnesRepeatTheirFirstColumnAndLongOnesTheirHead) {
     EXPECT_EQ(count("12.345"), 1400U) << "every number once";
     EXPECT_EQ(count("\\begin{tabular}"), count("method &")) << "a head for every piece";
     EXPECT_GT(count("\\begin{tabular}"), count("hold &") / 100) << "pages may break";
+}
+
+TEST(LatexTables, SignsGetTheRoomThatComputerModernGivesThem) {
+    // Of cmsy8: 14 units of 17/36 pt for relations and operations, 18 for arrows and infinity (its parameter file).
+    constexpr double line = 229.0;  // pt, what latex_table sets for
+    constexpr double unit = 17.0 / 36.0;
+    const auto room_of = [](const std::string& cell) {
+        Table table{.caption = "t", .columns = {{"", false}}, .rows = {}, .note = ""};
+        table.rows.push_back({.cells = {cell}});
+        const std::string text = latex_table(table);
+        const std::size_t place = text.find("}p{");
+        return place == std::string::npos ? std::nan("") : line * std::stod(text.substr(place + 3));
+    };
+    const auto expect_room = [&](const char* sign, double units) {
+        constexpr int count = 8;
+        std::string cell;
+        for (int i = 0; i < count; ++i) cell += sign;
+        constexpr double rounding = 0.05;  // pt, shares of the line have four digits
+        EXPECT_GE(room_of(cell), count * units * unit - rounding) << sign << " does not fit";
+        EXPECT_LE(room_of(cell), count * (units * unit + 0.1) + rounding) << sign << ": rounded up to a tenth";
+    };
+    for (const char* sign : {"≤", "≥", "≈", "≠", "×", "÷", "±", "−"}) expect_room(sign, 14.0);
+    for (const char* sign : {"→", "↔", "∞"}) expect_room(sign, 18.0);
 }
 
 TEST(LatexTables, FilesAreNamedByTheirCaptions) {

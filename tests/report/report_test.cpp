@@ -829,6 +829,25 @@ TEST(Report, WhereASwitchActsIsToldAndAStatedSilenceIsHeldAgainstTheRuns) {
               std::string::npos);
 }
 
+TEST(Report, ASwitchAfterWhichAFigureIsNotKnownAnyMoreActs) {
+    const auto run = [](const std::string& knob, const std::string& point) {
+        return synthetic({.mode = "ablation", .response = "old", .state_hash = "a", .knob = knob, .point = point});
+    };
+    std::vector<Record> records{run("", "from"), run("x", "from with on")};
+    const auto where = [&records](bool is_known_without, bool is_known_with) {
+        for (Record& record : records) record.summary.erase("force_error_rms_hard");
+        if (is_known_without) records[0].summary["force_error_rms_hard"] = 0.1;
+        if (is_known_with) records[1].summary["force_error_rms_hard"] = 0.1;
+        return test::whole(make_report(records));
+    };
+    for (const bool is_known : {false, true}) {
+        const std::string same = where(is_known, is_known);
+        EXPECT_NE(same.find("| nowhere | no effect | 1 of 1 |"), std::string::npos) << same;
+        const std::string other = where(is_known, !is_known);
+        EXPECT_NE(other.find("| I2T: poke | below the floors | 0 of 1 |"), std::string::npos) << other;
+    }
+}
+
 TEST(Report, ARivalLeftOutIsOneOfTheThingsThatAreChanged) {
     // Least left: mine, then theirs; the third detector is behind both.
     const Report report = make_report({synthetic({.detector = "mine", .left_mm = 0.1}),

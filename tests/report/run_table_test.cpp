@@ -106,6 +106,7 @@ TEST(ResultsCsv, MethodsAndParametersAreColumnsOfTheirOwn) {
     EXPECT_EQ(column("detector.update"), (std::vector<std::string>{"", "refit", ""}));
     EXPECT_EQ(column("response"), (std::vector<std::string>{"push", "push", "push"}));
     EXPECT_EQ(column("response.k"), (std::vector<std::string>{"", "", "200"}));
+    EXPECT_EQ(column("contacts"), (std::vector<std::string>{"canonical", "canonical", "canonical"}));
     EXPECT_EQ(column("device.saturation"), (std::vector<std::string>{"", "", "3"}));
     EXPECT_EQ(column("overrides.k"), (std::vector<std::string>{"", "", "400"}));
     EXPECT_EQ(column("outcome"), (std::vector<std::string>{"ok", "ok", "threw"}));

@@ -233,6 +233,30 @@ TEST(GodObject, StartsOutsideABodyThatTheDeviceStartsIn) {
     EXPECT_LT((proxy - Vector3(0.001, 0.002, r)).norm(), 1e-9);
 }
 
+TEST(GodObject, StartsWithinItsRadiusOfADeviceThatIsExactlyOnTheSurface) {
+    // Powers of two, so that the point of the face that is nearest to the device is the device itself: no way out has a
+    // direction.
+    constexpr double half = 1.0 / 64.0;
+    Bone bone(box_mesh(Vector3(-half, -half, -half), Vector3(half, half, 0.0), 1));
+    const Vector3 device(half / 4.0, -half / 2.0, 0.0);
+    ASSERT_EQ(bone.distance(device), 0.0);
+    EXPECT_LE((bone.follow(device) - device).norm(), r * (1.0 + 1e-9));
+}
+
+TEST(GodObject, LeavesASurfaceOnWhichTheDeviceStarted) {
+    constexpr double half = 1.0 / 64.0;
+    for (const bool closed : {true, false}) {
+        // Half a rounding step beside the face, too, the way out is that of its front and not that of rounding.
+        for (const double beside : {0.0, -1e-18, 1e-18}) {
+            Bone bone(box_mesh(Vector3(-half, -half, -half), Vector3(half, half, 0.0), 1), closed);
+            const Vector3 device(half / 4.0, -half / 2.0, beside);
+            EXPECT_LT((bone.follow(device) - device - Vector3(0.0, 0.0, r)).norm(), 1e-3 * r) << closed << beside;
+            const Vector3 away = device + Vector3(0.0, 0.0, 4.0 * r);
+            EXPECT_LT((bone.follow(away) - away).norm(), 1e-12) << closed << beside;
+        }
+    }
+}
+
 TEST(GodObject, IsNeverInsideOnRandomWalksThatAimAtEdgesAndVertices) {
     std::vector<Mesh> bodies{box_mesh(Vector3(-0.01, -0.01, -0.01), Vector3(0.01, 0.01, 0.01), 3),
                              test::make_shaft(0.008, 0.03, 7, 0.01)};

@@ -224,6 +224,60 @@ TEST(Grasp, OneJawIsEnoughForTheThesisAndNotForTheCorrection) {
     }
 }
 
+TEST(Grasp, JawsThatAreBodiesOfOneInstrumentCloseTogetherAndThoseOfTwoDoNot) {
+    // One jaw above and one below a tissue corner; both jaws must touch it.
+    for (const bool is_one : {true, false}) {
+        Triangles face(3, 1);
+        face << 0, 1, 2;
+        const Topology topology = make_topology(
+            {Body{.name = "upper",
+                  .kind = BodyKind::instrument,
+                  .instrument = "grasper",
+                  .vertex_count = 3,
+                  .triangles = face},
+             Body{.name = "lower",
+                  .kind = BodyKind::instrument,
+                  .instrument = is_one ? "grasper" : "hook",
+                  .vertex_count = 3,
+                  .triangles = face},
+             Body{.name = "tissue", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = face}});
+        Materials materials;
+        materials.pinned.assign(9, 0);
+        materials.mass.assign(9, 1e-4);
+        materials.area.assign(9, 0.0);
+        materials.tip.assign(3, Vector3::Zero());
+        Frame frame;
+        frame.position.resize(3, 9);
+        frame.position.col(0) = Vector3(0.0, 0.0, 0.0005);
+        frame.position.col(1) = Vector3(-0.001, 0.0, 0.01);
+        frame.position.col(2) = Vector3(0.0, 0.001, 0.01);
+        frame.position.col(3) = Vector3(0.0, 0.0, -0.0005);
+        frame.position.col(4) = Vector3(-0.001, 0.0, 0.008);
+        frame.position.col(5) = Vector3(0.0, -0.001, 0.008);
+        frame.position.col(6) = Vector3::Zero();
+        frame.position.col(7) = Vector3(0.05, 0.0, 0.0);
+        frame.position.col(8) = Vector3(0.0, 0.05, 0.0);
+        frame.pose.assign(3, {});
+        ContactSet contacts;
+        for (const Index jaw : {0, 1}) {
+            Contact contact;
+            contact.a = contact.body_a = jaw;
+            contact.b = contact.body_b = 2;
+            contact.kind = ContactCase::coplanar;
+            contact.normal = jaw == 0 ? Vector3(-Vector3::UnitZ()) : Vector3(Vector3::UnitZ());
+            contacts.contacts.push_back(contact);
+        }
+        Grasp grasp;
+        grasp.prepare(topology, materials, {.both_jaws = true});
+        grasp.remember(frame);
+        for (Pose& pose : frame.pose) pose.jaw = 0.1;
+        grasp.update(topology, materials, frame, contacts);
+        ASSERT_EQ(grasp.held().size(), is_one ? 1U : 0U);
+        EXPECT_EQ(grasp.holds(6, 0), is_one);
+        EXPECT_EQ(grasp.holds(6, 1), is_one) << "what one part holds, no part pushes away";
+    }
+}
+
 TEST(Grasp, ReleasedVertexComesToRest) {
     for (const char* method : {"thesis", "thesis:profile=corrected"}) {
         Bench bench(method);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "respond/common.hpp"
+#include "respond/contact_reduction.hpp"
 #include "support/response_samples.hpp"
 #include "tissue/mass_spring.hpp"
 
@@ -60,6 +61,18 @@ TEST(ThesisInstruments, CrossingEdgesFollow35) {
     s.respond("thesis:k=500");
     EXPECT_LT((s.shown_force(1) - Vector3(62.5, 0, 0)).norm(), 1e-10);
     EXPECT_LT((s.shown_force(0) + Vector3(62.5, 0, 0)).norm(), 1e-10);
+}
+
+TEST(ContactReduction, CrossingEdgesAreNamedByTheirEndsWhateverTheOrderOfCorners) {
+    // Both triangles cut the x axis: the edge of vertices 3 and 4 at 0.375, that of 0 and 1 at 0.5.
+    PairSample s = edges_crossing(BodyKind::instrument, BodyKind::tissue);
+    for (int turn = 0; turn < 3; ++turn) {
+        EXPECT_EQ(name_edges(s.topology, s.frame, s.contacts.contacts[0]), (EdgeKey{0, 1, 3, 4})) << turn;
+        for (Index t = 0; t < 2; ++t) {
+            const Triangles before = s.topology.triangles.col(t);
+            s.topology.triangles.col(t) << before(1, 0), before(2, 0), before(0, 0);
+        }
+    }
 }
 
 TEST(ThesisTissue, InstrumentVertexFollows36WithTheStiffnessOfTheNearestVertex) {

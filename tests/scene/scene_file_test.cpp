@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <regex>
 #include <set>
 
@@ -453,6 +454,29 @@ TEST_F(SceneFile, ASeamOfVerticesStoredTwiceIsNoHole) {
     Json document = example();
     document[Pointer("/bodies/1/parts/0")] = {{"mesh", "shaft.obj"}};
     EXPECT_TRUE(read(document).topology.bodies[0].closed);
+}
+
+TEST_F(SceneFile, AClosedMeshMakesAClosedBodyHoweverManyTrianglesItHas) {
+    // Two pyramids on the two sides of one polygon.
+    Json document = example();
+    document[Pointer("/bodies/0/parts/0/edge")] = 0.02;
+    document["bodies"][1].erase("closed");
+    document[Pointer("/bodies/1/parts/0")] = {{"mesh", "pyramids.obj"}};
+    for (int sides = 3; sides < 40; ++sides) {
+        std::ofstream obj(folder.path() / "pyramids.obj");
+        obj << "v 0 0 0.1\nv 0 0 -0.1\n";
+        for (int i = 0; i < sides; ++i) {
+            const double angle = 2.0 * std::numbers::pi * i / sides;
+            obj << "v " << 0.1 * std::cos(angle) << " " << 0.1 * std::sin(angle) << " 0\n";
+        }
+        for (int i = 0; i < sides; ++i) {
+            const int from = 3 + i;
+            const int to = 3 + (i + 1) % sides;
+            obj << "f 1 " << from << " " << to << "\nf 2 " << to << " " << from << "\n";
+        }
+        obj.close();
+        EXPECT_TRUE(read(document).topology.bodies[0].closed) << sides;
+    }
 }
 
 /// A plate of 100 x 100 x 6 mm as the text of an OBJ file, with the given triangles in place of its own.

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "scene/recording.hpp"
+#include "simulate/runs.hpp"
 #include "support/scene_samples.hpp"
 
 namespace trocar {
@@ -36,6 +39,30 @@ TEST(SceneFrames, TissueGivesWayToTheTool) {
         const auto z = frame.position.row(2).segment(body.vertices.first, body.vertices.count);
         EXPECT_LT(z.minCoeff(), -0.0005);
         EXPECT_GT(z.minCoeff(), -0.0035);
+    }
+}
+
+TEST(SceneFrames, ThatCannotBeMadeToTheEndAreToldByEveryRunThatIsGivenThem) {
+    Scene scene = test::scene_from_text(test::poke_text());
+    for (const BodyRange& body : scene.topology.bodies) {
+        if (body.kind != BodyKind::tissue) continue;
+        scene.first.position(2, body.vertices.first + body.vertices.count / 2) = std::nan("");
+    }
+    const auto source = scene_frames(scene, 60);
+    Frame frame;
+    EXPECT_TRUE(source->outcome().ok());
+    EXPECT_FALSE(source->next(frame));
+    EXPECT_EQ(source->outcome().kind, OutcomeKind::not_finite);
+    EXPECT_TRUE(source->outcome().message.starts_with("no frame after 0 of 60: ")) << source->outcome().message;
+    for (const auto& [mode, response] : {std::pair{"replay", ""}, {"certificate", ""}, {"triangle_pair", "penalty"}}) {
+        RunSpec spec;
+        spec.mode = mode;
+        spec.detector = *response == '\0' ? "brute_force" : "";
+        spec.response = response;
+        spec.ticks = 60;
+        const Record record = make_run(scene, spec);
+        EXPECT_EQ(record.outcome.kind, OutcomeKind::not_finite) << mode << ": " << record.outcome.message;
+        EXPECT_TRUE(record.rows.empty()) << mode;
     }
 }
 

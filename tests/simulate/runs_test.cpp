@@ -312,8 +312,14 @@ TEST(TrianglePairs, WithTheTestTakesLongerOnTheSamePairs) {
     EXPECT_GT(record.summary.at("iterations"), 100.0);
     EXPECT_GT(record.summary.at("pairs_per_iteration"), 1.0);
     std::int64_t answered = 0;
-    for (const StepRow& row : record.rows) answered += row.pairs - row.skipped;
+    double pairs = 0.0;
+    for (const StepRow& row : record.rows) {
+        answered += row.pairs - row.skipped;
+        pairs += static_cast<double>(row.pairs);
+    }
     EXPECT_GT(answered, 0) << "the time of who answers nothing";
+    EXPECT_NEAR(record.summary.at("pairs_mean"), pairs / static_cast<double>(record.rows.size()), 1e-9)
+        << "figures of the rows, as in any run";
     EXPECT_GT(record.summary.at("without_per_pair_median_ns"), 0.0);
     EXPECT_GT(record.summary.at("with_per_iteration_median_ns"), record.summary.at("without_per_iteration_median_ns"));
     EXPECT_TRUE(std::isnan(record.summary.at("with_per_pair_p99_ns"))) << "n too small";

@@ -7,6 +7,7 @@
 #include "geometry/input_error.hpp"
 #include "method/registry.hpp"
 #include "simulate/frame_source.hpp"
+#include "simulate/reach.hpp"
 #include "support/scene_samples.hpp"
 
 namespace trocar {
@@ -269,6 +270,41 @@ TEST(Simulation, NoStageOfOursAllocatesAfterWarmUp) {
             }
             EXPECT_EQ(allocations, 0) << detector.name << " + " << response.name;
         }
+    }
+}
+
+TEST(Reach, IsTheMarginDoubledUntilItHoldsWhatMayCome) {
+    // One triangle of tissue with sides of 3, 4 and 5 mm: a mean edge of 4 mm, a margin of 1 mm.
+    Triangles one(3, 1);
+    one.col(0) << 0, 1, 2;
+    Scene scene;
+    scene.topology = make_topology(
+        {Body{.name = "one", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = one}});
+    scene.first.position = Matrix3X::Zero(3, 3);
+    scene.first.position(0, 1) = 0.003;
+    scene.first.position(1, 2) = 0.004;
+    const Reach reach(scene, 0.25);
+    EXPECT_NEAR(reach.edge(), 0.004, 1e-15);
+    struct Case {
+        double led, tissue, deep;  // mm
+        double reach;              // mm
+        bool is_cut;
+    };
+    for (const Case& one_case : {Case{0.0, 0.0, 0.0, 1.0, false},
+                                 {0.0, 0.5, 0.0, 2.0, false},
+                                 {0.5, 0.0, 0.0, 2.0, false},
+                                 {0.0, 0.0, 0.5, 2.0, false},
+                                 {0.2, 0.3, 0.4, 2.0, false},
+                                 {1.5, 1.0, 0.0, 4.0, false},
+                                 {0.0, 3.0, 3.5, 8.0, false},
+                                 {40.0, 0.0, 0.0, 64.0, false},
+                                 // Of what tissue does, two mean edges.
+                                 {0.0, 30.0, 0.0, 16.0, true},
+                                 {0.0, 60.0, 90.0, 16.0, true}}) {
+        const auto& [led, tissue, deep, expected, is_cut] = one_case;
+        EXPECT_NEAR(reach.of(1e-3 * led, 1e-3 * tissue, 1e-3 * deep), 1e-3 * expected, 1e-12)
+            << led << " " << tissue << " " << deep;
+        EXPECT_EQ(reach.is_cut(1e-3 * led, 1e-3 * tissue, 1e-3 * deep), is_cut) << led << " " << tissue << " " << deep;
     }
 }
 

@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <map>
 #include <set>
 
 #include "method/registry.hpp"
 #include "simulate/simulation.hpp"
+#include "source/pair_contacts.hpp"
 #include "source/second_features.hpp"
 #include "support/scene_samples.hpp"
 
@@ -329,6 +332,57 @@ TEST_P(ContactSources, TrackedIsWhatTheSecondImplementationTells) {
     EXPECT_LT(tally.open, tally.compared / 10 + 10);
 }
 
+TEST(Tracked, WhatHasCrossedNearAFreeRimStaysCrossedUntilItIsMoreBesideTheSheetThanBehindIt) {
+    // A spike is led 1 mm through a sheet whose rim is at x = 30 mm, under it to 0.1 mm beyond the rim, and to 3 mm.
+    const Scene scene = scene_from_text(
+        R"({"format":"trocar-scene-1","name":"rim","unit":"m","dt":0.001,"ticks":90,"seed":1,"bodies":[
+      {"name":"sheet","kind":"rigid","closed":false,"parts":[{"shape":"sheet","size":[0.06,0.06],"edge":0.006}]},
+      {"name":"spike","kind":"instrument","closed":false,
+       "parts":[{"shape":"triangle","corners":[[0,0,0],[0.004,0.0003,0.02],[-0.004,0.0003,0.02]]}],
+       "motion":{"drive":"prescribed","keys":[
+        {"time":0,"pose":[0.0285,0.0007,0.001,0,0,0]},{"time":0.02,"pose":[0.0285,0.0007,-0.001,0,0,0]},
+        {"time":0.03,"pose":[0.0285,0.0007,-0.001,0,0,0]},{"time":0.05,"pose":[0.0301,0.0007,-0.001,0,0,0]},
+        {"time":0.06,"pose":[0.0301,0.0007,-0.001,0,0,0]},{"time":0.08,"pose":[0.033,0.0007,-0.001,0,0,0]},
+        {"time":0.09,"pose":[0.033,0.0007,-0.001,0,0,0]}]}}]})");
+    Simulation run(scene, make_detector("ohc"), make_response("none"), registry().source("tracked"));
+    const BodyRange& first = scene.topology.bodies[0];
+    const Index tip = (first.kind == BodyKind::instrument ? first : scene.topology.bodies[1]).vertices.first;
+    // The deepest is where it has crossed, not a face beside; 0: told as not crossed, or not at all.
+    const auto gap_of_tip_after = [&run, tip](std::int64_t ticks) {
+        while (run.outcome().ok() && run.seen().tick + 1 < ticks) run.step();
+        double deepest = 0.0;
+        for (const Contact& contact : run.contacts().contacts) {
+            const bool is_of_tip = !is_edges(contact) && static_cast<Index>(contact.id >> 32) == tip;
+            if (is_of_tip) deepest = std::min(deepest, contact.gap);
+        }
+        return deepest;
+    };
+    EXPECT_NEAR(gap_of_tip_after(28), -0.001, 1e-12);
+    EXPECT_NEAR(gap_of_tip_after(58), -std::hypot(0.0001, 0.001), 1e-12);
+    EXPECT_EQ(gap_of_tip_after(88), 0.0);
+    EXPECT_TRUE(run.outcome().ok()) << run.outcome().message;
+}
+
+TEST(PlaceAtStart, LeavesAContactOfWhichATriangleIsNotKnownAsItIs) {
+    Triangles one(3, 1);
+    one.col(0) << 0, 1, 2;
+    const Topology topology =
+        make_topology({Body{.name = "a", .kind = BodyKind::instrument, .vertex_count = 3, .triangles = one},
+                       Body{.name = "b", .kind = BodyKind::tissue, .vertex_count = 3, .triangles = one}});
+    Frame frame;
+    frame.position = Matrix3X::Zero(3, 6);
+    frame.previous = frame.position;
+    frame.velocity = Matrix3X::Zero(3, 6);
+    for (const auto& [a, b] : {std::pair<Index, Index>{0, -1}, {-1, 1}, {-1, -1}}) {
+        Contact contact;
+        contact.a = a;
+        contact.b = b;
+        place_at_start(TickStart(topology, frame), contact);
+        EXPECT_EQ(contact.body_a, -1) << a << " " << b;
+        EXPECT_EQ(contact.body_b, -1) << a << " " << b;
+    }
+}
+
 constexpr Case cases[] = {
     {"OpenSheetDragged", "i2t_drag", 8.0, 110, 3, "penalty"},
     {"OpenSheetCrossedAndLeft", "i2t_stab", 2.0, 220, 7, "none"},
@@ -340,6 +394,49 @@ constexpr Case cases[] = {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, ContactSources, testing::ValuesIn(cases),
                          [](const auto& tested) { return std::string(tested.param.name); });
+
+TEST(Tracked, AVertexOverAFaceIsHeldByTheFaceBesideItUnlessTheEdgeIsSharperThanSixtyDegrees) {
+    // A roof with its ridge along y: triangle 1 is level, triangle 2 falls away by an angle of this cosine and sine.
+    // Vertex 0 of the tool is over the level one. All numbers are such that no rounding moves the 60 degrees.
+    struct Fold {
+        double cosine;
+        double sine;
+        bool is_held;
+    };
+    for (const Fold& fold : {Fold{0.6, 0.8, true}, Fold{0.5, 0.8660254037844387, true}, Fold{0.28, 0.96, false}}) {
+        Triangles blade(3, 1);
+        blade << 0, 1, 2;
+        Triangles roof(3, 2);
+        roof.col(0) << 0, 1, 2;
+        roof.col(1) << 0, 3, 1;
+        const Topology topology = make_topology(
+            {Body{.name = "tool", .kind = BodyKind::instrument, .closed = false, .vertex_count = 3, .triangles = blade},
+             Body{.name = "roof", .kind = BodyKind::rigid, .closed = false, .vertex_count = 4, .triangles = roof}});
+        Frame frame;
+        frame.position.resize(3, 7);
+        frame.position.col(0) = Vector3(-0.25, 0.25, 0.25);
+        frame.position.col(1) = Vector3(-0.25, 0.25, 9.0);
+        frame.position.col(2) = Vector3(-0.25, 0.5, 9.0);
+        frame.position.col(3) = Vector3::Zero();
+        frame.position.col(4) = Vector3(0.0, 1.0, 0.0);
+        frame.position.col(5) = Vector3(-1.0, 0.0, 0.0);
+        frame.position.col(6) = Vector3(fold.cosine, 0.0, -fold.sine);
+        frame.previous = frame.position;
+        frame.velocity = Matrix3X::Zero(3, 7);
+        const auto source = make_source("tracked");
+        source->prepare(topology, frame);
+        ContactSet contacts;
+        contacts.near = {{0, 1}, {0, 2}};
+        contacts.reach = 2.0;
+        source->gather(frame, contacts);
+        const auto told = [&contacts](Index triangle) {
+            return std::count_if(contacts.contacts.begin(), contacts.contacts.end(),
+                                 [triangle](const Contact& one) { return feature_of(one) == point_face(0, triangle); });
+        };
+        EXPECT_EQ(told(1), 1) << fold.cosine;
+        EXPECT_EQ(told(2), fold.is_held ? 1 : 0) << fold.cosine;
+    }
+}
 
 }  // namespace
 }  // namespace trocar::test

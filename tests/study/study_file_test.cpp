@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <map>
 #include <set>
@@ -392,6 +393,21 @@ TEST_F(StudyFile, PlanHoldsEveryCombinationOnce) {
     // its own and thesis cannot read such contacts, each told once.
     EXPECT_EQ(unsupported, 2U);
     EXPECT_EQ(plan.size(), 8U + 6U + 3U + 2U);
+}
+
+TEST_F(StudyFile, EachPartIsRepeatedAsOftenAsItSays) {
+    const auto repeated = [](int times) { return ",\"repetitions\":" + std::to_string(times) + "}"; };
+    for (const std::array<int, 3>& times : {std::array{1, 2, 3}, std::array{2, 3, 1}, std::array{3, 1, 2}}) {
+        const Study study = read(
+            R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["a.json"],"detectors":["ohc"])" +
+            repeated(times[0]) + R"(,"closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty"])" +
+            repeated(times[1]) + R"(,"triangle_pair":{"scenes":["b.json"],"response":"thesis")" + repeated(times[2]) +
+            "}");
+        std::map<std::string, int> runs;
+        for (const PlannedRun& run : make_plan(study)) ++runs[run.spec.mode];
+        EXPECT_EQ(runs, (std::map<std::string, int>{
+                            {"replay", times[0]}, {"closed_loop", times[1]}, {"triangle_pair", times[2]}}));
+    }
 }
 
 TEST_F(StudyFile, ResponseThatCannotReadNativeContactsIsToldOnce) {

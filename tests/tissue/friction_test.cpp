@@ -124,6 +124,31 @@ TEST(Friction, EveryFaceOfAGrooveRubsThoughTheirSpringIsOne) {
     }
 }
 
+TEST(Friction, AContactThatIsNewLeavesTheSpringsOfTheOthersStretched) {
+    // Held by a stretched spring; then a contact with a key that nobody had before comes near and does not press.
+    // Without its stretch the block would go as far again.
+    Block block;
+    const Vector3 force(0.01, 0.0, -0.05);
+    for (int tick = 0; tick < 200; ++tick) block.step(force, 0.5);
+    const double held = block.s.frame.position(0, 0);
+    EXPECT_NEAR(held, force.x() / tangent_k, 1e-9);
+    for (int tick = 0; tick < 200; ++tick) {
+        block.effect.clear();
+        block.effect.held_force.col(0) = force;
+        for (const Index key : {0, 5}) {
+            const double gap = key == 0 ? block.s.frame.position(2, 0) : 1e-3;
+            LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), gap, 1e4, 1.0);
+            contact.friction = 0.5;
+            contact.tangent_k = tangent_k;
+            contact.slip_key = key;
+            contact.reaction_body = 0;
+            block.effect.contacts.push_back(contact);
+        }
+        ASSERT_TRUE(block.tissue.advance(block.effect, dt, block.s.frame, block.reaction).ok());
+        ASSERT_NEAR(block.s.frame.position(0, 0), held, 1e-9) << tick;
+    }
+}
+
 TEST(Friction, OffByDefaultAndForgottenWithTheContact) {
     Block smooth;
     for (int tick = 0; tick < 10; ++tick) smooth.step(Vector3(0.01, 0.0, -0.05), 0.0);

@@ -453,5 +453,23 @@ TEST(MassSpring, StrainLimiterHoldsAnOverstretchedEdge) {
     EXPECT_EQ(s.frame.position(0, 0), 0.0);
 }
 
+TEST(MassSpring, StrainLimiterKeepsTheMomentumOfTwoThatFlyApart) {
+    // 1 g and 3 g at -3 and 3 m/s are torn back at the limit of 20 mm: both go on at the speed of their centre,
+    // (-3 + 9) / 4 m/s, on either side of where it is after a tick, (3 · 19 mm) / 4 + 1.5 mm.
+    TissueSample s = make_tissue({Vector3::Zero(), Vector3(0.019, 0, 0)}, {1e-3, 3e-3}, {0, 0},
+                                 {Spring{.i = 0, .j = 1, .rest = 0.01, .k = 1.0}});
+    s.materials.strain_limit = 1.0;
+    s.frame.velocity(0, 0) = -3.0;
+    s.frame.velocity(0, 1) = 3.0;
+    MassSpring tissue(s.topology, s.materials);
+    const Effect effect = empty_effect(s.topology);
+    std::vector<Wrench> reaction(1);
+    ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+    EXPECT_NEAR(s.frame.velocity(0, 0), 1.5, 1e-12);
+    EXPECT_NEAR(s.frame.velocity(0, 1), 1.5, 1e-12);
+    EXPECT_NEAR(s.frame.position(0, 0), 0.01575 - 0.015, 1e-12);
+    EXPECT_NEAR(s.frame.position(0, 1), 0.01575 + 0.005, 1e-12);
+}
+
 }  // namespace
 }  // namespace trocar

@@ -15,6 +15,9 @@
 #include "method/registry.hpp"
 #include "support/tissue_samples.hpp"
 #include "tissue/mass_spring.hpp"
+#include "tissue/moving_tissue.hpp"
+#include "tissue/region_levels.hpp"
+#include "tissue/written_vertices.hpp"
 
 namespace trocar {
 namespace {
@@ -251,6 +254,19 @@ TEST(Regional, ALoadFarFromTheRimSinksAsTheMembranesEquationSays) {
         ++checked;
     }
     EXPECT_GT(checked, 1000);
+}
+
+TEST(Regional, LevelsEndWithTheFirstThatHasFewEnoughNodes) {
+    MovingTissue tissue(disc().topology, disc().materials);
+    tissue.take_over(test::empty_effect(disc().topology), disc().frame);
+    WrittenVertices written(tissue.state());
+    for (const std::size_t fewest : {std::size_t{300}, std::size_t{30}}) {
+        const RegionTissue region(tissue, written, disc().frame.position, fewest);
+        const std::vector<RegionLevel>& levels = region.levels();
+        ASSERT_GE(levels.size(), 2U);
+        EXPECT_LE(levels.back().size(), fewest);
+        EXPECT_GT(levels[levels.size() - 2].size(), fewest);
+    }
 }
 
 TEST(Regional, RestLastsAndComesBack) {

@@ -7,6 +7,7 @@
 
 #include "support/random_vectors.hpp"
 #include "tissue/mass_spring.hpp"
+#include "tissue/spring_system.hpp"
 
 namespace trocar {
 namespace {
@@ -153,6 +154,91 @@ TEST(SpringKernels, GoingByOffsetsChangesNoBitInAnyVersion) {
             EXPECT_EQ(state.velocity, plain.velocity);
             state.velocity(2, 100) = std::numeric_limits<double>::infinity();
             EXPECT_FALSE(kernels.sub_step(h, springs, state).finite);
+        }
+    }
+}
+
+/// A dv = b of the linearly implicit step as its equation says, spring by spring: A = M + h (C + D) + h² K and
+/// b = h f - h² K v, of K without what a spring that pushes does across itself; a spring of zero length has no
+/// direction and does nothing. What is held keeps its place: its rows and columns are 0.
+struct ImplicitEquation {
+    Eigen::MatrixXd a;
+    Matrix3X right_side;
+
+    ImplicitEquation(const Tangle& tangle, double h) {
+        const Eigen::Index count = tangle.position.cols();
+        a = Eigen::MatrixXd::Zero(3 * count, 3 * count);
+        Eigen::MatrixXd stiffness = a;
+        for (const Spring& spring : tangle.materials.springs) {
+            const Vector3 d = tangle.position.col(spring.j) - tangle.position.col(spring.i);
+            const double length = d.norm();
+            if (length == 0.0) continue;
+            const Matrix3 along = d * d.transpose() / (length * length);
+            const double tension = spring.preload + spring.k * (length - spring.rest);
+            const Matrix3 k = spring.k * along + std::max(tension, 0.0) / length * (Matrix3::Identity() - along);
+            for (const Index v : {spring.i, spring.j}) {
+                for (const Index w : {spring.i, spring.j}) {
+                    const double sign = v == w ? 1.0 : -1.0;
+                    stiffness.block<3, 3>(3 * v, 3 * w) += sign * k;
+                    a.block<3, 3>(3 * v, 3 * w) += sign * h * spring.damping * along;
+                }
+            }
+        }
+        a += h * h * stiffness;
+        Matrix3X going = tangle.velocity;
+        internal_force(tangle.materials, tangle.position, tangle.velocity, right_side);
+        right_side += tangle.state.constant.topRows<3>();
+        for (Eigen::Index v = 0; v < count; ++v) {
+            const auto i = static_cast<std::size_t>(v);
+            right_side.col(v) -= tangle.state.drag[i] * tangle.velocity.col(v);
+            if (tangle.state.inverse_mass[i] == 0.0) {
+                going.col(v).setZero();
+            } else {
+                a.diagonal().segment<3>(3 * v).array() += 1.0 / tangle.state.inverse_mass[i] + h * tangle.state.drag[i];
+            }
+        }
+        right_side = h * right_side - h * h * times(stiffness, going);
+        for (Eigen::Index v = 0; v < count; ++v) {
+            if (tangle.state.inverse_mass[static_cast<std::size_t>(v)] != 0.0) continue;
+            right_side.col(v).setZero();
+            a.middleRows<3>(3 * v).setZero();
+            a.middleCols<3>(3 * v).setZero();
+        }
+    }
+    static Matrix3X times(const Eigen::MatrixXd& matrix, const Matrix3X& vector) {
+        const Eigen::VectorXd product = matrix * Eigen::Map<const Eigen::VectorXd>(vector.data(), vector.size());
+        return Eigen::Map<const Matrix3X>(product.data(), 3, vector.cols());
+    }
+};
+
+TEST(SystemKernels, EveryVersionHasTheMatrixAndTheRightSideOfTheImplicitStep) {
+    const Tangle tangle;
+    constexpr double h = 1e-2;
+    const ImplicitEquation expected(tangle, h);
+    const Eigen::Index count = tangle.position.cols();
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    Matrix4X vector = Matrix4X::Zero(4, count);
+    for (Eigen::Index v = 0; v < count; ++v) {
+        if (tangle.state.inverse_mass[static_cast<std::size_t>(v)] == 0.0) continue;
+        vector.col(v).head<3>() = test::random_vector(unit, random);
+    }
+    const Matrix3X image = ImplicitEquation::times(expected.a, vector.topRows<3>());
+    for (const SystemKernels& kernels : system_kernels()) {
+        SCOPED_TRACE(kernels.target);
+        SpringSystem system(tangle.springs.size(), tangle.state.size(), {});
+        kernels.linearise(h, tangle.springs, tangle.state, system);
+        EXPECT_LT((system.right_side.topRows<3>() - expected.right_side).norm(), 1e-11);
+        Matrix4X result = Matrix4X::Zero(4, count);
+        const double product = kernels.multiply(tangle.springs, system, vector, result);
+        EXPECT_LT((result.topRows<3>() - image).norm(), 1e-11);
+        EXPECT_NEAR(product, vector.topRows<3>().cwiseProduct(image).sum(), 1e-11);
+        kernels.invert_blocks(tangle.springs, system);
+        for (Eigen::Index v = 0; v < count; ++v) {
+            if (tangle.state.inverse_mass[static_cast<std::size_t>(v)] == 0.0) continue;
+            const Eigen::Map<const Matrix4X> inverse(system.inverse.data() + 12 * v, 4, 3);
+            const Matrix3 one = inverse.topRows<3>() * expected.a.block<3, 3>(3 * v, 3 * v);
+            EXPECT_LT((one - Matrix3::Identity()).norm(), 1e-11) << v;
         }
     }
 }

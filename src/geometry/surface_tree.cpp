@@ -1,0 +1,123 @@
+#include "geometry/surface_tree.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "geometry/signed_crossing.hpp"
+#include "geometry/triangle_distance.hpp"
+
+namespace trocar {
+namespace {
+
+constexpr Index leaf_size = 8;
+
+double squared_gap(const Box& a, const Box& b) {
+    return (a.min - b.max).cwiseMax(b.min - a.max).cwiseMax(0.0).squaredNorm();
+}
+
+}  // namespace
+
+SurfaceTree::SurfaceTree(const Triangles& triangles, std::vector<Index> chosen, const Matrix3X& position)
+    : triangles_(triangles), position_(position), order_(std::move(chosen)) {
+    build(0, static_cast<Index>(order_.size()));
+}
+
+Corners SurfaceTree::corners(Index triangle) const {
+    const auto c = triangles_.col(triangle);
+    return {position_.col(c[0]), position_.col(c[1]), position_.col(c[2])};
+}
+
+void SurfaceTree::build(Index first, Index count) {
+    const auto sum_of_corners = [this](Index triangle) {
+        const Corners c = corners(triangle);
+        return Vector3(c[0] + c[1] + c[2]);
+    };
+    Box box;
+    Box middles;
+    for (Index i = first; i < first + count; ++i) {
+        for (const Vector3& corner : corners(order_[at(i)])) box.add(corner);
+        middles.add(sum_of_corners(order_[at(i)]));
+    }
+    const std::size_t number = nodes_.size();
+    nodes_.push_back({.box = box, .first = first, .count = count});
+    if (count <= leaf_size) return;
+    Eigen::Index axis = 0;
+    (middles.max - middles.min).maxCoeff(&axis);
+    const auto begin = order_.begin() + first;
+    const Index half = count / 2;
+    std::nth_element(begin, begin + half, begin + count, [&](Index s, Index t) {
+        const double at_s = sum_of_corners(s)[axis];
+        const double at_t = sum_of_corners(t)[axis];
+        return at_s != at_t ? at_s < at_t : s < t;
+    });
+    build(first, half);
+    nodes_[number].second = static_cast<Index>(nodes_.size());
+    build(first + half, count - half);
+}
+
+template <typename Act>
+void SurfaceTree::visit(const Box& box, const double& squared_reach, const Act& act) const {
+    struct Open {
+        Index node;
+        double squared_gap;
+    };
+    std::vector<Open> open{{0, squared_gap(nodes_.front().box, box)}};
+    while (!open.empty()) {
+        const auto [number, gap] = open.back();
+        open.pop_back();
+        // Rounding may put a triangle a hair nearer than its box.
+        if (gap > squared_reach * (1.0 + 1e-12)) continue;
+        const Node& node = nodes_[at(number)];
+        if (node.second >= 0) {
+            Open near{number + 1, squared_gap(nodes_[at(number + 1)].box, box)};
+            Open far{node.second, squared_gap(nodes_[at(node.second)].box, box)};
+            if (far.squared_gap < near.squared_gap) std::swap(near, far);
+            open.push_back(far);
+            open.push_back(near);
+            continue;
+        }
+        for (Index i = node.first; i < node.first + node.count; ++i) {
+            const Corners c = corners(order_[at(i)]);
+            Box around;
+            for (const Vector3& corner : c) around.add(corner);
+            if (squared_gap(around, box) <= squared_reach * (1.0 + 1e-12)) act(order_[at(i)], c);
+        }
+    }
+}
+
+int SurfaceTree::crossings(const Vector3& from, const Vector3& to) const {
+    Box way;
+    way.add(from);
+    way.add(to);
+    int sum = 0;
+    visit(way, 0.0, [&](Index, const Corners& c) { sum += segment_crossing(from, to, c[0], c[1], c[2]); });
+    return sum;
+}
+
+Index SurfaceTree::nearest(const Vector3& x) const {
+    Index best = -1;
+    double least = std::numeric_limits<double>::infinity();
+    Box place;
+    place.add(x);
+    visit(place, least, [&](Index triangle, const Corners& c) {
+        const double distance = (point_at(c, closest_point_on_triangle(c, x)) - x).squaredNorm();
+        if (distance < least || (distance == least && triangle < best)) {
+            least = distance;
+            best = triangle;
+        }
+    });
+    return best;
+}
+
+double SurfaceTree::distance_to(const Corners& triangle, double reach) const {
+    double least = reach * reach;
+    Box box;
+    for (const Vector3& corner : triangle) box.add(corner);
+    visit(box, least,
+          [&](Index, const Corners& c) { least = std::min(least, triangle_distance(triangle, c).squared_distance); });
+    return least < reach * reach ? std::sqrt(least) : reach;
+}
+
+}  // namespace trocar

@@ -1,0 +1,77 @@
+// What is inside closed surfaces at the start of a run, against the solid angle that they fill.
+#include "source/crossed_sides.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "geometry/orientation.hpp"
+#include "geometry/triangle_distance.hpp"
+#include "support/random_vectors.hpp"
+#include "support/shapes.hpp"
+
+namespace trocar::test {
+namespace {
+
+Corners corners_of(const World& world, Index triangle) {
+    const auto c = world.topology.triangles.col(triangle);
+    return {world.frame.position.col(c[0]), world.frame.position.col(c[1]), world.frame.position.col(c[2])};
+}
+
+Index nearest_of_all(const World& world, Range triangles, const Vector3& x) {
+    Index nearest = -1;
+    double least = INFINITY;
+    for (Index t = triangles.first; t < triangles.end(); ++t) {
+        const Corners c = corners_of(world, t);
+        const double distance = (point_at(c, closest_point_on_triangle(c, x)) - x).squaredNorm();
+        if (distance >= least) continue;
+        least = distance;
+        nearest = t;
+    }
+    return nearest;
+}
+
+TEST(CrossedSides, AtTheStartThatIsInsideAroundWhichAClosedSurfaceWinds) {
+    std::mt19937 random(6);
+    std::uniform_real_distribution<double> uniform(-0.03, 0.03);
+    int inside = 0;
+    for (int k = 0; k < 24; ++k) {
+        Shape tool = k % 2 == 0 ? shaft(0.01, 0.08, 9, 12) : slab(0.05, 0.02, 6);
+        // The first ones stand as regular meshes do, in planes of each other's corners.
+        if (k >= 4) {
+            tool.rotate(random_vector(uniform, random), 40.0 * uniform(random));
+            tool.move(random_vector(uniform, random));
+        }
+        const Shape organ = k % 4 < 2 ? slab(0.1, 0.04, 10) : sphere(0.05, 12);
+        World world = make_world("start", {{BodyKind::instrument, tool}, {BodyKind::tissue, organ}});
+        for (BodyRange& body : world.topology.bodies) body.closed = true;
+        FeatureMesh mesh;
+        mesh.prepare(world.topology);
+        CrossedSides sides;
+        sides.prepare(world.topology, mesh, world.frame);
+        for (const auto& [body, other] : {std::array<Index, 2>{0, 1}, {1, 0}}) {
+            const BodyRange& vertices = world.topology.bodies[static_cast<std::size_t>(body)];
+            const Range faces = world.topology.bodies[static_cast<std::size_t>(other)].triangles;
+            const Triangles surface = world.topology.triangles.middleCols(faces.first, faces.count);
+            for (Index v = vertices.vertices.first; v < vertices.vertices.end(); ++v) {
+                const Vector3 x = world.frame.position.col(v);
+                const Index nearest = nearest_of_all(world, faces, x);
+                const Corners c = corners_of(world, nearest);
+                if ((point_at(c, closest_point_on_triangle(c, x)) - x).norm() < 1e-9) continue;  // on the surface
+                const double winding = winding_number(world.frame.position, surface, x);
+                ASSERT_NEAR(winding, std::round(winding), 1e-6);
+                const CrossedLayer* const layer = sides.layer(v, other);
+                ASSERT_EQ(layer != nullptr, std::lround(winding) != 0) << k << ": vertex " << v;
+                if (layer == nullptr) continue;
+                EXPECT_EQ(layer->sign, 1);
+                EXPECT_EQ(layer->triangle, nearest);
+                ++inside;
+            }
+        }
+    }
+    EXPECT_GT(inside, 500);
+}
+
+}  // namespace
+}  // namespace trocar::test
