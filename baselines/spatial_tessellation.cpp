@@ -75,10 +75,10 @@ public:
         large_.clear();
         if (!is_answerable(*topology_, frame) || topology_->triangle_count() == 0) return;
         if (edge_ == 0.0) choose_edge(frame);
-        tick_edge_ = edge_ > 0.0 ? edge_ : 1.0;
+        double edge = edge_ > 0.0 ? edge_ : 1.0;
         find_box(frame);
         // Triangles far larger than the mean would fill the lists: such a scene gets larger cells for this tick.
-        while (!number_cells(frame) || !count_entries()) tick_edge_ *= 2.0;
+        while (!number_cells(frame, edge) || !count_entries()) edge *= 2.0;
         fill();
     }
 
@@ -134,10 +134,10 @@ private:
         box_ = baselines::grown(box_, reach_ / 2.0);
     }
 
-    /// Cell of every vertex; false when a dense array over them would be too large.
-    bool number_cells(const Frame& frame) {
+    /// Cell of every vertex, `edge` long (m); false when a dense array over them would be too large.
+    bool number_cells(const Frame& frame, double edge) {
         constexpr double most = 1073741823.0;  // 2^30 - 1: what lies beyond shares the last cell
-        const double inverse = std::min(1.0 / tick_edge_, 1e300);
+        const double inverse = std::min(1.0 / edge, 1e300);
         const auto number = [inverse](double offset) {
             const double t = offset * inverse;
             return static_cast<std::int32_t>(t < most ? t : most);  // offsets are not negative: this rounds down
@@ -270,9 +270,8 @@ private:
     bool dense_;
     double cells_per_triangle_;
     const Topology* topology_ = nullptr;
-    double reach_ = 0.0;      ///< m
-    double edge_ = 0.0;       ///< m; 0: not chosen yet
-    double tick_edge_ = 0.0;  ///< m, of this tick
+    double reach_ = 0.0;  ///< m
+    double edge_ = 0.0;   ///< m; 0: not chosen yet
     Box box_;
     Int4 width_{};  ///< cells along each axis
     std::size_t bucket_count_ = 0;

@@ -36,9 +36,8 @@ std::optional<std::filesystem::path> records_file(const std::filesystem::path& i
 }
 
 ViewProgress shared_progress(std::int64_t ticks) {
-    return [progress = std::make_shared<Progress>("tick", ticks), ticks](const std::string& run, std::int64_t done) {
+    return [progress = std::make_shared<Progress>("tick", ticks)](const std::string& run, std::int64_t done) {
         progress->show(done, run);
-        if (done + 1 == ticks) progress->end();
     };
 }
 

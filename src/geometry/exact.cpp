@@ -263,7 +263,7 @@ bool planar_inside(const Vector3& p, const Corners& t, int axis) {
     const int turn = planar_orientation(t[0], t[1], t[2], axis);
     if (turn == 0) return false;
     for (std::size_t i = 0; i < 3; ++i) {
-        if (planar_orientation(t[i], t[(i + 1) % 3], p, axis) * turn < 0) return false;
+        if (planar_orientation(t[i], t[(i + 1) % 3], p, axis) == -turn) return false;
     }
     return true;
 }

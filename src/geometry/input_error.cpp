@@ -25,8 +25,8 @@ std::size_t printable_bytes(std::string_view text) {
     const bool surrogate = code >= 0xd800U && code <= 0xdfffU;
     if (code < least.at(size) || code > 0x10ffffU || surrogate) return 0;
     // The second set of controls; line and paragraph separators; what turns the direction of writing.
-    const bool acts = code < 0xa0U || (code >= 0x200eU && code <= 0x200fU) || (code >= 0x2028U && code <= 0x202eU) ||
-                      (code >= 0x2066U && code <= 0x2069U);
+    const bool acts = code < 0xa0U || code == 0x61cU || (code >= 0x200eU && code <= 0x200fU) ||
+                      (code >= 0x2028U && code <= 0x202eU) || (code >= 0x2066U && code <= 0x2069U);
     return acts ? 0 : size;
 }
 

@@ -547,15 +547,12 @@ ReferenceSolution solve_law_surely(const Scene& scene, ReferenceLaw law, const R
         settings = finer_settings;
         return finer;
     }
-    const auto covers = [](const std::array<double, 2>& step_changes, const std::array<double, 2>& stiffness_changes) {
-        return std::max(step_changes[0], step_changes[1]) + std::max(stiffness_changes[0], stiffness_changes[1]);
-    };
-    const double change = covers(finer.by_time_step.force, finer.by_stiffness.force);
+    const double change = largest_changes(finer.by_time_step.force, finer.by_stiffness.force);
     solution.force_bound = std::fmax(solution.force_bound, change);
     solution.impulse_bound =
-        std::fmax(solution.impulse_bound, covers(finer.by_time_step.impulse, finer.by_stiffness.impulse));
+        std::fmax(solution.impulse_bound, largest_changes(finer.by_time_step.impulse, finer.by_stiffness.impulse));
     solution.position_bound =
-        std::fmax(solution.position_bound, covers(finer.by_time_step.position, finer.by_stiffness.position));
+        std::fmax(solution.position_bound, largest_changes(finer.by_time_step.position, finer.by_stiffness.position));
     solution.reason += fmt::format(
         "{}weak order: surfaces that slip over edges or bounce switch contacts at moments that refinement keeps "
         "moving; steps a quarter as long still change the force by {:.2g} N RMS, which the bound covers",
@@ -564,6 +561,10 @@ ReferenceSolution solve_law_surely(const Scene& scene, ReferenceLaw law, const R
 }
 
 }  // namespace
+
+double largest_changes(const std::array<double, 2>& by_time_step, const std::array<double, 2>& by_stiffness) {
+    return std::max(by_time_step[0], by_time_step[1]) + std::max(by_stiffness[0], by_stiffness[1]);
+}
 
 Observed observe_order(double coarse, double fine, double floor) {
     Observed observed;

@@ -3,6 +3,7 @@
 // trusted.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -43,5 +44,9 @@ struct Observed {
     bool converges = false;
 };
 Observed observe_order(double coarse, double fine, double floor);
+
+/// The most that a solution may be off where no order can be trusted: the largest difference between neighbouring
+/// steps plus the largest between neighbouring stiffnesses.
+double largest_changes(const std::array<double, 2>& by_time_step, const std::array<double, 2>& by_stiffness);
 
 }  // namespace trocar

@@ -330,8 +330,7 @@ Surface geodesic_sphere(int n) {
         for (Index b = a + 1; b < 12; ++b) {
             for (Index c = b + 1; c < 12; ++c) {
                 if (!near(a, b) || !near(b, c) || !near(c, a)) continue;
-                const Vector3 normal = (builder.point(b) - builder.point(a)).cross(builder.point(c) - builder.point(a));
-                const bool outward = normal.dot(builder.point(a)) > 0.0;
+                const bool outward = builder.point(a).dot(builder.point(b).cross(builder.point(c))) > 0.0;
                 faces.push_back({a, outward ? b : c, outward ? c : b});
             }
         }

@@ -60,7 +60,7 @@ Balance::TissueState Balance::state_of(const Frame& frame) {
     for (const Spring& spring : materials.springs) {
         const double stretch = (frame.position.col(spring.j) - frame.position.col(spring.i)).norm() - spring.rest;
         state.energy += 0.5 * spring.k * stretch * stretch + spring.preload * stretch;
-        if (spring.stiffening > 0.0) state.energy += stiffening_energy(spring, spring.rest + stretch);
+        state.energy += stiffening_energy(spring, spring.rest + stretch);
     }
     const ShapeElements shape{.stiffening = {}, .hinges = materials.hinges, .enclosures = materials.enclosures};
     state.energy += shape_energy(shape, frame.position);

@@ -55,11 +55,12 @@ double unlikeness(const Contact& one, const Contact& other) {
 /// Those of `after` in the order of `before`, each beside the one that it is most like; what is left of either stands
 /// at the end, beside null.
 std::vector<std::pair<const Contact*, const Contact*>> matched(Contacts before, Contacts after) {
-    constexpr std::size_t most_searched = 100;  // beyond, every one with every one would cost too much
+    constexpr std::size_t most_choices = 10'000;  // beyond, every one with every one would cost too much
     std::vector<std::pair<const Contact*, const Contact*>> pairs;
     std::sort(before.begin(), before.end(), comes_first);
     std::sort(after.begin(), after.end(), comes_first);
-    if (before.size() > 1 && std::max(before.size(), after.size()) <= most_searched) {
+    const std::size_t possible = before.size() * after.size();
+    if (possible > 1 && possible <= most_choices) {
         std::vector<std::tuple<double, std::size_t, std::size_t>> choices;
         for (std::size_t i = 0; i < before.size(); ++i) {
             for (std::size_t k = 0; k < after.size(); ++k)

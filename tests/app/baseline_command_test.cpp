@@ -144,6 +144,50 @@ TEST_F(Baseline, AChangedContactIsToldBeforeAndAfterAndOnlyWriteTakesItOver) {
     EXPECT_EQ(run("check", "--detector ohc").status, 0);
 }
 
+TEST_F(Baseline, WritingOneAnswerLeavesTheOthersAsTheyWereWhileTheFramesAreTheSame) {
+    put(two_frames(0.5));
+    ASSERT_EQ(run("write", "--detector ohc --detector brute_force --every 1").status, 0);
+    const std::filesystem::path file = folder.path() / "baseline" / "frames.json";
+    const Json before = Json::parse(test::read_file(file));
+    ASSERT_EQ(run("write", "--detector ohc").status, 0);
+    EXPECT_EQ(Json::parse(test::read_file(file)), before);
+    // One that is asked on every second frame from now on; the other one is known on both.
+    ASSERT_EQ(run("write", "--detector ohc --every 2").status, 0);
+    const Json after = Json::parse(test::read_file(file));
+    EXPECT_EQ(after.at("every"), 2);
+    const Json& kept = after.at("detectors").at("brute_force");
+    EXPECT_EQ(kept.at("every"), 1);
+    EXPECT_EQ(kept.at("outcome"), "ok");
+    EXPECT_EQ(kept.at("truth"), before.at("detectors").at("brute_force").at("truth"));
+    EXPECT_EQ(after.at("contacts").at(kept.at("contacts").get<std::size_t>()), before.at("contacts").at(0));
+    EXPECT_EQ(run("check", "").status, 0);
+    // Of other frames it is worth nothing.
+    put(two_frames(0.25));
+    const test::ProgramResult other = run("write", "--detector ohc");
+    EXPECT_EQ(other.status, 0);
+    EXPECT_NE(other.out.find("it was not asked, and what was kept is of other frames"), std::string::npos) << other.out;
+    EXPECT_FALSE(Json::parse(test::read_file(file)).at("detectors").contains("brute_force"));
+}
+
+TEST_F(Baseline, OnOtherFramesTruthOfBothIsToldAsFarAsItIsKnown) {
+    put(two_frames(0.5));
+    ASSERT_EQ(run("write", "--detector ohc --every 1").status, 0);
+    const std::filesystem::path file = folder.path() / "baseline" / "frames.json";
+    put(two_frames(0.25));
+    const std::string right = "0 of 1 pairs missed, 0 of 1 told untrue, on 2 ticks";
+    const std::string both = run("check", "--detector ohc").out;
+    EXPECT_NE(both.find("truth: " + right + "; kept: " + right), std::string::npos) << both;
+    // The first format had no truth: nothing may be wrong now.
+    Json stored = Json::parse(test::read_file(file));
+    stored["format"] = "trocar-baseline-1";
+    stored["detectors"]["ohc"].erase("truth");
+    std::ofstream(file) << stored;
+    const test::ProgramResult result = run("check", "--detector ohc");
+    EXPECT_EQ(result.status, 0) << result.out << result.err;
+    EXPECT_NE(result.out.find("truth: " + right), std::string::npos) << result.out;
+    EXPECT_EQ(result.out.find("kept: "), std::string::npos) << result.out;
+}
+
 TEST_F(Baseline, AParameterThatLosesPairsIsSeen) {
     put(two_frames(0.5));
     ASSERT_EQ(run("write", "--detector ohc --every 1").status, 0);

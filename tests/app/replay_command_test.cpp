@@ -71,6 +71,32 @@ TEST_F(Replay, SaysWhereAStepIsLongerThanAFeature) {
     }
 }
 
+TEST_F(Replay, OfSeveralLongStepsTheLongestInEdgesIsToldWhicheverOfTheTwoMoves) {
+    // Heights and legs of b: 0.3 m and 0.4 m by edges of 0.114 m; away from a and five times smaller; 0.3 m, which is
+    // 13.2 of its edges now, and 0.25 m.
+    constexpr std::array<std::array<double, 2>, 6> frames{
+        {{0.2, 0.1}, {-0.1, 0.1}, {0.3, 0.1}, {0.25, 0.02}, {-0.05, 0.02}, {0.2, 0.02}}};
+    for (const bool large_one_moves : {false, true}) {
+        test::RecordingText text;
+        text.header["frames"] = frames.size();
+        text.positions.clear();
+        for (const auto& [height, leg] : frames) {
+            const double a = large_one_moves ? -height : 0.0;
+            const double b = large_one_moves ? 0.0 : height;
+            text.positions.insert(text.positions.end(), {0, 0, a, 1, 0, a, 0, 1, a});
+            text.positions.insert(text.positions.end(), {0.2, 0.2, b, 0.2, 0.2 + leg, b, 0.2 + leg, 0.2, b});
+        }
+        const Json told = Json::parse(run(text, "--detector brute_force --json").out);
+        ASSERT_TRUE(told.contains("long_steps")) << told;
+        const Json& steps = told.at("long_steps");
+        EXPECT_EQ(steps.at("frames"), 4);
+        EXPECT_EQ(steps.at("tick"), 4);
+        EXPECT_EQ(steps.at("body").get<std::string>(), large_one_moves ? "a" : "b");
+        EXPECT_NEAR(steps.at("step_m").get<double>(), 0.3, 1e-12);
+        EXPECT_NEAR(steps.at("edge_m").get<double>(), 0.02 * (2.0 + std::sqrt(2.0)) / 3.0, 1e-12);
+    }
+}
+
 TEST_F(Replay, GivesPairsTouchesAndTruthPerFrame) {
     const test::ProgramResult result = run(three_frames(), "--detector brute_force --truth --json");
     ASSERT_EQ(result.status, 0) << result.err;

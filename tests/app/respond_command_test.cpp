@@ -185,6 +185,21 @@ TEST(Respond, OneStepOfAnOscillatorTakesTheNewVelocityForTheNewPlace) {
     EXPECT_EQ(got["energy_ratio_max"].get<double>(), 1.0);
 }
 
+TEST(Respond, StepSizesThatACaseAsksForAreRunUnlessTheyTakeNoStepOrTooMany) {
+    // v = -h k x / m = -0.4 and x = 1 + h v = 0.96, where the closed form has cos(2 h).
+    const auto run_of = [](double h, std::int64_t steps) { return Json{{"h", h}, {"steps", steps}}; };
+    const Json input{{"m", 1.0}, {"k", 4.0}, {"x0", 1.0}, {"v0", 0.0}, {"times", Json::array({0.1})}};
+    const Json expected{
+        {"semi_implicit_euler", Json::array({run_of(1e-7, 2'000'001), run_of(0.1, 1), run_of(0.1, 0)})}};
+    const Answer answer = respond_to({{{"id", "osc-steps"}, {"input", input}, {"expected", expected}}});
+    const Json& runs = answer.json["cases"][0]["got"]["semi_implicit_euler"];
+    ASSERT_EQ(runs.size(), 1U) << answer.json.dump();
+    EXPECT_EQ(runs[0]["steps"], 1);
+    EXPECT_NEAR(runs[0]["x"].get<double>(), 0.96, 1e-12);
+    EXPECT_NEAR(runs[0]["v"].get<double>(), -0.4, 1e-12);
+    EXPECT_NEAR(runs[0]["abs_error_x"].get<double>(), std::cos(0.2) - 0.96, 1e-12);
+}
+
 TEST(Respond, FastestModeOfASquareWithOneDiagonalIsThatOfItsSprings) {
     // The products of the springs' directions where they meet: 2 of each with itself, and sqrt(1/2) of the diagonal
     // with each of the four sides, which are perpendicular to each other. Largest eigenvalue: 2 + sqrt(4 / 2).

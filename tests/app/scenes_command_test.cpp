@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 
 #include "support/program.hpp"
@@ -78,6 +79,23 @@ TEST_F(ScenesCommand, ANameWithALetterTooFewTooManyOrWrongIsToldItsNeighbour) {
         EXPECT_EQ(result.status, 2) << name;
         EXPECT_NE(result.err.find("(near: i2t_poke"), std::string::npos) << result.err;
     }
+}
+
+TEST_F(ScenesCommand, ANameIsToldAtMostThreeThatHoldItAndNoneWhenAllAreFarAway) {
+    const std::string holding = run_program("run stab").err;  // four scenes have a stab in their names
+    const std::size_t from = holding.find("(near: ");
+    ASSERT_NE(from, std::string::npos) << holding;
+    const std::string names = holding.substr(from + 7, holding.find(')', from) - from - 7);
+    int told = 0;
+    std::istringstream list(names);
+    for (std::string name; std::getline(list, name, ','); ++told) {
+        EXPECT_NE(name.find("stab"), std::string::npos) << name;
+    }
+    EXPECT_EQ(told, 3) << names;
+    const ProgramResult far = run_program("run zzzzzzzzzzzz");
+    EXPECT_EQ(far.status, 2);
+    EXPECT_NE(far.err.find("neither"), std::string::npos) << far.err;
+    EXPECT_EQ(far.err.find("near:"), std::string::npos) << far.err;
 }
 
 }  // namespace

@@ -356,5 +356,80 @@ TEST_P(StepperContract, WhatASceneNamesBeyondLinearSpringsCarriesItsLoad) {
     }
 }
 
+TEST_P(StepperContract, WhatASceneNamesBeyondLinearSpringsBearsWhatPressesOnIt) {
+    // The same loads by a plane, ten times as stiff as what it presses on is on the whole way.
+    for (Carried& one : carried_loads()) {
+        const auto stepper = make_stepper(GetParam());
+        stepper->prepare(one.s.topology, one.s.materials);
+        Effect effect = test::empty_effect(one.s.topology);
+        const double way = one.z - one.s.frame.position(2, one.vertex);
+        const double k = 10.0 * one.load / way;
+        std::vector<Wrench> reaction(1);
+        for (int tick = 0; tick < 1000; ++tick) {
+            effect.clear();
+            const double gap = one.z + one.load / k - one.s.frame.position(2, one.vertex);
+            effect.contacts.push_back(test::plane_contact(one.vertex, -Vector3::UnitZ(), gap, k, 0.02 * k));
+            ASSERT_TRUE(stepper->advance(effect, dt, one.s.frame, one.s.frame, reaction).ok()) << one.by;
+        }
+        EXPECT_NEAR(one.s.frame.position(2, one.vertex), one.z, 5e-3 * std::abs(way)) << one.by;
+        EXPECT_NEAR(stepper->loads()[0].normal, std::abs(one.load), 0.01 * std::abs(one.load)) << one.by;
+    }
+}
+
+TEST_P(StepperContract, AFaceHeldAgainstWhatIsLedIsPushedAlongItsNormalAtTheNearestPoint) {
+    // Free corners of 1 g without springs, in the plane across n. The contact has the normal and the weights of a tick
+    // ago; by now the led point stands over 3 parts of the first corner, 2 of the second and 5 of the third.
+    const Vector3 n(-0.6, 0.0, 0.8);
+    const Vector3 first(0.3, -0.2, 0.5);
+    const Vector3 second = first + 0.01 * Vector3(0.8, 0.0, 0.6);
+    const Vector3 third = first + 0.01 * Vector3::UnitY();
+    const Vector3 weights(0.3, 0.2, 0.5);
+    const Vector3 foot = weights[0] * first + weights[1] * second + weights[2] * third;
+    for (const bool turned : {false, true}) {  // either order of the corners
+        test::TissueSample s = test::make_tissue({first, second, third}, {1e-3, 1e-3, 1e-3}, {0, 0, 0}, {});
+        const auto stepper = make_stepper(GetParam());
+        stepper->prepare(s.topology, s.materials);
+        Effect effect = test::empty_effect(s.topology);
+        LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 1.0, 0.0);
+        contact.role = ContactRole::constraint;
+        contact.source_id = 1;
+        contact.vertices = {0, turned ? 2 : 1, turned ? 1 : 2};
+        contact.weights = {0.5, 0.25, 0.25};
+        contact.reaction_point = foot + 1e-4 * n;
+        effect.contacts.push_back(contact);
+        std::vector<Wrench> reaction(1);
+        ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        const Vector3 sum = s.frame.velocity.rowwise().sum();
+        EXPECT_GT(sum.norm(), 0.0);
+        EXPECT_LT((sum.normalized() - n).norm(), 1e-3) << turned;
+        for (Index v = 0; v < 3; ++v) {
+            EXPECT_LT((s.frame.velocity.col(v) - weights[v] * sum).norm(), 1e-3 * sum.norm()) << turned << ", " << v;
+        }
+    }
+}
+
+TEST_P(StepperContract, SaysOfContactsPlacementsAndHeldForcesWhetherItTakesThem) {
+    // A free vertex at rest that each of the three would bring away from where it is.
+    const StepperEntry& entry = registry().stepper(GetParam());
+    const test::TissueSample still = test::make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
+    const auto moves_it = [&](const Effect& effect) {
+        test::TissueSample s = still;
+        const auto stepper = make_stepper(GetParam());
+        stepper->prepare(s.topology, s.materials);
+        std::vector<Wrench> reaction(1);
+        EXPECT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        return s.frame.position != still.frame.position;
+    };
+    Effect contact = test::empty_effect(still.topology);
+    contact.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -0.002, 100.0, 0.0));
+    EXPECT_EQ(moves_it(contact), entry.takes_linear_contacts);
+    Effect placement = test::empty_effect(still.topology);
+    placement.placements.push_back({.vertex = 0, .position = Vector3(0.0, 0.001, 0.0)});
+    EXPECT_EQ(moves_it(placement), entry.takes_placements);
+    Effect push = test::empty_effect(still.topology);
+    push.held_force(0, 0) = 0.1;
+    EXPECT_EQ(moves_it(push), entry.takes_held_forces);
+}
+
 }  // namespace
 }  // namespace trocar

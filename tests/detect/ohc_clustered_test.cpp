@@ -373,6 +373,26 @@ TEST(OhcClustered, WhatComesFromAfarMeetsWhatHasNeverMoved) {
     }
 }
 
+TEST(OhcClustered, AfterAFrameThatDoesNotFitAllIsAsAtTheStart) {
+    // Five of the six regions are 1 m long, and so are cells; the smaller one of each two that meet is the ball.
+    std::vector<Part> parts{{BodyKind::instrument, sphere(0.01, 6)}};
+    for (int k = 0; k < 5; ++k) parts.push_back({BodyKind::rigid, sheet(1.0, 4).move({0.0, 0.0, 0.001 * k})});
+    const World world = make_world("ball in sheets", parts);
+    const auto expected = answer(world, {}, "brute_force").pairs;
+    ASSERT_GT(expected.size(), 20U);
+    const auto detector = make_detector("ohc_clustered", {});
+    detector->prepare(world.topology, world.frame);
+    const ContactSet first = tick(*detector, world.frame);
+    EXPECT_EQ(first.pairs, expected);
+    Frame other = world.frame;
+    other.position.conservativeResize(Eigen::NoChange, world.topology.vertex_count - 1);
+    EXPECT_EQ(tick(*detector, other).outcome.kind, OutcomeKind::unsupported);
+    const ContactSet again = tick(*detector, world.frame);
+    EXPECT_EQ(again.pairs, expected);
+    EXPECT_EQ(again.work.cells_visited, first.work.cells_visited);
+    EXPECT_EQ(again.work.triangle_tests, first.work.triangle_tests);
+}
+
 TEST(OhcClustered, FarAwayTinyAndHugeScenesAreAnswered) {
     for (const double scale : {1e-300, 1e-160, 1e-12, 1.0, 1e12, 1e150, 1e300}) {
         for (const double offset : {0.0, 1e3, 1e6}) {

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <limits>
 #include <map>
 
 #include "detect/lattice.hpp"
@@ -200,6 +202,39 @@ TEST(MeetingBoxes, KeepEveryTriangleThatReachesIntoAnotherBodysBoxAndWithFewNeig
     EXPECT_GT(ruled_out, 100U);
 }
 
+TEST(TriangleCells, BoxesHoldTheCornersTheirWayAndWhatIsAroundThemAndNothingElse) {
+    World world = make_world(
+        "soups", {{BodyKind::instrument, soup(30, 0.02, 0.2, 91)}, {BodyKind::tissue, soup(30, 0.01, 0.2, 92)}});
+    const Index count = world.topology.vertex_count;
+    for (Index v = 0; v < count; ++v) world.frame.previous.col(v) = world.frame.position.col((v + 7) % count);
+    TriangleCells cells;
+    cells.prepare(world.topology, 0.001);
+    cells.grow(1, 0.0005);
+    cells.lattice().set(0.01, Vector3(-0.2, -0.2, -0.2));
+    for (const bool way : {false, true}) {
+        cells.set_way(way);
+        for (Index t = 0; t < world.topology.triangle_count(); ++t) {
+            const Index body = world.topology.body_of_triangle[static_cast<std::size_t>(t)];
+            Box box;
+            for (const Index v : world.topology.triangles.col(t)) {
+                box.add(world.frame.position.col(v));
+                if (way) box.add(world.frame.previous.col(v));
+            }
+            const double around = body == 0 ? 0.001 : 0.0015;
+            const Primitive p = cells.primitive(world.frame, t);
+            EXPECT_EQ(p.triangle, t);
+            EXPECT_EQ(p.body, body);
+            for (int axis = 0; axis < 3; ++axis) {
+                const auto k = static_cast<std::size_t>(axis);
+                EXPECT_NEAR(p.low[k], box.min[axis] - around, 1e-15) << t << ", way " << way;
+                EXPECT_NEAR(p.high[k], box.max[axis] + around, 1e-15) << t << ", way " << way;
+                EXPECT_EQ(p.range.low[axis], cells.lattice().number(p.low[k], axis));
+                EXPECT_EQ(p.range.high[axis], cells.lattice().number(p.high[k], axis));
+            }
+        }
+    }
+}
+
 /// Bodies that hit five others and more, each in another place.
 TEST(Ohc, ABodyAmongManyNeighboursIsAnswered) {
     std::vector<Part> parts{{BodyKind::tissue, sheet(0.3, 30)}};
@@ -262,6 +297,59 @@ TEST(Ohc, DistantBodiesCostNoCandidates) {
     EXPECT_EQ(contacts.work.box_tests, 0);
     EXPECT_EQ(contacts.work.triangle_tests, 0);
     EXPECT_TRUE(contacts.pairs.empty());
+}
+
+TEST(Ohc, ACellHasTheLengthThatTheFirstFrameWithAnyEdgesGivesItAndKeepsIt) {
+    // 1.5 times the mean edge of the moving body with the shortest edges, the shaft; or the mean edge of all, where the
+    // slab is so coarse that this is more. Two runs with cells of one length do the same work.
+    for (const int quads : {30, 16}) {
+        const World world =
+            make_world("dip", {{BodyKind::instrument, shaft(0.004, 0.1, 12, 30).move({0.0, 0.0003, -0.004})},
+                               {BodyKind::tissue, slab(0.1, 0.01, quads).shake(0.0003, 3)},
+                               {BodyKind::rigid, sphere(0.003, 12).move({0.004, 0.0, 0.001})}});
+        std::array<double, 3> mean{};
+        double sum = 0.0;
+        for (std::size_t body = 0; body < 3; ++body) {
+            const Range range = world.topology.bodies[body].triangles;
+            for (Index t = range.first; t < range.end(); ++t) {
+                for (int k = 0; k < 3; ++k) {
+                    const Index from = world.topology.triangles(k, t);
+                    const Index to = world.topology.triangles((k + 1) % 3, t);
+                    mean[body] += (world.frame.position.col(to) - world.frame.position.col(from)).norm();
+                }
+            }
+            sum += mean[body];
+            mean[body] /= 3.0 * range.count;
+        }
+        const double mean_of_all = sum / (3.0 * world.topology.triangle_count());
+        ASSERT_EQ(1.5 * mean[0] > mean_of_all, quads == 30);
+        ASSERT_LT(mean[2], mean[0]) << "finer, but it does not move";
+        const double cell = std::max(1.5 * mean[0], mean_of_all);
+
+        const auto work = [&world](const std::string& edge, const Frame& first, const Frame& frame) -> WorkCounters {
+            const auto detector = make_detector("ohc", {{"cell", edge}});
+            detector->prepare(world.topology, first);
+            ContactSet contacts;
+            detector->update(frame, 0.0);
+            detector->detect(frame, contacts);
+            return contacts.work;
+        };
+        const auto is_same = [](const WorkCounters& one, const WorkCounters& other) {
+            return one.cells_visited == other.cells_visited && one.box_tests == other.box_tests;
+        };
+        const WorkCounters expected = work(fmt::format("{}", cell), world.frame, world.frame);
+        EXPECT_FALSE(is_same(work(fmt::format("{}", 1.2 * cell), world.frame, world.frame), expected));
+        Frame collapsed = world.frame;
+        collapsed.position.setZero();
+        Frame broken = world.frame;
+        broken.position(1, 5) = std::numeric_limits<double>::quiet_NaN();
+        for (const Frame* first : std::array<const Frame*, 3>{&world.frame, &collapsed, &broken}) {
+            EXPECT_TRUE(is_same(work("auto", *first, world.frame), expected)) << quads;
+        }
+        Frame grown = world.frame;
+        grown.position *= 4.0;
+        EXPECT_TRUE(is_same(work("auto", world.frame, grown), work(fmt::format("{}", cell), world.frame, grown)));
+    }
 }
 
 TEST(Ohc, StormOfEqualHashesIsStillRight) {

@@ -10,6 +10,7 @@
 
 #include "geometry/continuous.hpp"
 #include "geometry/exact.hpp"
+#include "measure/allocations.hpp"
 #include "method/registry.hpp"
 #include "support/shapes.hpp"
 
@@ -229,6 +230,34 @@ TEST(OhcSwept, APairIsAsMuchWorkWithoutLimitsAsUnderOneThatCutsNothing) {
     ASSERT_FALSE(limited.truncated);
     EXPECT_EQ(whole.work.box_tests, limited.work.box_tests);
     EXPECT_EQ(whole.work.work(), limited.work.work());
+}
+
+TEST(FirstMeeting, OfOrdinaryMotionsIsFoundWithoutTheLastStage) {
+    // Of all stages the last alone asks for memory: integers of any size, hundreds of times slower than the others.
+    if (allocation_count() < 0) GTEST_SKIP() << "a sanitizer has replaced the allocator: nothing is counted";
+    std::mt19937_64 random(17);
+    std::uniform_real_distribution<double> place(-0.6, 0.6);
+    const auto motion = [&](double speed) {
+        const Vector3 by = speed * random_vector(place, random);
+        MovingTriangle triangle;
+        for (MovingPoint& point : triangle) {
+            point.start = random_vector(place, random);
+            point.end = point.start + by + 0.2 * random_vector(place, random);
+        }
+        return triangle;
+    };
+    int met = 0;
+    int asked = 0;
+    for (int n = 0; n < 600; ++n) {
+        const MovingTriangle first = motion(3.0);
+        const MovingTriangle second = motion(0.3);
+        const std::int64_t before = allocation_count();
+        const std::optional<FirstMeeting> meeting = first_meeting(first, second);
+        asked += allocation_count() > before ? 1 : 0;
+        met += meeting && meeting->kind != Meeting::overlap_at_start ? 1 : 0;
+    }
+    EXPECT_GT(met, 30);
+    EXPECT_LT(10 * asked, met);
 }
 
 TEST(OhcSwept, NoSettingChangesTheAnswer) {

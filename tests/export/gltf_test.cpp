@@ -198,6 +198,40 @@ TEST(Gltf, EveryFrameIsWhereTheSimulationHasIt) {
     EXPECT_GT((run.ticks.at(39).position - run.ticks.at(0).position).cwiseAbs().maxCoeff(), 1e-3) << "something moves";
 }
 
+TEST(Gltf, WhatOnlyMovesIsANodeAndWhatBendsIsAMeshWhereverTheyLie) {
+    Triangles faces(3, 1);
+    faces << 0, 1, 2;
+    const Topology topology = make_topology(
+        {Body{.name = "block", .kind = BodyKind::rigid, .closed = false, .vertex_count = 3, .triangles = faces}});
+    const auto primitive_of = [&topology](const Matrix3X& before, const Matrix3X& after) {
+        const test::TemporaryFolder folder;
+        const auto exporter = gltf_exporter(topology, "two", folder.path());
+        PlayedFrame frame;
+        for (const std::int64_t tick : {0, 1}) {
+            frame.tick = tick;
+            frame.time = 0.001 * static_cast<double>(tick);
+            frame.position = tick == 0 ? before : after;
+            exporter->add(frame);
+        }
+        exporter->finish();
+        return Glb(test::read_file(folder.path() / "two.glb")).document["meshes"][0]["primitives"][0];
+    };
+    // Its box ends at the origin, and begins there.
+    Matrix3X corners(3, 3);
+    corners << -1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0;
+    const Matrix3 turn = Eigen::AngleAxisd(0.3, Vector3(1.0, 2.0, 3.0).normalized()).toRotationMatrix();
+    for (const double sign : {1.0, -1.0}) {
+        const Matrix3X before = sign * corners;
+        const Matrix3X after = (turn * before).colwise() + Vector3(0.1, 0.2, 0.3);
+        EXPECT_FALSE(primitive_of(before, after).contains("targets"));
+    }
+    // A millimetre of a body of a metre that lies two kilometres away.
+    const Matrix3X before = corners.colwise() + Vector3(2000.0, 0.0, 0.0);
+    Matrix3X after = before;
+    after(1, 1) += 1e-3;
+    EXPECT_EQ(primitive_of(before, after)["targets"].size(), 1U);
+}
+
 TEST(Gltf, OneFrameIsAPictureThatStandsStill) {
     const test::TemporaryFolder folder;
     const test::ToldRun run(ExportFormat::gltf, folder.path(), 1000);

@@ -6,6 +6,7 @@
 #include <array>
 #include <boost/multiprecision/cpp_int.hpp>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -240,6 +241,21 @@ TEST(VertexFace, OneRoundingUnitDecides) {
     ASSERT_TRUE(above);
     EXPECT_LT(*above, 1.0);
     EXPECT_GT(*above, 0.999999);
+}
+
+TEST(VertexFace, AFaceSoSmallThatProductsOfItsSidesUnderflowIsMetAtTheKnownTime) {
+    // Each component of the normal is the smallest number there is, of which a product can hold whole multiples only.
+    // The vertex goes from 1/4 of it in front of the plane through corner 0 to 5/16 behind; term by term that rounds to
+    // 1 - 0 - 0 and to -1 + 1 + 1, as if it stayed in front. It is in the corner after 1 / (1 + 5/4) of the tick.
+    constexpr double tiny = 0x1p-537;
+    const MovingTriangle speck{still({0, 0, 0}), still({tiny, -tiny, 0}), still({0, tiny, -tiny})};
+    const MovingPoint vertex = moving({1.125, -0.4375, -0.4375}, {-1.40625, 0.546875, 0.546875});
+    const double time = std::ldexp(static_cast<double>((std::int64_t{4} << 53) / 9), -53);
+    EXPECT_EQ(first_contact(vertex, speck), time);
+    EXPECT_EQ(oracle_first_contact(vertex, speck), time);
+    // The same face, and the vertex beside it by its own size.
+    const MovingTriangle beside{still({0, 0, 2 * tiny}), still({tiny, -tiny, 2 * tiny}), still({0, tiny, tiny})};
+    EXPECT_EQ(first_contact(vertex, beside), std::nullopt);
 }
 
 /// Two triangles of size 1 with random corners that pass each other closely, turning; every seventh end is on a grid.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -163,6 +164,64 @@ TEST(PairsApart, OfAFlatFaceAreNone) {
     const auto [looked_at, told] = work_of(flat_fan(20000));
     EXPECT_EQ(looked_at, 1);
     EXPECT_EQ(told, 0);
+}
+
+TEST(PairsApart, OfALineAreNoneAndItsHalvesAreLookedAtOnceWhateverTheirOrder) {
+    // 2 n - 1 nodes against themselves, and the two halves of n - 1 of them, which lie apart, against each other.
+    constexpr Index count = 1000;
+    std::vector<Vector3> points;
+    std::vector<std::array<Index, 3>> faces;
+    for (Index t = 0; t < count; ++t) {
+        const Vector3 x(t, 0.0, 0.0);
+        points.insert(points.end(), {x, Vector3(x + Vector3(0.5, 0.0, 0.0)), Vector3(x + Vector3(0.0, 0.5, 0.25))});
+        faces.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+    }
+    std::mt19937_64 random(12);
+    for (int order = 0; order < 3; ++order) {
+        const TriangleHeap heap = heap_of(points, faces);
+        std::int64_t told = 0;
+        const auto tell = [&told](Index, Index) {
+            ++told;
+            return true;
+        };
+        EXPECT_EQ(PairsApart(heap.vertices, heap.triangles).for_each(tell, true), 3 * count - 2) << order;
+        EXPECT_EQ(told, 0) << order;
+        std::shuffle(faces.begin(), faces.end(), random);
+    }
+}
+
+TEST(PairsApart, OfNeedlesSideBySideAreThoseWhoseOwnBoxesOverlap) {
+    // Both are 8 long and 0.25 wide; the second is moved, in the same units, along, beside and above the first. Aslant
+    // to the axes the boxes that all triangles have overlap in any case.
+    struct Move {
+        Vector3 by;
+        int told;
+    };
+    const std::vector<Move> moves{{{0.5, 0.125, 0.0}, 1}, {{0.5, -0.125, 0.0}, 1}, {{-7.5, 0.0, 0.0}, 1},
+                                  {{0.5, 0.375, 0.0}, 0}, {{0.5, -0.375, 0.0}, 0}, {{0.5, 0.125, 0.0625}, 0},
+                                  {{8.5, 0.0, 0.0}, 0}};
+    std::mt19937_64 random(13);
+    std::normal_distribution<double> normal;
+    for (int round = 0; round < 20; ++round) {
+        Matrix3 axes;
+        axes << 1, -1, 0, 1, 1, 0, 0, 0, 1;
+        if (round > 0) axes = test::random_turn(normal, random).toRotationMatrix();
+        for (const Move& move : moves) {
+            std::vector<Vector3> points{{0.0, 0.0, 0.0}, {8.0, 0.0, 0.0}, {4.0, 0.25, 0.0}};
+            for (std::size_t k = 0; k < 3; ++k) points.push_back(Vector3(points[k] + move.by));
+            for (Vector3& point : points) point = Vector3(axes * point);
+            const TriangleHeap heap = heap_of(points, {{0, 1, 2}, {3, 4, 5}});
+            int told = 0;
+            PairsApart(heap.vertices, heap.triangles)
+                .for_each(
+                    [&told](Index, Index) {
+                        ++told;
+                        return true;
+                    },
+                    true);
+            EXPECT_EQ(told, move.told) << round << ": " << move.by.transpose();
+        }
+    }
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 // Files read and written as a whole: what is wrong is told, and nothing half-written stays.
 #include "geometry/whole_file.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <cstdint>
 #include <string>
 
 #include "geometry/input_error.hpp"
@@ -108,6 +110,29 @@ TEST(InputErrorText, IsOnePrintableLineOfAtMost400Bytes) {
         const std::string line = printable_line(text, 400);
         EXPECT_EQ(printable_line(line, 4000), line) << n;
         EXPECT_LE(line.size(), 400U);
+    }
+}
+
+TEST(PrintableLine, EscapesControlsSeparatorsAndTurnsOfDirectionAndNoNeighbourOfThem) {
+    // Ends of the ranges in Unicode's tables: C0 and DEL, C1, marks and overrides and isolates of direction,
+    // separators.
+    const auto utf8 = [](std::uint32_t code) {
+        const auto tail = [code](unsigned shift) { return static_cast<char>(0x80U | ((code >> shift) & 0x3fU)); };
+        if (code < 0x80U) return std::string{static_cast<char>(code)};
+        if (code < 0x800U) return std::string{static_cast<char>(0xc0U | (code >> 6U)), tail(0)};
+        if (code < 0x10000U) return std::string{static_cast<char>(0xe0U | (code >> 12U)), tail(6), tail(0)};
+        return std::string{static_cast<char>(0xf0U | (code >> 18U)), tail(12), tail(6), tail(0)};
+    };
+    for (const std::uint32_t code : {0x01U, 0x1fU, 0x7fU, 0x80U, 0x9fU, 0x61cU, 0x200eU, 0x200fU, 0x2028U, 0x2029U,
+                                     0x202aU, 0x202eU, 0x2066U, 0x2069U}) {
+        std::string escaped;
+        for (const char c : utf8(code)) escaped += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+        EXPECT_EQ(printable_line("a" + utf8(code) + "b"), "a" + escaped + "b") << code;
+    }
+    for (const std::uint32_t code :
+         {0x20U, 0x7eU, 0xa0U, 0x61bU, 0x61dU, 0x7ffU, 0x800U, 0x200dU, 0x2010U, 0x2026U, 0x2027U, 0x202fU, 0x2065U,
+          0x206aU, 0xd7ffU, 0xe000U, 0xfffdU, 0x10000U, 0x10ffffU}) {
+        EXPECT_EQ(printable_line("a" + utf8(code) + "b"), "a" + utf8(code) + "b") << code;
     }
 }
 

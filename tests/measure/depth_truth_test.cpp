@@ -2,13 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <map>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include "measure/body_surface.hpp"
+#include "measure/retelling.hpp"
 #include "measure/surface_distance.hpp"
 #include "measure/vertical_crossings.hpp"
 #include "support/random_vectors.hpp"
@@ -657,6 +660,70 @@ TEST(DepthTruth, NonFiniteFrameHasNoAnswerAndLeavesNoTrace) {
     EXPECT_NEAR(truth.measure(world.frame).max_depth, 0.01, 1e-15);
 }
 
+TEST(DepthTruth, OrderOfTheBodiesMakesNoDifferenceAndEverySampleSaysWhereItRides) {
+    // The rim of a sheet goes into a ball and up in it; once the ball is the first body and once the second. Vertices
+    // come in their own order, then places on triangles.
+    World world(ball(0.005, 3), sheet(0.01, 20), false);
+    const auto rim_at = [&](double x, double z) {
+        world.place(Vector3::Zero(), [&](const Vector3& p) { return Vector3(p + Vector3(x + 0.005, 0.0003, z)); });
+        world.frame.previous = world.frame.position;
+        world.frame.velocity = Matrix3X::Zero(3, world.frame.position.cols());
+    };
+    rim_at(0.0055, 0.0012);
+    const Retelling swapped = with_bodies_in_order(world.topology, {1, 0});
+    DepthTruth truth(world.topology, world.frame);
+    DepthTruth other(swapped.topology, swapped.retold(world.frame));
+    int wrong = 0;
+    for (const auto& [x, z] :
+         {std::pair{0.0047, 0.0012}, {0.0039, 0.0012}, {0.003, 0.0012}, {0.003, 0.0027}, {0.003, 0.0042}}) {
+        rim_at(x, z);
+        const DepthTruth::Result one = truth.measure(world.frame);
+        const DepthTruth::Result two = other.measure(swapped.retold(world.frame));
+        EXPECT_NEAR(two.max_depth, std::max(0.0, 0.005 - std::hypot(x, z)), 1e-4) << x << ' ' << z;
+        EXPECT_NEAR(two.max_depth, one.max_depth, 1e-15);
+        EXPECT_NEAR(two.mean_depth, one.mean_depth, 1e-15);
+        EXPECT_EQ(two.wrong_side, one.wrong_side);
+        EXPECT_EQ(two.wrong_side_vertices, one.wrong_side_vertices);
+        EXPECT_EQ(two.side_undecided, one.side_undecided);
+        std::array<std::vector<DepthTruth::Judgement>, 2> of_one;
+        std::array<std::vector<DepthTruth::Judgement>, 2> of_two;
+        truth.each_sample([&](const DepthTruth::Judgement& sample) {
+            of_one.at(static_cast<std::size_t>(sample.from)).push_back(sample);
+        });
+        other.each_sample([&](const DepthTruth::Judgement& sample) {
+            of_two.at(static_cast<std::size_t>(1 - sample.from)).push_back(sample);
+        });
+        for (std::size_t body = 0; body < 2; ++body) {
+            const Range vertices = world.topology.bodies[body].vertices;
+            const Range in_two = swapped.topology.bodies[1 - body].vertices;
+            const auto count = static_cast<std::size_t>(vertices.count);
+            ASSERT_EQ(of_one.at(body).size(), count + DepthTruth::default_area_samples);
+            ASSERT_EQ(of_two.at(body).size(), of_one.at(body).size());
+            for (std::size_t i = 0; i < of_one.at(body).size(); ++i) {
+                const DepthTruth::Judgement& a = of_one.at(body)[i];
+                const DepthTruth::Judgement& b = of_two.at(body)[i];
+                EXPECT_EQ(a.into, 1 - a.from);
+                EXPECT_EQ(b.into, 1 - b.from);
+                const bool is_vertex = i < count;
+                EXPECT_EQ(a.vertex, is_vertex ? vertices.first + static_cast<Index>(i) : -1);
+                EXPECT_EQ(b.vertex, is_vertex ? in_two.first + static_cast<Index>(i) : -1);
+                EXPECT_EQ(a.place.triangle < 0, is_vertex);
+                if (!is_vertex) {
+                    EXPECT_EQ(swapped.triangle[static_cast<std::size_t>(b.place.triangle)], a.place.triangle);
+                }
+                EXPECT_EQ(b.place.weights, a.place.weights);
+                EXPECT_EQ(b.side, a.side);
+                EXPECT_EQ(std::isnan(b.depth), std::isnan(a.depth));
+                if (!std::isnan(a.depth)) {
+                    EXPECT_NEAR(b.depth, a.depth, 1e-15);
+                }
+                wrong += a.side == Side::wrong ? 1 : 0;
+            }
+        }
+    }
+    EXPECT_GT(wrong, 10);
+}
+
 TEST(BodySurface, AreaSamplesOfATriangleAreRobertsSequenceFolded) {
     // 1/2 + n (1/g, 1/g²) modulo 1 from n = 1 on, where g³ = g + 1 (Roberts 2018); beyond the diagonal turned round.
     double g = 1.0;
@@ -705,6 +772,48 @@ TEST(SurfaceDistance, TreeAgreesWithEveryTriangle) {
         }
         EXPECT_EQ(tree.distance(world.topology.triangles, world.frame.position, p), std::sqrt(best));
     }
+}
+
+TEST(SurfaceDistance, PreparedAnewItIsOfTheNewTrianglesAlone) {
+    World world(ball(0.01, 1), torus(0.03, 0.01, 12, 8), true);
+    world.place({0.1, 0.0, 0.0});
+    std::mt19937_64 random(6);
+    std::uniform_real_distribution<double> uniform(-0.06, 0.06);
+    SurfaceDistance tree;
+    for (const std::size_t body : {0, 1, 0}) {
+        const Range range = world.topology.bodies[body].triangles;
+        tree.prepare(world.topology.triangles, range, world.frame.position);
+        for (int i = 0; i < 20; ++i) {
+            const Vector3 p = test::random_vector(uniform, random);
+            double best = std::numeric_limits<double>::infinity();
+            for (Index t = range.first; t < range.end(); ++t) {
+                const auto corners = world.topology.triangles.col(t);
+                best = std::min(best, squared_distance_to_triangle(world.frame.position.col(corners[0]),
+                                                                   world.frame.position.col(corners[1]),
+                                                                   world.frame.position.col(corners[2]), p));
+            }
+            EXPECT_DOUBLE_EQ(tree.distance(world.topology.triangles, world.frame.position, p), std::sqrt(best)) << body;
+        }
+    }
+}
+
+TEST(SurfaceDistance, OfTrianglesAtOnePlaceIsThatOfOne) {
+    Shape copies;
+    for (Index i = 0; i < 8; ++i) {
+        copies.points.emplace_back(0.0, 0.0, 1.0);
+        copies.points.emplace_back(3.0, 0.0, 1.0);
+        copies.points.emplace_back(0.0, 4.0, 1.0);
+        copies.faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    World world(points_only({}), copies, false);
+    SurfaceDistance tree;
+    tree.prepare(world.topology.triangles, world.topology.bodies[1].triangles, world.frame.position);
+    EXPECT_EQ(tree.distance(world.topology.triangles, world.frame.position, {1, 1, 3}), 2.0);
+    EXPECT_EQ(tree.distance(world.topology.triangles, world.frame.position, {-3, 1, -3}), 5.0);
+    RayTree rays;
+    rays.prepare(world.topology.triangles, world.topology.bodies[1].triangles, world.frame.position);
+    EXPECT_EQ(rays.crossings(world.topology.triangles, world.frame.position, {1, 1, 0}), 8);
+    EXPECT_EQ(rays.crossings(world.topology.triangles, world.frame.position, {1, 1, 2}), 0);
 }
 
 TEST(SurfaceDistance, TriangleDistanceHasTheClosedForms) {

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <set>
 #include <stdexcept>
@@ -182,6 +184,92 @@ TEST(Summary, FlipsAreTurnsByMoreThanARightAngle) {
     rows[3].tool_force = Vector3(0, -1, 0);
     rows[4].tool_force = Vector3(0, 1, 0);
     EXPECT_EQ(summarize(rows).at("force_flips"), 2.0);
+}
+
+TEST(Summary, GeometryFiguresFollowTheirDefinitions) {
+    std::vector<StepRow> rows(4);  // of the last one nothing is known but an overshoot
+    const std::array<double, 3> depth_error{1.0, 4.0, 2.0};
+    const std::array<double, 3> native_error{3.0, 7.0, 6.0};
+    const std::array<double, 3> strain{0.25, 0.75, 0.5};
+    const std::array<double, 3> strain_over{0.0, 0.125, 0.0625};
+    const std::array<double, 3> volume{2.0, 1.0, 0.5};
+    const std::array<double, 3> translation{0.5, 0.75, 0.25};
+    const std::array<double, 3> mean_depth{0.0, 2.0, 4.0};
+    const std::array<double, 3> max_depth{0.0, 8.0, 4.0};
+    const std::array<std::int64_t, 3> vertices{3, 1, 2};
+    const std::array<std::int64_t, 3> samples{5, 7, 6};
+    for (std::size_t i = 0; i < 3; ++i) {
+        rows[i].depth_error = depth_error.at(i);
+        rows[i].native_depth_error = native_error.at(i);
+        rows[i].max_strain = strain.at(i);
+        rows[i].strain_over = strain_over.at(i);
+        rows[i].overlap_volume = volume.at(i);
+        rows[i].min_translation = translation.at(i);
+        rows[i].mean_depth = mean_depth.at(i);
+        rows[i].max_depth = max_depth.at(i);
+        rows[i].wrong_side_vertices = vertices.at(i);
+        rows[i].wrong_side = samples.at(i);
+    }
+    rows[3].overshoot = 0.125;
+    const std::map<std::string, double> expected{{"depth_error_median_m", 2.0},
+                                                 {"depth_error_max_m", 4.0},
+                                                 {"native_depth_error_median_m", 6.0},
+                                                 {"native_depth_error_max_m", 7.0},
+                                                 {"max_strain", 0.75},
+                                                 {"strain_over_max", 0.125},
+                                                 {"overlap_volume_max_m3", 2.0},
+                                                 {"min_translation_max_m", 0.75},
+                                                 {"overshoot_max_m", 0.125},
+                                                 {"residual_mean_m", 3.0},    // of the two ticks with a depth
+                                                 {"residual_median_m", 6.0},  // of these as well
+                                                 {"residual_max_m", 8.0},
+                                                 {"residual_last_m", 4.0},
+                                                 {"wrong_side_vertices_max", 3.0},
+                                                 {"wrong_side_vertices_last", 2.0},
+                                                 {"wrong_side_max", 7.0},
+                                                 {"wrong_side_last", 6.0}};
+    const auto figures = summarize(rows);
+    for (const auto& [name, value] : expected) EXPECT_EQ(figures.at(name), value) << name;
+}
+
+TEST(Summary, CountsAreSummedAndLoadsAreAtTheirLargest) {
+    std::vector<StepRow> rows(3);
+    EXPECT_TRUE(std::isnan(summarize(rows).at("passed_through"))) << "nobody was asked";
+    const std::array<std::int64_t, 3> few{1, 0, 2};
+    for (std::size_t i = 0; i < 3; ++i) {
+        rows[i].ruptures = few.at(i);
+        rows[i].skipped = 10 * few.at(i);
+        rows[i].no_hit = 100 * few.at(i);
+        rows[i].limited_edges = 1000 * few.at(i);
+        rows[i].detached = 10000 * few.at(i);
+        rows[i].grasped = 7 * few.at(i);
+        rows[i].saturated = few.at(i) > 0;
+    }
+    rows[1].passed_through = 0;
+    rows[2].passed_through = 4;
+    rows[0].roll_torque = 0.5;
+    rows[1].roll_torque = -2.0;
+    rows[0].tip_force = Vector3(3, 4, 0);
+    rows[1].tip_force = Vector3(0, 0, 12);
+    rows[1].device_force = Vector3(6, 8, 0);
+    rows[2].device_force = Vector3(6, 8, 1);
+    rows[1].tool_moment = Vector3(0, -3, 4);
+    const std::map<std::string, double> expected{{"ruptures", 3.0},
+                                                 {"skipped", 30.0},
+                                                 {"no_hit", 300.0},
+                                                 {"limited_edges", 3000.0},
+                                                 {"detached", 30000.0},
+                                                 {"grasped_max", 14.0},
+                                                 {"saturated_ticks", 2.0},
+                                                 {"passed_through", 4.0},
+                                                 {"roll_torque_max_nm", 2.0},
+                                                 {"tip_force_max_n", 12.0},
+                                                 {"tip_force_jump_max_n", 13.0},
+                                                 {"device_force_jump_max_n", 1.0},
+                                                 {"tool_moment_max_nm", 5.0}};
+    const auto figures = summarize(rows);
+    for (const auto& [name, value] : expected) EXPECT_DOUBLE_EQ(figures.at(name), value) << name;
+    EXPECT_DOUBLE_EQ(figures.at("device_force_max_n"), std::sqrt(101.0));
 }
 
 TEST(FastPart, TwoTonesAreToldApart) {

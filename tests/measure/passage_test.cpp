@@ -153,6 +153,46 @@ TEST(PassageTruth, AnOpenSheetIsPassedOnlyWhenTheToolIsWhollyBehindIt) {
     EXPECT_EQ(passages_of(scene(-0.006)), 1);
 }
 
+TEST(PassageTruth, WhereABodyHasItsOriginMakesNoDifference) {
+    // shaft_and_plate with a flat tip, both bodies' shapes away from their bodies' own origins: through the plate, and
+    // along it 1 mm deep, where the plate's edges pass from the shaft's front to its back.
+    const auto scene = [](std::vector<Key> keys) {
+        for (Key& key : keys) key.x -= 0.05;
+        return test::scene_from_text(fmt::format(
+            R"({{"format":"trocar-scene-1","name":"off","unit":"m","dt":0.001,"ticks":{},"seed":1,"bodies":[
+          {{"name":"plate","kind":"rigid","closed":true,"pose":[-0.03,0.02,-0.073,0,0,0],
+            "parts":[{{"shape":"box","size":[0.06,0.06,0.006],"edge":0.02,"pose":[0.03,-0.02,0.07,0,0,0]}}]}},
+          {{"name":"tool","kind":"instrument","closed":true,
+            "parts":[{{"shape":"shaft","radius":0.0025,"length":0.08,"edge":0.002,"tip":"flat",
+                       "pose":[0.05,0,0.04,0,0,0]}}],
+            "motion":{{"drive":"prescribed","keys":[{}]}}}}]}})",
+            static_cast<int>(std::lround(keys.back().time * 1000.0)) + 5, keys_text(keys, -0.04, "0,0,0")));
+    };
+    EXPECT_EQ(passages_of(scene({{0, 0, 0.003}, {0.2, 0, -0.012}})), 1);
+    EXPECT_EQ(passages_of(scene({{0, -0.01, 0.003}, {0.1, -0.01, -0.001}, {0.3, 0.01, -0.001}, {0.4, 0.01, 0.003}})),
+              0);
+}
+
+TEST(PassageTruth, ABodyIsAsDeepAsOneOfItsWallsIsThick) {
+    // A slanted way through a plate, far from the plate's edges, is 10.7 mm long and nowhere more than 3 mm deep. That
+    // makes a passage because the plate is no deeper anywhere; a second plate far below, of the same body, changes
+    // nothing.
+    const std::string second = R"(,{"shape":"box","size":[0.06,0.06,0.006],"edge":0.06,"pose":[0,0,-0.1,0,0,0]})";
+    for (const std::string& more : {std::string(), second}) {
+        EXPECT_EQ(
+            passages_of(test::scene_from_text(fmt::format(
+                R"({{"format":"trocar-scene-1","name":"walls","unit":"m","dt":0.001,"ticks":205,"seed":1,"bodies":[
+          {{"name":"plates","kind":"rigid","closed":true,"pose":[0,0.0213,-0.003,0,0,0],
+            "parts":[{{"shape":"box","size":[0.06,0.06,0.006],"edge":0.06}}{}]}},
+          {{"name":"tool","kind":"instrument","closed":true,
+            "parts":[{{"shape":"shaft","radius":0.0025,"length":0.08,"edge":0.002}}],
+            "motion":{{"drive":"prescribed","keys":[{}]}}}}]}})",
+                more, keys_text({{0, 0, 0.003}, {0.2, 0.022, -0.012}}, 0.0, "0,0,0")))),
+            1)
+            << more;
+    }
+}
+
 TEST(PassageTruth, EveryPassOfTheSpeedSweepThroughTheSlabCounts) {
     const Scene scene =
         read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes/i2r_speed_sweep.json", std::nullopt);

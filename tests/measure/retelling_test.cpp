@@ -72,6 +72,69 @@ TEST(Retelling, OnTheGridShiftAndFactorAreExact) {
     EXPECT_EQ(placed(grid, 1000.0, Vector3::Zero()).position / 1000.0, grid.position);
 }
 
+/// Jaws, a trocar, a tip, a script and tissue.
+Scene grasp_scene() {
+    return read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "i2t_grasp.json", std::nullopt);
+}
+
+TEST(Retelling, ThroughMillimetresEveryLengthIsTheSameButForRounding) {
+    const Scene scene = grasp_scene();
+    const Scene told = through_millimetres(scene);
+    const auto alike = [](const auto& is, const auto& was) { return (is - was).norm() <= 1e-15 * was.norm(); };
+    EXPECT_NE(told.first.position, scene.first.position) << "nothing was rounded";
+    EXPECT_TRUE(alike(told.first.position, scene.first.position));
+    EXPECT_TRUE(alike(told.first.previous, scene.first.previous));
+    ASSERT_FALSE(scene.materials.springs.empty());
+    for (std::size_t s = 0; s < scene.materials.springs.size(); ++s) {
+        const Spring& was = scene.materials.springs[s];
+        const Spring& is = told.materials.springs[s];
+        EXPECT_NEAR(is.rest, was.rest, 1e-15 * was.rest);
+        EXPECT_EQ(is.k, was.k);
+    }
+    int scripts = 0;
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+        EXPECT_TRUE(alike(told.first.pose[b].translation, scene.first.pose[b].translation));
+        EXPECT_TRUE(alike(told.bodies[b].local, scene.bodies[b].local));
+        EXPECT_TRUE(alike(told.materials.tip[b], scene.materials.tip[b]));
+        for (std::size_t j = 0; j < scene.bodies[b].jaws.size(); ++j) {
+            EXPECT_TRUE(alike(told.bodies[b].jaws[j].hinge, scene.bodies[b].jaws[j].hinge));
+        }
+        if (!scene.bodies[b].motion) continue;
+        ++scripts;
+        EXPECT_TRUE(alike(told.materials.trocar_point[b].value(), scene.materials.trocar_point[b].value()));
+        const std::vector<MotionKey>& was = scene.bodies[b].motion->keys;
+        const std::vector<MotionKey>& is = told.bodies[b].motion.value().keys;
+        ASSERT_EQ(is.size(), was.size());
+        for (std::size_t k = 0; k < was.size(); ++k) {
+            EXPECT_TRUE(alike(is[k].translation, was[k].translation));
+            EXPECT_EQ(is[k].time, was[k].time);
+        }
+    }
+    EXPECT_EQ(scripts, 1);
+}
+
+TEST(Retelling, AMovedSceneIsMovedAsAWholeAndSoAreItsScripts) {
+    const Scene scene = grasp_scene();
+    const Vector3 by(16.0, -8.0, 4.0);
+    const Scene told = moved(scene, by);
+    EXPECT_EQ(told.first.position, Matrix3X(scene.first.position.colwise() + by));
+    EXPECT_EQ(told.first.previous, Matrix3X(scene.first.previous.colwise() + by));
+    Matrix3X was = scene.first.position;
+    Matrix3X is = told.first.position;
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+        EXPECT_EQ(told.first.pose[b].translation, Vector3(scene.first.pose[b].translation + by));
+        EXPECT_EQ(told.materials.tip[b], scene.materials.tip[b]) << "in the frame of its body";
+        if (!scene.bodies[b].motion) continue;
+        EXPECT_EQ(told.materials.trocar_point[b].value(), Vector3(scene.materials.trocar_point[b].value() + by));
+        const Range vertices = scene.topology.bodies[b].vertices;
+        for (const double time : {0.1, 0.45, 2.0}) {
+            place_body(scene.bodies[b], vertices, scene.bodies[b].motion->pose_at(time), was);
+            place_body(told.bodies[b], vertices, told.bodies[b].motion.value().pose_at(time), is);
+            EXPECT_LT((is - (was.colwise() + by)).cwiseAbs().maxCoeff(), 5e-14) << time;
+        }
+    }
+}
+
 TEST(Retelling, ASceneKeepsItsSpringsShapesLawsAndMasses) {
     Scene scene = read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "t2t_press.json", std::nullopt);
     const Index last = scene.topology.vertex_count - 1;

@@ -508,5 +508,13 @@ TEST(ObserveOrder, FindsTheOrderOfAPowerLawAndRefusesDivergence) {
     EXPECT_EQ(observe_order(1e-7, 2e-7, 1e-6).bound, 2e-7);
 }
 
+TEST(LargestChanges, AreThoseOfStepsAndOfStiffnessesTogether) {
+    for (const auto& by_time_step : {std::array{0.5, 2.0}, std::array{2.0, 0.5}}) {
+        for (const auto& by_stiffness : {std::array{0.125, 0.25}, std::array{0.25, 0.125}}) {
+            EXPECT_EQ(largest_changes(by_time_step, by_stiffness), 2.25);
+        }
+    }
+}
+
 }  // namespace
 }  // namespace trocar

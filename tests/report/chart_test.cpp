@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <regex>
 
@@ -91,6 +92,113 @@ TEST(Charts, OfNumbersBeyondAllMeasureEndAndHaveAPlaceForEachMark) {
                 const std::regex no_place(R"re([ a-z0-9]+="[^"]*\b(nan|inf)\b[^"]*")re");
                 EXPECT_FALSE(std::regex_search(svg, no_place)) << low << " and " << high << ": " << svg;
                 EXPECT_LT(svg.size(), 200000U);
+            }
+        }
+    }
+}
+
+/// Places of the lines of the grid, ascending: of those that stand upright their x, else their y.
+std::vector<double> grid_places(const std::string& svg, bool upright) {
+    const std::regex line(
+        R"re(<line x1="([-0-9.]+)" y1="([-0-9.]+)" x2="([-0-9.]+)" y2="([-0-9.]+)" stroke="#e3e7eb")re");
+    std::vector<double> places;
+    for (std::sregex_iterator match(svg.begin(), svg.end(), line); match != std::sregex_iterator(); ++match) {
+        if (((*match)[1] == (*match)[3]) == upright) places.push_back(std::stod((*match)[upright ? 1 : 2]));
+    }
+    std::sort(places.begin(), places.end());
+    return places;
+}
+
+struct PlacedWord {
+    double x;
+    double y;
+    std::string text;
+};
+
+std::vector<PlacedWord> placed_words(const std::string& svg) {
+    const std::regex pattern(R"re(<text x="([-0-9.]+)" y="([-0-9.]+)"[^>]*>([^<]*)</text>)re");
+    std::vector<PlacedWord> words;
+    for (std::sregex_iterator match(svg.begin(), svg.end(), pattern); match != std::sregex_iterator(); ++match) {
+        words.push_back({std::stod((*match)[1]), std::stod((*match)[2]), (*match)[3].str()});
+    }
+    return words;
+}
+
+/// One drawing of every kind, with as many series, categories or lines.
+std::vector<std::string> drawings(int count) {
+    ScatterChart scatter;
+    DotChart dots;
+    BarChart bars;
+    LineChart lines;
+    for (std::string* title : {&scatter.x_title, &dots.x_title, &bars.x_title, &lines.x_title}) *title = "the quantity";
+    dots.categories = {"a"};
+    bars.parts = {"p"};
+    for (int i = 1; i <= count; ++i) {
+        const std::string name = "s" + std::to_string(i);
+        const double value = i;
+        const ChartPoint point{.x = value, .y = 2.0, .name = "", .label = ""};
+        scatter.series.push_back({.name = name, .style = {}, .points = {point}});
+        dots.series.push_back({.name = name, .style = {}, .dots = {DotChart::Dot{.value = value, .name = ""}}});
+        bars.bars.push_back({.name = name, .parts = {value}});
+        lines.lines.push_back({.name = name, .points = {{1.0, value}, {2.0, 0.0}}});
+    }
+    LineChart log_lines = lines;
+    log_lines.log_x = true;
+    LineChart small_lines = lines;
+    small_lines.small = true;
+    return {draw(scatter), draw(dots), draw(bars), draw(lines), draw(log_lines), draw(small_lines)};
+}
+
+TEST(Charts, EveryMarkStandsBetweenTheFirstAndTheLastLineOfBothAxes) {
+    constexpr double rounding = 0.11;  // px, places have one digit behind the point
+    for (const double value : {1.0, 1.5, 2.1, 4.9, 5.1, 7.3, 9.99}) {
+        for (const double factor : {1.0, 3.7, 250.0}) {
+            ScatterChart scatter = chart();
+            scatter.series.front().points = {{.x = value, .y = value * factor, .name = "one", .label = ""},
+                                             {.x = value * factor, .y = value, .name = "other", .label = ""}};
+            const std::string svg = draw(scatter);
+            for (const bool upright : {true, false}) {
+                const std::vector<double> grid = grid_places(svg, upright);
+                ASSERT_GE(grid.size(), 2U);
+                for (const char* name : {"one", "other"}) {
+                    const double place = attribute(svg, "circle", name, upright ? "cx" : "cy");
+                    EXPECT_GE(place, grid.front() - rounding) << value << " times " << factor;
+                    EXPECT_LE(place, grid.back() + rounding) << value << " times " << factor;
+                }
+            }
+        }
+    }
+    // And a line says what stands on it.
+    const std::string svg = draw(chart());
+    for (const PlacedWord& word : placed_words(svg)) {
+        if (word.text == "100") {
+            EXPECT_NEAR(word.x, attribute(svg, "circle", "second", "cx"), rounding);
+        }
+    }
+}
+
+TEST(Charts, TheTitleOfTheHorizontalAxisStandsBelowEveryOtherWord) {
+    for (const std::string& svg : drawings(2)) {
+        double title = 0.0;
+        double others = 0.0;
+        for (const PlacedWord& word : placed_words(svg)) {
+            double& lowest = word.text == "the quantity" ? title : others;
+            lowest = std::max(lowest, word.y);
+        }
+        EXPECT_GT(others, 0.0);
+        EXPECT_GT(title, others) << svg;
+    }
+}
+
+TEST(Charts, EveryWordStandsWithinTheDrawingHoweverManyThereAre) {
+    const std::regex size(R"re(viewBox="0 0 ([0-9]+) ([0-9]+)")re");
+    for (const int count : {1, 10, 40}) {
+        for (const std::string& svg : drawings(count)) {
+            std::smatch match;
+            ASSERT_TRUE(std::regex_search(svg, match, size));
+            for (const PlacedWord& word : placed_words(svg)) {
+                EXPECT_TRUE(word.x >= 0.0 && word.x <= std::stod(match[1])) << word.text << " in " << svg;
+                EXPECT_TRUE(word.y > 0.0 && word.y <= std::stod(match[2])) << word.text << " in " << svg;
             }
         }
     }

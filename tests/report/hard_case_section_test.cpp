@@ -1,6 +1,8 @@
 // Every word of the hard-case matrix and of the certificate, from records made by hand.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "report/report.hpp"
 #include "support/program.hpp"
 #include "synthetic.hpp"
@@ -66,6 +68,46 @@ TEST(HardCaseSection, ABrokenBoundIsToldWithItsFigure) {
     EXPECT_NE(page.find("| residual_max_m ≤ 0.100 mm | ok | residual_max_m 0.250 mm | residual_max_m n/a |"),
               std::string::npos)
         << page;
+}
+
+TEST(HardCaseSection, PageOneCountsCasesByTheirFirstFaultAndPutsMethodsThatCountAlikeIntoOneRow) {
+    Record second_process = hard_case("one", "a", OutcomeKind::crashed);
+    second_process.spec.repetition = 1;
+    Record moving = hard_case("stab", "a");
+    moving.spec.response = "r";
+    const std::vector<Record> records{hard_case("one", "a"),
+                                      hard_case("two", "a"),
+                                      hard_case("one", "b", OutcomeKind::ok, 1.0, 2.0),
+                                      hard_case("two", "b"),
+                                      hard_case("one", "c", OutcomeKind::not_finite),
+                                      hard_case("two", "c", OutcomeKind::ok, 0.0, 1.0),
+                                      hard_case("one", "d", OutcomeKind::threw),
+                                      hard_case("two", "d", OutcomeKind::crashed),
+                                      hard_case("one", "e", OutcomeKind::crashed),
+                                      hard_case("two", "e", OutcomeKind::threw),
+                                      hard_case("one", "f", OutcomeKind::timed_out),
+                                      hard_case("two", "f"),
+                                      hard_case("one", "g", OutcomeKind::absent),
+                                      second_process,
+                                      moving};
+    const std::string page = make_report(records).files.at("report.md");
+    EXPECT_NE(page.find("> Hard cases answered rightly: all by `a`, `r`; `b` 1 of 2, `c` 0 of 2, `d` 0 of 2, `e` 0 of "
+                        "2, `f` 1 of 2.\n"),
+              std::string::npos)
+        << page;
+    std::vector<std::size_t> places;
+    for (const char* row : {"| detector | right of N | miss | extra | NaN | crash, throw | other fault |\n",
+                            "| `a` | 2 of 2 | 0 | 0 | 0 | 0 | 0 |\n", "| `b` | 1 of 2 | 1 | 0 | 0 | 0 | 0 |\n",
+                            "| `c` | 0 of 2 | 0 | 1 | 1 | 0 | 0 |\n"}) {
+        places.push_back(page.find(row));
+        EXPECT_NE(places.back(), std::string::npos) << row << page;
+    }
+    EXPECT_TRUE(std::is_sorted(places.begin(), places.end())) << "those that are right more often stand first";
+    EXPECT_NE(page.find("| `f` | 1 of 2 | 0 | 0 | 0 | 0 | 1 |\n"), std::string::npos) << page;
+    EXPECT_NE(page.find("| `d`, `e` | 0 of 2 | 0 | 0 | 0 | 2 | 0 |\n"), std::string::npos) << page;
+    EXPECT_EQ(page.find("| `g` |"), std::string::npos) << "nobody could ask it";
+    EXPECT_NE(page.find("| response | right of N |\n"), std::string::npos) << "no column of faults that nobody has";
+    EXPECT_NE(page.find("| `r` | 1 of 1 |\n"), std::string::npos) << page;
 }
 
 Record certificate(const std::string& detector, const std::string& response, std::int64_t repetition,

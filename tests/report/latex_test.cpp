@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <random>
+#include <set>
 
 #include "report/report.hpp"
 #include "report/synthetic.hpp"
@@ -135,6 +136,25 @@ TEST(LatexTables, WideOnesRepeatTheirFirstColumnAndLongOnesTheirHead) {
     EXPECT_GT(count("\\begin{tabular}"), count("hold &") / 100) << "pages may break";
 }
 
+TEST(LatexTables, APieceEndsWhereItsLinesFillAPage) {
+    // A page of a 10 pt article has 550 pt, which are 57 lines of 9.5 pt; forty of them should be made use of.
+    const auto expect_pieces = [](const std::string& cell, int lines) {
+        Table table{.caption = "t", .columns = {{"word", false}}, .rows = {}, .note = ""};
+        table.rows.assign(120, TableRow{.cells = {cell}});
+        const std::string text = latex_table(table);
+        int pieces = 0;
+        for (std::size_t at = text.find("\\toprule"); at != std::string::npos; at = text.find("\\toprule", at + 1)) {
+            ++pieces;
+        }
+        EXPECT_GE(57 * pieces, 120 * lines) << cell;
+        EXPECT_LE(40 * (pieces - 1), 120 * lines) << cell;
+    };
+    // Ten letters are some 48 pt, and a column of text takes a third of the 229 pt of the line at most.
+    expect_pieces("nnnnnnnnnn", 1);
+    expect_pieces("nnnnnnnnnn nnnnnnnnnn", 2);
+    expect_pieces("nnnnnnnnnn nnnnnnnnnn nnnnnnnnnn", 3);
+}
+
 TEST(LatexTables, SignsGetTheRoomThatComputerModernGivesThem) {
     // Of cmsy8: 14 units of 17/36 pt for relations and operations, 18 for arrows and infinity (its parameter file).
     constexpr double line = 229.0;  // pt, what latex_table sets for
@@ -209,6 +229,31 @@ TEST(Charts, ArePdfToo) {
         if (content != pdf_of(name)) return;  // another drawing, another PDF; held below that the same gives the same
     }
     ADD_FAILURE() << "a drawing changed and its PDF did not";
+}
+
+TEST(Charts, ADrawingWhosePdfCouldNotBeMadeInFullHasNone) {
+    for (const auto& [ending, is_made] : {std::pair{"exit 0", true}, {"exit 1", false}, {"kill -9 $$", false}}) {
+        const test::TemporaryFolder folder;
+        std::ofstream(folder.path() / "records.jsonl") << to_json_line(test::synthetic({})) << "\n"
+                                                       << to_json_line(test::synthetic({.detector = "theirs"})) << "\n";
+        const std::filesystem::path program = folder.path() / "programs" / "rsvg-convert";
+        std::filesystem::create_directories(program.parent_path());
+        std::ofstream(program) << "#!/bin/sh\nfor word; do\ncase $word in --output=*) echo begun >${word#--output=};; "
+                                  "esac\ndone\n"
+                               << ending << "\n";
+        std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+        const test::ProgramResult result =
+            test::run_program("report " + folder.path().string(),
+                              "PATH=" + program.parent_path().string() + ":$PATH " + std::string(TROCAR_PROGRAM));
+        EXPECT_EQ(result.status, 0) << result.err;
+        std::set<std::string> endings;
+        for (const auto& entry : std::filesystem::directory_iterator(folder.path() / "charts")) {
+            endings.insert(entry.path().extension().string());
+        }
+        EXPECT_TRUE(endings.contains(".svg"));
+        EXPECT_EQ(endings.contains(".pdf"), is_made) << ending;
+        EXPECT_FALSE(endings.contains(".part")) << ending;
+    }
 }
 
 TEST(Charts, TheSameDrawingGivesTheSamePdf) {

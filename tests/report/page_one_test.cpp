@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <regex>
 
 #include "geometry/input_error.hpp"
 #include "report/worst_tick.hpp"
@@ -193,6 +194,26 @@ TEST(PageOne, MarkdownIsPageOneAndLinksToTheRest) {
     EXPECT_NE(test::whole(report).find("## Environment"), std::string::npos);
 }
 
+TEST(PageOne, ItsLastLineTellsWhereTheNumbersComeFromAndHowToHaveThemAgain) {
+    const std::string again =
+        " This page again: `trocar report .` in its folder; the records anew: `trocar study made_up.json`.</sub>\n";
+    const std::string loops = make_report(four_responses()).files.at("report.md");
+    EXPECT_NE(loops.find("<sub>Study `made_up`, commit `abc1234`, Paper CPU, seed 1, 8 runs." + again),
+              std::string::npos)
+        << loops;
+    std::vector<Record> replays{synthetic({.mode = "replay", .scene = "b"}),
+                                synthetic({.mode = "replay", .scene = "a"})};
+    replays[1].frames_hash = "00000000000000aa";
+    for (Record& record : replays) record.environment["commit"] = "0123456789abcdef0123";
+    const std::string frames = make_report(replays).files.at("report.md");
+    // FNV-1a of 64 bits over "a00000000000000aab00000000000000ff".
+    EXPECT_NE(frames.find("<sub>Study `made_up`, commit `0123456789ab`, Paper CPU, seed 1, 2 runs. Frames "
+                          "`468a08b491d01dbc`." +
+                          again),
+              std::string::npos)
+        << frames;
+}
+
 TEST(PageOne, TheThesisIsNamedInFullWhereItTakesPart) {
     std::vector<Record> records = four_responses();
     const char* const named =
@@ -240,6 +261,52 @@ TEST(WorstTick, IsDrawnOnPageOneAndWithoutItThePageSaysHowToHaveIt) {
     EXPECT_NE(picture.find("0.500 mm deep."), std::string::npos);
     EXPECT_NE(picture.find("depth 0 to 0.500 mm"), std::string::npos);
     EXPECT_TRUE(with.files.contains("charts/worst_tick_force.svg"));
+}
+
+/// All that `pattern` finds in its groups, in order.
+std::vector<std::string> found_in(const std::string& text, const std::string& pattern) {
+    std::vector<std::string> found;
+    const std::regex regex(pattern);
+    for (std::sregex_iterator match(text.begin(), text.end(), regex); match != std::sregex_iterator(); ++match) {
+        for (std::size_t group = 1; group < match->size(); ++group) found.push_back((*match)[group].str());
+    }
+    return found;
+}
+
+/// How light a colour looks ("1b2027"), by the weights of ITU-R BT.709.
+double lightness(const std::string& colour) {
+    const auto channel = [&colour](std::size_t at) { return std::stoi(colour.substr(at, 2), nullptr, 16); };
+    return 0.2126 * channel(0) + 0.7152 * channel(2) + 0.0722 * channel(4);
+}
+
+TEST(WorstTick, DeeperIsDarkerByItsShareOfTheDeepestAndLengthsAreDrawnToTheScaleThatIsTold) {
+    std::vector<std::string> scale_before;
+    for (const double deepest : {0.0625, 0.5, 64.0}) {  // mm
+        WorstTick tick = seen();
+        tick.states.at(0).depth = deepest;
+        tick.states.at(0).bodies.at(1).segments.at(0).depth = deepest / 2.0;
+        const std::string picture = draw(tick);
+        const std::vector<std::string> scale = found_in(picture, R"re(height="10" fill="#([0-9a-f]{6})"/>)re");
+        ASSERT_EQ(scale.size(), 40U) << picture;
+        for (std::size_t i = 1; i < scale.size(); ++i) EXPECT_LT(lightness(scale[i]), lightness(scale[i - 1])) << i;
+        if (!scale_before.empty()) {
+            EXPECT_EQ(scale, scale_before) << deepest;
+        }
+        scale_before = scale;
+        const std::vector<std::string> deep = found_in(picture, R"re(stroke="#([0-9a-f]{6})" stroke-width="4")re");
+        ASSERT_EQ(deep.size(), 1U);
+        EXPECT_LT(lightness(deep[0]), lightness(scale[19])) << "half as deep: between the two in the middle";
+        EXPECT_GT(lightness(deep[0]), lightness(scale[20]));
+        // The sheet, which is 10 mm long, and the bar with its length beside it.
+        const std::vector<std::string> ends = found_in(
+            picture,
+            R"re(<line x1="([-0-9.]+)" y1="[-0-9.]+" x2="([-0-9.]+)" y2="[^"]*" stroke="[^"]*" stroke-width="2")re");
+        const std::vector<std::string> told = found_in(picture, R"re(>([0-9]+) mm</text>)re");
+        ASSERT_EQ(ends.size(), 4U);
+        ASSERT_EQ(told.size(), 1U);
+        const double pixels_per_mm = (std::stod(ends[1]) - std::stod(ends[0])) / 10.0;
+        EXPECT_NEAR((std::stod(ends[3]) - std::stod(ends[2])) / std::stod(told[0]), pixels_per_mm, 0.1);
+    }
 }
 
 TEST(WorstTick, ShowsTheSceneWhereTheBestOtherResponseIsDeepest) {

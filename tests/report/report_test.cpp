@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <map>
 
 #include "geometry/input_error.hpp"
 #include "method/registry.hpp"
@@ -353,6 +354,58 @@ TEST(Verdict, TimesOverScenesAreGeometricMeans) {
     const Verdict verdict = verdict_of(results);
     EXPECT_NEAR(verdict.rows[0].p50.value, 200e3, 1e-6);
     EXPECT_NEAR(verdict.rows[0].ratio.value, 0.25, 1e-12);
+}
+
+TEST(Verdict, ARatioIsOfTheProcessesThatBothHave) {
+    // 100 / 400 and 200 / 800 µs; the third process of either has nothing beside it.
+    for (const bool reference_has_more : {true, false}) {
+        std::vector<Record> records;
+        for (const std::int64_t process : {0, 1, 2}) {
+            const std::int64_t factor = process + 1;
+            if (process < 2 || !reference_has_more) {
+                records.push_back(synthetic({.repetition = process, .first_tick_us = 100 * factor}));
+            }
+            if (process < 2 || reference_has_more) {
+                records.push_back(synthetic(
+                    {.detector = "theirs", .own = false, .repetition = process, .first_tick_us = 400 * factor}));
+            }
+        }
+        const Results results(records);
+        const Verdict verdict = verdict_of(results);
+        ASSERT_EQ(verdict.rows.size(), 2U);
+        const VerdictRow& mine = verdict.rows.front();
+        EXPECT_EQ(mine.contestant.detector, "mine");
+        EXPECT_EQ(estimate_text(mine.ratio, 1.0), "0.250 [0.250–0.250]");
+        EXPECT_EQ(mine.ratio.processes, 2);
+        EXPECT_EQ(estimate_text(mine.p50, 1e-3), reference_has_more ? "150 [100–200]" : "200 [100–300]");
+    }
+}
+
+TEST(Verdict, ARatioWithinTheNoiseIsToldAsNearOne) {
+    std::vector<Record> records{synthetic({.detector = "theirs", .own = false, .first_tick_us = 400})};
+    for (const int tick_us : {250, 300, 500, 700}) {
+        const std::string name = "takes " + std::to_string(tick_us);
+        records.push_back(synthetic({.detector = name, .first_tick_us = tick_us, .state_hash = name}));
+    }
+    const Results results(records);
+    const auto ratios = [verdict = verdict_of(results)](double noise_floor) {
+        std::map<std::string, std::string> by_name;
+        for (const TableRow& row : verdict_table(verdict, "", noise_floor).rows) {
+            by_name[row.cells.at(1).substr(0, 9)] = row.cells.at(9);
+        }
+        return by_name;
+    };
+    using Told = std::map<std::string, std::string>;
+    EXPECT_EQ(ratios(1.5), (Told{{"`theirs` ", "1"},
+                                 {"`takes 25", "0.625"},
+                                 {"`takes 30", "≈ 0.750"},
+                                 {"`takes 50", "≈ 1.25"},
+                                 {"`takes 70", "1.75"}}));
+    EXPECT_EQ(ratios(not_known), (Told{{"`theirs` ", "1"},
+                                       {"`takes 25", "0.625"},
+                                       {"`takes 30", "0.750"},
+                                       {"`takes 50", "1.25"},
+                                       {"`takes 70", "1.75"}}));
 }
 
 TEST(Verdict, AFailedSceneLeavesNoMeanAndGoesLast) {

@@ -369,5 +369,49 @@ TEST(TipProxy, FreeTipAndSceneWithoutBoneHaveNone) {
     EXPECT_EQ(s.effect.contacts.size(), 1U);
 }
 
+TEST(TipProxy, LeavesMoreAndMoreOfAContactToOthersBetweenTwoAndFourRadiiOfTheTip) {
+    // The smooth step 3 x² - 2 x³: 5/32 a quarter of the way, a half in the middle. The tip of a tool that is turned by
+    // a right angle about z and moved.
+    test::PairSample s = test::vertex_of_a_in_b(BodyKind::instrument, BodyKind::rigid);
+    s.materials.tip[0] = Vector3(0.01, 0.02, 0.03);
+    s.frame.pose.assign(2, {});
+    s.frame.pose[0].translation = Vector3(0.001, 0.002, 0.003);
+    s.frame.pose[0].rotation = Quaternion(Eigen::AngleAxisd(0.5 * std::numbers::pi, Vector3::UnitZ()));
+    const Vector3 tip(-0.019, 0.012, 0.033);
+    const Vector3 aside = Vector3(1.0, 2.0, -2.0) / 3.0;
+    PairLaws laws;
+    laws.prepare(s.topology, s.materials, Contact::unset, Contact::unset);
+    TipProxies proxies;
+    proxies.prepare(s.topology, s.materials, r);
+    EXPECT_EQ(proxies.share_left(0, tip), 1.0) << "before the first tick nothing is led";
+    proxies.respond(s.topology, s.materials, laws, s.frame, s.contacts, s.effect);
+    EXPECT_EQ(proxies.share_left(1, tip), 1.0) << "the tip is another body's";
+    for (const auto& [radii, share] : {std::pair{0.0, 0.0},
+                                       {1.99, 0.0},
+                                       {2.5, 5.0 / 32.0},
+                                       {3.0, 0.5},
+                                       {3.5, 27.0 / 32.0},
+                                       {4.01, 1.0},
+                                       {100.0, 1.0}}) {
+        const Vector3 place = tip + radii * r * aside;
+        EXPECT_NEAR(proxies.share_left(0, place), share, 1e-9) << radii;
+        Contact contact;
+        contact.body_a = 0;
+        contact.body_b = 1;
+        contact.kind = ContactCase::edges_cross;
+        contact.point = place;
+        EXPECT_EQ(proxies.takes(s.topology, s.frame, contact), share == 0.0) << radii;
+        contact.point = Vector3::Constant(1.0);
+        contact.kind = ContactCase::a_enters_b;
+        contact.vertex_a = 1;
+        s.frame.position.col(1) = place;
+        EXPECT_EQ(proxies.takes(s.topology, s.frame, contact), share == 0.0) << radii;
+        contact.vertex_a = -1;
+        contact.kind = ContactCase::point_face;
+        contact.on_a = ContactPoint::at_vertex(1);
+        EXPECT_EQ(proxies.takes(s.topology, s.frame, contact), share == 0.0) << radii;
+    }
+}
+
 }  // namespace
 }  // namespace trocar

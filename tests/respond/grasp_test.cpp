@@ -371,6 +371,22 @@ TEST(Grasp, AttachingShowsNoForceOfItsOwn) {
     }
 }
 
+TEST(Grasp, HasTheSameSettingsInHoldAndInTheThesis) {
+    const auto setting = [](const char* response, const std::string& name) {
+        const std::vector<Parameter>& all = registry().response(response).parameters;
+        const auto found = std::find_if(all.begin(), all.end(), [&](const Parameter& one) { return one.name == name; });
+        return all.at(static_cast<std::size_t>(found - all.begin()));
+    };
+    for (const char* name : {"grasp_k", "grasp_slip", "jaw_length", "release_time"}) {
+        const Parameter hold = setting("hold", name);
+        const Parameter thesis = setting("thesis", name);
+        EXPECT_EQ(hold.unit, thesis.unit) << name;
+        EXPECT_EQ(hold.default_value, thesis.default_value) << name;
+        EXPECT_EQ(hold.minimum, thesis.minimum) << name;
+        EXPECT_EQ(hold.maximum, thesis.maximum) << name;
+    }
+}
+
 /// What a shipped scene shows of its grasp.
 struct Shown {
     std::int64_t most = 0;        ///< vertices held

@@ -167,6 +167,21 @@ TEST(ThesisTissue, PairsThatMeanNothingAreCounted) {
     EXPECT_TRUE(s.effect.contacts.empty() && s.effect.placements.empty());
 }
 
+TEST(ThesisTissue, PairsThatLackATriangleOrAVertexAreCounted) {
+    for (const char* method : {"thesis:resolution=none", "thesis:profile=corrected,resolution=none"}) {
+        for (const ContactCase kind : {ContactCase::a_enters_b, ContactCase::b_enters_a, ContactCase::edges_cross}) {
+            for (Index Contact::*const lacking : {&Contact::a, &Contact::b, &Contact::vertex_a, &Contact::vertex_b}) {
+                PairSample s = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
+                s.contacts.contacts[0].kind = kind;
+                s.contacts.contacts[0].*lacking = -1;
+                s.respond(method);
+                EXPECT_EQ(s.effect.skipped, 1) << method << ' ' << static_cast<int>(kind);
+                EXPECT_TRUE(s.effect.contacts.empty() && s.effect.placements.empty()) << method;
+            }
+        }
+    }
+}
+
 TEST(ThesisTissue, RestWithoutDepthGivesNoForce) {
     PairSample s = vertex_of_a_in_b(BodyKind::instrument, BodyKind::tissue);
     s.contacts.contacts[0].depth = 0.0;

@@ -77,6 +77,32 @@ TEST_F(RecordingFile, RangesInAnyOrderKeepTheFilesTriangleNumbers) {
     EXPECT_EQ(frame.position(0, 0), RecordingText::coordinate(1, 3, 0)) << "vertex 0 of b is vertex 3 of the file";
 }
 
+TEST_F(RecordingFile, EveryTriangleOfABodyHasItsOwnCornersAndItsPlaceInTheFile) {
+    RecordingText text;
+    text.header["triangles"] = 5;
+    text.header["bodies"][0]["triangles"] = {0, 2};
+    text.header["bodies"][1]["triangles"] = {2, 3};
+    text.triangles = {0, 1, 2, 2, 1, 0, 3, 4, 5, 5, 4, 3, 4, 3, 5};
+    const Topology topology = read(text.bytes()).topology();
+    EXPECT_EQ(topology.bodies[1].triangles, (Range{2, 3}));
+    ASSERT_EQ(topology.triangle_count(), 5);
+    for (Index t = 0; t < 5; ++t) {
+        for (Index corner = 0; corner < 3; ++corner) {
+            const auto told = static_cast<Index>(text.triangles[static_cast<std::size_t>(3 * t + corner)]);
+            EXPECT_EQ(topology.triangles(corner, t), told) << t;
+        }
+    }
+    // 16 bytes of beginning, the header as text, 4 bytes a corner.
+    const std::size_t header = (text.header.dump().size() + 7) / 8 * 8;
+    for (const std::size_t number : {4U, 11U, 14U}) {
+        RecordingText spoiled = text;
+        spoiled.triangles[number] = number < 6 ? 3 : 2;
+        EXPECT_EQ(complaint_about(spoiled.bytes()), "byte " + std::to_string(16 + header + 4 * number) +
+                                                        ": expected a vertex of body '" +
+                                                        (number < 6 ? "a' (0 to 2), got 3" : "b' (3 to 5), got 2"));
+    }
+}
+
 TEST_F(RecordingFile, WhatIsWrittenComesBackBitForBit) {
     const RecordingText text;
     Topology topology;

@@ -235,6 +235,108 @@ TEST(BlowUp, WhatIsShownLateIsNoEnergyFromNothing) {
     EXPECT_GT(shown, 5.0 * whole) << "nothing was late: this says nothing";
 }
 
+/// A led tool of one vertex and a tissue of two springs in a row with round figures.
+struct TwoSprings {
+    Scene scene;
+    Frame seen;
+    Frame after;
+    ContactSet contacts;
+    Effect effect;
+    std::vector<ContactLoad> loads;
+    std::vector<Wrench> reaction;
+
+    TwoSprings() {
+        scene.topology =
+            make_topology({Body{.name = "tool", .kind = BodyKind::instrument, .vertex_count = 1},
+                           Body{.name = "tissue", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3}});
+        scene.bodies.resize(2);
+        scene.bodies[0].motion.emplace();
+        Materials& materials = scene.materials;
+        materials.springs = {{.i = 1, .j = 2, .rest = 0.01, .k = 100.0, .preload = 0.2},
+                             {.i = 2, .j = 3, .rest = 0.02, .k = 50.0, .preload = 0.1}};
+        materials.mass = {0.0, 0.004, 0.005, 0.001};
+        materials.area = {0.0, 4e-5, 5e-5, 1e-5};
+        materials.drag.assign(4, 0.0);
+        materials.pinned.assign(4, 0);
+        materials.rest_bias = Matrix3X::Zero(3, 4);
+        seen.position = Matrix3X::Zero(3, 4);
+        seen.velocity = Matrix3X::Zero(3, 4);
+        seen.position.row(0) << 0.0, 0.0, 0.01, 0.03;
+        seen.previous = seen.position;
+        after = seen;
+        effect.resize(4, 2);
+        reaction.resize(2);
+    }
+    void tool_has_come(double way) { seen.previous(1, 0) = seen.position(1, 0) - way; }
+    void stretch(double first, double second) {
+        after.position(0, 2) = 0.01 * (1.0 + first);
+        after.position(0, 3) = after.position(0, 2) + 0.02 * (1.0 + second);
+    }
+    [[nodiscard]] Outcome judged() const {
+        const Books nothing_done(scene);
+        return BlowUp(scene).judge(seen, after, contacts, effect, loads, reaction, nothing_done);
+    }
+};
+
+TEST(BlowUp, AToolBearsNoMoreThanAllSpringsCarryAndTheTissuesMassIsBrought) {
+    // 2 Σ (k s L + T) L / √A, √A = 10 mm, with s = 1, 2 and 3: Σ = 0.012 + 0.022, 0.022 + 0.042, 0.032 + 0.062 N m; and
+    // 10 g that in a tick of 1 ms get the way of the tool.
+    const double endless = std::numeric_limits<double>::infinity();
+    for (const auto& [limit, carried] : {std::pair{0.5, 6.8}, {1.0, 6.8}, {2.0, 12.8}, {3.5, 18.8}, {endless, 18.8}}) {
+        for (const double way : {0.0, 1e-4, 3e-4}) {
+            TwoSprings given;
+            given.scene.materials.strain_limit = limit;
+            given.tool_has_come(way);
+            given.reaction[1].force = Vector3(0.0, 0.0, 1e6);  // no tool
+            const double most = carried + 0.01 * way / 1e-6;
+            for (const double factor : {0.999, 1.001}) {
+                for (const double share : {1.0, 0.25}) {  // by tissue, and by what the response says beside it
+                    const Vector3 force = factor * most * Vector3(0.6, 0.0, -0.8);
+                    given.reaction[0].force = share * force;
+                    given.effect.wrench[0].force = (1.0 - share) * force;
+                    const Outcome outcome = given.judged();
+                    EXPECT_EQ(outcome.ok(), factor < 1.0) << limit << ' ' << way << ": " << outcome.message;
+                    EXPECT_EQ(outcome.message.find("can carry") != std::string::npos, factor > 1.0);
+                }
+            }
+        }
+    }
+}
+
+TEST(BlowUp, WhatCanCarryNothingIsLeftAloneUntilItShowsAForce) {
+    TwoSprings slack;
+    for (Spring& spring : slack.scene.materials.springs) spring.k = spring.preload = 0.0;
+    EXPECT_TRUE(slack.judged().ok()) << slack.judged().message;
+    slack.reaction[0].force = Vector3(0.0, 1e-9, 0.0);
+    EXPECT_EQ(slack.judged().kind, OutcomeKind::unstable);
+}
+
+TEST(BlowUp, AnEdgeIsStretchedNoFurtherThanItsLimitAndTheWayOfWhatIsLed) {
+    // The mean rest length is 15 mm: the edge of 10 mm shares the way with its neighbour, that of 20 mm does not.
+    for (const auto& [limit, strain] :
+         {std::pair{0.5, 3.0}, {5.0, 5.0}, {std::numeric_limits<double>::infinity(), 3.0}}) {
+        for (const bool touched : {false, true}) {
+            TwoSprings given;
+            given.scene.materials.strain_limit = limit;
+            given.tool_has_come(0.0045);
+            Contact deepest;
+            deepest.depth = 0.003;
+            given.contacts.contacts = {Contact{}, deepest};
+            given.loads.resize(1);
+            if (touched) given.loads[0].force = Vector3(0.0, 0.0, 1e-3);
+            const double way = touched ? 0.0075 : 0.003;
+            for (const double factor : {0.999, 1.001}) {
+                given.stretch(factor * (strain + way / 0.015), 0.0);
+                EXPECT_EQ(given.judged().ok(), factor < 1.0) << limit << ' ' << touched;
+                given.stretch(0.0, factor * (strain + way / 0.02));
+                const Outcome outcome = given.judged();
+                EXPECT_EQ(outcome.ok(), factor < 1.0) << limit << ' ' << touched;
+                EXPECT_EQ(outcome.message.find("strain of") != std::string::npos, factor > 1.0) << outcome.message;
+            }
+        }
+    }
+}
+
 /// Bits of a run do not depend on whether it is watched.
 TEST(BlowUp, WatchingChangesNothing) {
     const Scene scene = test::scene_from_text(test::poke_text());

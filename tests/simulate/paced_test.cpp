@@ -61,6 +61,29 @@ TEST(PacedFigures, BurstsAreMissesInARow) {
     EXPECT_EQ(figures.at("empty_max_ns"), 2000.0);
 }
 
+TEST(PacedFigures, CountFromTheFirstTickAfterTheWarmUpOn) {
+    // That one is late; the next one ends with its period, which is in time.
+    PacedTimes times{std::vector<double>(10, 5000.0)};
+    const auto none = paced_figures("loop", times, 1000);
+    EXPECT_EQ(none.size(), 6U);
+    for (const auto& [name, value] : none) EXPECT_TRUE(std::isnan(value)) << name;
+    times.latency_ns.insert(times.latency_ns.end(), {1001.0, 1000.0, 400.0, 200.0});
+    const auto one = paced_figures("loop", times, 1000);
+    EXPECT_EQ(one.at("loop_misses"), 1.0);
+    EXPECT_EQ(one.at("loop_burst"), 1.0);
+    EXPECT_EQ(one.at("loop_median_ns"), 700.0);
+    EXPECT_EQ(one.at("loop_max_ns"), 1001.0);
+    EXPECT_TRUE(std::isnan(one.at("loop_p99_ns")));
+    // 1 to 1000: the quantile q lies at 1 + 999 q (type 7 of Hyndman and Fan 1996).
+    times.latency_ns.resize(10);
+    for (int ns = 1000; ns > 0; --ns) times.latency_ns.push_back(ns);
+    const auto thousand = paced_figures("loop", times, 990);
+    EXPECT_NEAR(thousand.at("loop_p99_ns"), 990.01, 1e-9);
+    EXPECT_TRUE(std::isnan(thousand.at("loop_p999_ns")));
+    EXPECT_EQ(thousand.at("loop_misses"), 10.0);
+    EXPECT_EQ(thousand.at("loop_burst"), 10.0) << "the first ten of them";
+}
+
 TEST(Overrides, TickKeepsTheLengthOfRunAndSubStep) {
     Scene scene = test::scene_from_text(test::poke_text());
     const int substeps = scene.materials.substeps;

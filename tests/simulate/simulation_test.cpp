@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
 
 #include "geometry/input_error.hpp"
 #include "method/registry.hpp"
@@ -81,6 +84,20 @@ public:
 private:
     Range tool_;
     double k_;
+};
+
+/// Says what every body bears, as one does that puts tissue somewhere: no contact carries it.
+class Bearing final : public Idle {
+public:
+    explicit Bearing(std::vector<Wrench> wrench) : wrench_(std::move(wrench)) {}
+    void respond(const Frame& /*frame*/, double /*dt*/, const ContactSet& /*contacts*/,
+                 std::span<const ContactLoad> /*loads*/, Effect& effect) override {
+        effect.clear();
+        effect.wrench = wrench_;
+    }
+
+private:
+    std::vector<Wrench> wrench_;
 };
 
 Range range_of(const Scene& scene, const std::string& name) {
@@ -194,6 +211,44 @@ TEST(Simulation, MethodThatThrowsHasFailedAndNothingElse) {
     for (int tick = 0; tick < 3; ++tick) EXPECT_EQ(simulation.step().outcome, OutcomeKind::ok);
     EXPECT_EQ(simulation.step().outcome, OutcomeKind::threw);
     EXPECT_NE(simulation.outcome().message.find("detect: out of cheese"), std::string::npos);
+}
+
+TEST(Simulation, ALoadThatNoContactCarriesIsShownForTheWholeInstrumentWithItsMomentAboutTheTip) {
+    nlohmann::json text = nlohmann::json::parse(poke_text());
+    nlohmann::json tool = text["bodies"][1];
+    tool["instrument"] = "grasper";
+    tool["tip"] = {0.01, 0.02, -0.03};
+    text["bodies"][1] = tool;
+    tool["name"] = "jaw";
+    text["bodies"].push_back(tool);
+    tool["name"] = "hook";
+    tool["instrument"] = "hook";
+    text["bodies"].push_back(tool);
+    const Scene scene = scene_from_text(text.dump());
+    std::vector<Wrench> wrench(scene.topology.bodies.size());
+    Vector3 force = Vector3::Zero();
+    Vector3 moment = Vector3::Zero();
+    for (std::size_t b = 0; b < wrench.size(); ++b) {
+        if (scene.topology.bodies[b].kind != BodyKind::instrument) continue;
+        const auto number = static_cast<double>(b);
+        wrench[b] = {.force = Vector3(0.1 + number, -0.2, 0.3 * number),
+                     .moment = Vector3(0.01, 0.02 * number, -0.03 - number)};
+        if (scene.topology.bodies[b].instrument != "grasper") continue;
+        force += wrench[b].force;
+        moment += wrench[b].moment;
+    }
+    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Bearing>(wrench),
+                          registry().source("canonical"));
+    const StepRow row = simulation.step();
+    ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().message;
+    for (std::size_t b = 0; b < wrench.size(); ++b) {
+        EXPECT_EQ(simulation.body_loads()[b].force, wrench[b].force) << b;
+        EXPECT_EQ(simulation.body_loads()[b].moment, wrench[b].moment) << b;
+    }
+    // The script begins at (0.001, 0.0007, 0.011), not turned.
+    const Vector3 tip = Vector3(0.001, 0.0007, 0.011) + Vector3(0.01, 0.02, -0.03);
+    EXPECT_LT((row.tool_force - force).norm(), 1e-15);
+    EXPECT_LT((row.tool_moment - (moment - tip.cross(force))).norm(), 1e-15);
 }
 
 TEST(Simulation, OperatorRestsWhereHandAndContactBalance) {

@@ -1,10 +1,15 @@
-// What is inside closed surfaces at the start of a run, against the solid angle that they fill.
+// What is inside closed surfaces at the start of a run, against the solid angle that they fill; and the lists of edges
+// and faces that sources read, against a look at all of them.
 #include "source/crossed_sides.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
+#include <span>
+#include <vector>
 
 #include "geometry/orientation.hpp"
 #include "geometry/triangle_distance.hpp"
@@ -71,6 +76,51 @@ TEST(CrossedSides, AtTheStartThatIsInsideAroundWhichAClosedSurfaceWinds) {
         }
     }
     EXPECT_GT(inside, 500);
+}
+
+TEST(FeatureMesh, ListsEachEdgeOnceAndWhatIsAtEdgesAndVertices) {
+    const World world =
+        make_world("mesh", {{BodyKind::instrument, sheet(0.1, 3)}, {BodyKind::tissue, sphere(0.05, 5)}});
+    const Triangles& triangles = world.topology.triangles;
+    const Index count = world.topology.triangle_count();
+    FeatureMesh mesh;
+    mesh.prepare(world.topology);
+    // Euler: vertices - edges + faces is 1 for a disc and 2 for a sphere.
+    ASSERT_EQ(world.topology.vertex_count - mesh.edge_count() + count, 1 + 2);
+    for (Index t = 0; t < count; ++t) {
+        for (int i = 0; i < 3; ++i) {
+            const Index u = triangles(i, t);
+            const Index v = triangles((i + 1) % 3, t);
+            const Index edge = mesh.edges_of(t)[static_cast<std::size_t>(i)];
+            EXPECT_EQ(mesh.ends(edge), (std::array<Index, 2>{std::min(u, v), std::max(u, v)}));
+            EXPECT_EQ(mesh.other_end(edge, u), v);
+            EXPECT_EQ(mesh.other_end(edge, v), u);
+            EXPECT_EQ(mesh.apex(t, edge), triangles((i + 2) % 3, t));
+        }
+    }
+    const auto listed = [](std::span<const Index> list) { return std::vector<Index>(list.begin(), list.end()); };
+    const auto faces_with = [&](Index u, Index v) {
+        std::vector<Index> faces;
+        for (Index t = 0; t < count; ++t) {
+            const auto corner = triangles.col(t).array();
+            if ((corner == u).any() && (corner == v).any()) faces.push_back(t);
+        }
+        return faces;
+    };
+    int rims = 0;
+    for (Index edge = 0; edge < mesh.edge_count(); ++edge) {
+        EXPECT_EQ(listed(mesh.faces_at_edge(edge)), faces_with(mesh.ends(edge)[0], mesh.ends(edge)[1])) << edge;
+        rims += mesh.is_rim(edge) ? 1 : 0;
+    }
+    EXPECT_EQ(rims, 4 * 3);
+    for (Index v = 0; v < world.topology.vertex_count; ++v) {
+        EXPECT_EQ(listed(mesh.faces_at_vertex(v)), faces_with(v, v)) << v;
+        std::vector<Index> edges;
+        for (Index edge = 0; edge < mesh.edge_count(); ++edge) {
+            if (mesh.ends(edge)[0] == v || mesh.ends(edge)[1] == v) edges.push_back(edge);
+        }
+        EXPECT_EQ(listed(mesh.edges_at_vertex(v)), edges) << v;
+    }
 }
 
 }  // namespace

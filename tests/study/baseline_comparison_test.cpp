@@ -164,6 +164,29 @@ TEST(BaselineComparison, SeveralContactsOfAPairAreHeldAgainstTheNearest) {
     EXPECT_EQ(found.worst.at(0).before->point.x(), 0.2);
 }
 
+TEST(BaselineComparison, FewContactsAmongManyAreHeldAgainstTheNearestToo) {
+    BaselineAnswer many;
+    many.ticks.push_back({.tick = 3, .contacts = {}});
+    for (int i = 0; i < 150; ++i) {
+        many.ticks[0].contacts.push_back(contact_at(0, 5, 1e-3));
+        many.ticks[0].contacts.back().point = {0.1 * i, 0.0, 0.0};
+    }
+    for (const std::vector<std::size_t>& left : {std::vector<std::size_t>{70}, {30, 70}, {149, 0, 70}}) {
+        BaselineAnswer few;
+        few.ticks.push_back({.tick = 3, .contacts = {}});
+        for (const std::size_t i : left) few.ticks[0].contacts.push_back(many.ticks[0].contacts[i]);
+        const auto others = static_cast<std::int64_t>(150 - left.size());
+        const AnswerDifference grown = compare_answers(few, many, nanometre);
+        EXPECT_EQ(grown.extra, others);
+        EXPECT_EQ(grown.missing, 0);
+        EXPECT_EQ(grown.worst_point, 0.0) << left.size();
+        const AnswerDifference shrunk = compare_answers(many, few, nanometre);
+        EXPECT_EQ(shrunk.missing, others);
+        EXPECT_EQ(shrunk.extra, 0);
+        EXPECT_EQ(shrunk.worst_point, 0.0) << left.size();
+    }
+}
+
 TEST(BaselineComparison, OnlyTheTicksThatAreWantedStay) {
     BaselineAnswer answer;
     for (const std::int64_t tick : {0, 3, 4, 6, 8}) answer.ticks.push_back({.tick = tick, .contacts = {}});

@@ -7,6 +7,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -111,8 +112,13 @@ TEST_F(RunnerTest, SideBySideRunWhatNobodyTimesAndNothingElse) {
     }
     RunnerOptions side_by_side = options("*) sleep 0.3; echo end $i >>$prepared/log;;");
     side_by_side.jobs = 2;
+    std::vector<std::size_t> told;  // how many are done or started
+    side_by_side.progress = [&told](std::size_t position, const PlannedRun*) { told.push_back(position); };
     const RunnerResult result = run_plan(plan_, side_by_side);
     EXPECT_EQ(result.made, 4);
+    EXPECT_TRUE(std::is_sorted(told.begin(), told.end())) << testing::PrintToString(told);
+    EXPECT_EQ(told.front(), 0U);
+    EXPECT_EQ(told.back(), 4U);
     std::istringstream log(test::read_file(prepared() / "log"));
     int running = 0;
     int most = 0;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "contact/effect.hpp"
+#include "method/registry.hpp"
 #include "support/tissue_samples.hpp"
 #include "tissue/mass_spring.hpp"
 
@@ -166,6 +167,77 @@ TEST(CrowdedContacts, ToldForcesAreWhatMovesTheVerticesAndNearTheConvergedOnes) 
         const Eigen::VectorXd gained = mass * (layers.s.frame.velocity - before).reshaped();
         EXPECT_LT((gained - impulse).norm(), 1e-9 * gained.norm()) << side;
         EXPECT_LT((force - expected).norm(), (side == 2 ? 1e-9 : 1e-3) * expected.norm()) << side;
+    }
+}
+
+TEST(CrowdedContacts, ARowThatYieldsOneAfterTheOtherIsSolvedWithTheTissuesWholeCompliance) {
+    // Light masses on a line of springs, each tied to its place by a contact that yields. The first is pushed by what
+    // 90 of them can hold: one hands on to the next what it no longer bears, so that a search which lets one more
+    // yield in a round takes more rounds than it has.
+    constexpr Index count = 120;
+    constexpr double h = 1e-3;  // s
+    constexpr double inertia = 1e-7;
+    constexpr double spring_k = 1e3;
+    constexpr double contact_k = 1e6;
+    constexpr double limit = 1e-3;  // N
+    constexpr double pushed = 90.0 * limit;
+    // Backward Euler of the line where the first so many yield and the others do not; row by row.
+    const auto speeds = [&](Index yielded) {
+        const double tie = h * h * spring_k;
+        std::vector<double> diagonal(count);
+        std::vector<double> speed(count);
+        for (Index v = 0; v < count; ++v) {
+            diagonal[at(v)] = inertia + (v == 0 || v + 1 == count ? tie : 2.0 * tie);
+            if (v >= yielded) diagonal[at(v)] += h * h * contact_k;
+            speed[at(v)] = (v == 0 ? h * pushed : 0.0) - (v < yielded ? h * limit : 0.0);
+            if (v == 0) continue;
+            speed[at(v)] += tie / diagonal[at(v - 1)] * speed[at(v - 1)];
+            diagonal[at(v)] -= tie * tie / diagonal[at(v - 1)];
+        }
+        for (Index v = count - 1; v >= 0; --v) {
+            if (v + 1 < count) speed[at(v)] += tie * speed[at(v + 1)];
+            speed[at(v)] /= diagonal[at(v)];
+        }
+        return speed;
+    };
+    // The one number for which those that yield would have to give more than they can, and the others no more.
+    std::vector<double> expected;
+    for (Index yielded = 0; yielded <= count; ++yielded) {
+        std::vector<double> force = speeds(yielded);
+        bool fits = true;
+        for (Index v = 0; v < count; ++v) {
+            force[at(v)] *= -h * contact_k;
+            fits = fits && (v < yielded ? force[at(v)] <= -limit : std::abs(force[at(v)]) <= limit);
+            force[at(v)] = std::max(force[at(v)], -limit);
+        }
+        if (!fits) continue;
+        EXPECT_TRUE(expected.empty()) << "two answers";
+        EXPECT_GT(yielded, 70);
+        expected = force;
+    }
+    ASSERT_EQ(expected.size(), at(count));
+
+    std::vector<Vector3> points;
+    std::vector<Spring> springs;
+    for (Index v = 0; v < count; ++v) {
+        points.emplace_back(0.01 * v, 0.0, 0.0);
+        if (v > 0) springs.push_back({.i = v - 1, .j = v, .rest = 0.01, .k = spring_k});
+    }
+    test::TissueSample s = test::make_tissue(points, std::vector<double>(at(count), inertia),
+                                             std::vector<std::uint8_t>(at(count), 0), springs);
+    const auto stepper = make_stepper("implicit", {{"tolerance", "1e-12"}, {"iterations", "5000"}});
+    stepper->prepare(s.topology, s.materials);
+    Effect effect = test::empty_effect(s.topology);
+    effect.held_force(0, 0) = pushed;
+    for (Index v = 0; v < count; ++v) {
+        effect.contacts.push_back(test::plane_contact(v, Vector3::UnitX(), 0.0, contact_k, 0.0));
+        effect.contacts.back().role = ContactRole::grasp;
+        effect.contacts.back().limit = limit;
+    }
+    std::vector<Wrench> reaction(1);
+    ASSERT_TRUE(stepper->advance(effect, h, s.frame, s.frame, reaction).ok());
+    for (Index v = 0; v < count; ++v) {
+        EXPECT_NEAR(stepper->loads()[at(v)].normal, expected[at(v)], 0.02 * limit) << v;
     }
 }
 

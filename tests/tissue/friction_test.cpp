@@ -168,5 +168,43 @@ TEST(Friction, OffByDefaultAndForgottenWithTheContact) {
     EXPECT_NEAR(block.s.frame.position(0, 0), held, 1e-9);
 }
 
+TEST(Friction, WorkToldIsThatOfTheWholeForceOnEveryVertexThatItMoves) {
+    // In one sub-step: force × weight × way of each vertex, normal force and friction together; where the other side
+    // is tissue, it takes the opposite.
+    for (const bool two_tissues : {false, true}) {
+        test::TissueSample s = test::make_tissue(
+            {Vector3::Zero(), Vector3(0.01, 0.0, 0.0), Vector3(0.0, 0.01, 0.0), Vector3(0.003, 0.003, 0.0)},
+            {1e-4, 2e-4, 3e-4, 1e-4}, {0, 0, 0, 0}, {});
+        s.frame.velocity.col(0) = Vector3(0.3, 0.1, -0.2);
+        s.frame.velocity.col(1) = Vector3(-0.1, 0.2, -0.1);
+        s.frame.velocity.col(2) = Vector3(0.2, -0.3, -0.3);
+        s.frame.velocity.col(3) = Vector3(0.1, 0.1, 0.2);
+        MassSpring tissue(s.topology, s.materials);
+        Effect effect = test::empty_effect(s.topology);
+        LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 1e3, 0.1);
+        contact.vertices = {0, 1, 2};
+        contact.weights = {0.5, 0.3, 0.2};
+        contact.friction = 0.3;
+        contact.tangent_k = tangent_k;
+        contact.slip_key = 0;
+        if (two_tissues) {
+            contact.reaction_vertices = {3, -1, -1};
+            contact.reaction_weights = {1.0, 0.0, 0.0};
+        } else {
+            contact.surface_velocity = Vector3(-0.4, 0.2, 0.0);
+        }
+        effect.contacts.push_back(contact);
+        std::vector<Wrench> reaction(1);
+        ASSERT_TRUE(tissue.advance(effect, dt, s.frame, reaction).ok());
+        Vector3 way = Vector3::Zero();
+        for (Index v = 0; v < 3; ++v) way += dt * contact.weights[at(v)] * s.frame.velocity.col(v);
+        if (two_tissues) way -= dt * s.frame.velocity.col(3);
+        const ContactLoad& load = tissue.loads()[0];
+        ASSERT_GT(load.normal, 0.01);
+        ASSERT_GT(load.friction, 0.001);
+        EXPECT_NEAR(load.work, load.force.dot(way), 1e-15) << two_tissues;
+    }
+}
+
 }  // namespace
 }  // namespace trocar

@@ -13,6 +13,7 @@
 
 #include "measure/allocations.hpp"
 #include "method/registry.hpp"
+#include "support/random_vectors.hpp"
 #include "support/tissue_samples.hpp"
 #include "tissue/mass_spring.hpp"
 #include "tissue/moving_tissue.hpp"
@@ -443,6 +444,199 @@ TEST(Regional, AFrameOfOthersIsTakenAsItIs) {
     ASSERT_TRUE(p.stepper->advance(p.effect, dt, p.s.frame, p.s.frame, reaction).ok());
     EXPECT_LT((p.s.frame.position - disc().frame.position).cwiseAbs().maxCoeff(), 1.1e-4);
     EXPECT_GT(p.s.frame.position(0, 0), 0.0);
+}
+
+TEST(Regional, VerticesThatSleepMoveAsALinearFieldOfTheNextLevelDoes) {
+    MovingTissue tissue(disc().topology, disc().materials);
+    tissue.take_over(test::empty_effect(disc().topology), disc().frame);
+    WrittenVertices written(tissue.state());
+    const RegionTissue region(tissue, written, disc().frame.position, 300);
+    const RegionLevel& vertices = region.levels()[0];
+    const RegionLevel& nodes = region.levels()[1];
+    int met = 0;
+    for (std::size_t v = 0; v < vertices.size(); ++v) {
+        double sum = 0.0;
+        Vector3 place = Vector3::Zero();
+        for (std::size_t n = 0; n < 3; ++n) {
+            const double share = vertices.share[v][n];
+            EXPECT_GE(share, 0.0) << v;
+            sum += share;
+            place += share * nodes.rest[at(vertices.parent[v][n])];
+        }
+        EXPECT_NEAR(sum, 1.0, 1e-12) << v;
+        // At the rim no three nodes need lie around a vertex; shares that are next to nothing are left out.
+        if (vertices.rest[v].norm() > 0.7 * radius) continue;
+        EXPECT_LT((place - vertices.rest[v]).norm(), 0.01 * edge) << v;
+        ++met;
+    }
+    EXPECT_GT(met, 1000);
+}
+
+TEST(Regional, WhatStartsAsleepIsPulledByTheForcesOfItsVerticesByTheirShares) {
+    test::TissueSample s = disc();
+    std::mt19937 random(2);
+    std::uniform_real_distribution<double> number(-1.0, 1.0);
+    for (Index v = 0; v < s.topology.vertex_count; ++v) {
+        s.materials.rest_bias.col(v) = 1e-2 * test::random_vector(number, random);
+        s.frame.position.col(v) += 0.1 * edge * test::random_vector(number, random);
+    }
+    MovingTissue tissue(s.topology, s.materials);
+    tissue.take_over(test::empty_effect(s.topology), s.frame);
+    WrittenVertices written(tissue.state());
+    RegionTissue region(tissue, written, disc().frame.position, 30);
+    region.start();
+    Matrix3X force;
+    internal_force(s.materials, s.frame.position, s.frame.velocity, force);
+    std::vector<Vector3> fine;
+    for (const Index v : tissue.state().vertex) fine.emplace_back(force.col(v));
+    const std::vector<RegionLevel>& levels = region.levels();
+    ASSERT_GE(levels.size(), 3U);
+    for (std::size_t level = 1; level < levels.size(); ++level) {
+        const RegionLevel& below = levels[level - 1];
+        const RegionLevel& here = levels[level];
+        std::vector<Vector3> coarse(here.size(), Vector3::Zero());
+        for (std::size_t node = 0; node < below.size(); ++node) {
+            for (std::size_t n = 0; n < 3; ++n) {
+                coarse[at(below.parent[node][n])] += below.share[node][n] * fine[node];
+            }
+        }
+        double largest = 0.0;
+        for (const Vector3& one : coarse) largest = std::max(largest, one.norm());
+        EXPECT_GT(largest, 1e-3);
+        for (std::size_t node = 0; node < here.size(); ++node) {
+            if (here.fixed[node] != 0) continue;  // what springs between held vertices pull is nobody's
+            EXPECT_LT((here.force.col(eigen_index(node)).head<3>() - coarse[node]).norm(), 1e-10 * largest)
+                << "level " << level << ", node " << node;
+        }
+        fine = coarse;
+    }
+}
+
+TEST(Regional, TellsTheLargestStretchAlsoOfWhatNothingHasTouched) {
+    // All springs are a quarter longer than at rest and one by half, under one tension: the lattice rests as it is.
+    constexpr double k = 100.0;
+    constexpr double tension = 0.04;  // N
+    test::TissueSample s = test::make_disc(0.02, edge, k, 0.0, mass);
+    Spring* longest = nullptr;
+    for (Spring& spring : s.materials.springs) {
+        spring.rest = edge / 1.25;
+        spring.preload = tension - k * (edge - spring.rest);
+        if (s.materials.pinned[at(spring.i)] == 0 && s.materials.pinned[at(spring.j)] == 0) longest = &spring;
+    }
+    ASSERT_NE(longest, nullptr);
+    longest->rest = edge / 1.5;
+    longest->preload = tension - k * (edge - longest->rest);
+    const auto stepper = make_stepper("regional", with("0.05"));
+    stepper->prepare(s.topology, s.materials);
+    const Effect effect = test::empty_effect(s.topology);
+    std::vector<Wrench> reaction(1);
+    // Two of some 360 vertices are looked at in a tick.
+    for (int tick = 0; tick < 420; ++tick) {
+        ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        EXPECT_LT(stepper->max_strain(), 0.5 + 1e-9);
+    }
+    EXPECT_NEAR(stepper->max_strain(), 0.5, 1e-9);
+}
+
+TEST(Regional, AFaceUnderASurfaceThatIsDrawnAwayRubsByCoulombsLaw) {
+    // Three vertices far from the middle, pressed down by 1 mm. The surface goes on by ten millimetres; sticking ends
+    // within one.
+    test::TissueSample s = disc();
+    const auto stepper = make_stepper("regional", with("0.05"));
+    stepper->prepare(s.topology, s.materials);
+    std::vector<Index> near;
+    for (Index v = 0; v < s.topology.vertex_count; ++v) near.push_back(v);
+    const auto distance = [](Index v) { return (disc().frame.position.col(v) - Vector3(0.02, 0.01, 0.0)).norm(); };
+    std::sort(near.begin(), near.end(), [&](Index a, Index b) { return distance(a) < distance(b); });
+    Effect effect = test::empty_effect(s.topology);
+    std::vector<Wrench> reaction(1);
+    for (int tick = 0; tick < 200; ++tick) {
+        effect.clear();
+        LinearContact contact = test::plane_contact(near[0], -Vector3::UnitZ(), 0.0, 140.0, 0.0);
+        contact.vertices = {near[0], near[1], near[2]};
+        contact.weights = {0.5, 0.3, 0.2};
+        double z = 0.0;
+        for (std::size_t i = 0; i < 3; ++i) z += contact.weights[i] * s.frame.position(2, contact.vertices[i]);
+        contact.gap = -std::min(0.001, 1e-5 * (tick + 1)) - z;
+        contact.reaction_body = 0;
+        contact.friction = 0.3;
+        contact.tangent_k = 140.0;
+        contact.slip_key = near[0];
+        contact.surface_velocity = Vector3(0.05, 0.0, 0.0);
+        effect.contacts.push_back(contact);
+        reaction.assign(1, {});
+        ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+    }
+    const double normal = stepper->loads()[0].normal;
+    EXPECT_GT(normal, 0.01);
+    EXPECT_NEAR(stepper->loads()[0].friction, 0.3 * normal, 2e-3 * normal);
+    EXPECT_LT((reaction[0].force - Vector3(-0.3 * normal, 0.0, normal)).norm(), 0.01 * normal)
+        << "drawn back, and pushed up: " << reaction[0].force.transpose();
+}
+
+/// The speed v of a mass of 1 g after a step against one plane is where m (v - u) = h F(v), with the law
+/// F = k (d - h v) - mu v between 0 and the limit, which falls with v.
+TEST(Regional, AVertexAloneMeetsTheStepsEquationWhereverItsContactBeginsAndEnds) {
+    struct Case {
+        double speed, depth, k, mu, limit;
+    };
+    // The limit alone would throw the first one clear of the plane, where nothing would push: in between it gives way.
+    std::vector<Case> cases{{-1.0, 0.0, 4000.0, 0.0, 2.0}};
+    std::mt19937 random(8);
+    std::uniform_real_distribution<double> number(-1.0, 1.0);
+    for (int n = 0; n < 60; ++n) {
+        const double speed = number(random);
+        const double depth = 1e-3 * number(random);
+        const double k = std::pow(10.0, 3.0 + number(random));
+        const double limit = std::pow(10.0, number(random));
+        cases.push_back({speed, depth, k, depth > 0.0 ? 0.002 * k : 0.0, limit});
+    }
+    for (const Case& one : cases) {
+        constexpr double m = 1e-3;  // kg
+        test::TissueSample s = test::make_tissue({Vector3::Zero()}, {m}, {0}, {});
+        s.frame.velocity(2, 0) = one.speed;
+        const auto stepper = make_stepper("regional", {{"whole", "0"}, {"tolerance", "1e-12"}});
+        stepper->prepare(s.topology, s.materials);
+        Effect effect = test::empty_effect(s.topology);
+        effect.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -one.depth, one.k, one.mu));
+        effect.contacts.back().limit = one.limit;
+        std::vector<Wrench> reaction(1);
+        ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        const auto force = [&one](double v) {
+            return std::clamp(one.k * (one.depth - dt * v) - one.mu * v, 0.0, one.limit);
+        };
+        double low = one.speed;
+        double high = one.speed + dt * one.limit / m;
+        for (int halving = 0; halving < 100; ++halving) {
+            const double v = 0.5 * (low + high);
+            (m * (v - one.speed) < dt * force(v) ? low : high) = v;
+        }
+        EXPECT_NEAR(s.frame.velocity(2, 0), low, 1e-9) << one.speed << " " << one.depth << " " << one.k;
+        EXPECT_NEAR(stepper->loads()[0].normal, force(low), 1e-6) << one.speed << " " << one.depth << " " << one.k;
+    }
+}
+
+TEST(Regional, AsksForNoMemoryHoweverMuchIsPushedAtOnce) {
+    if (allocation_count() < 0) GTEST_SKIP() << "a sanitizer has replaced the allocator: nothing is counted";
+    // So many vertices that the nodes they move with have a level above them in turn, and are walked over as well.
+    test::TissueSample s = test::make_disc(radius, 0.0016, 100.0, 0.2, mass);
+    const auto stepper = make_stepper("regional", with("0.05"));
+    stepper->prepare(s.topology, s.materials);
+    Effect effect = test::empty_effect(s.topology);
+    std::vector<Wrench> reaction(1);
+    std::int64_t in_ticks = 0;
+    for (int tick = 0; tick < 24; ++tick) {
+        if (tick < 20) {
+            effect.held_force(2, 0) = -1e-4;
+        } else {
+            effect.held_force.row(2).setConstant(-1e-5);
+        }
+        const std::int64_t before = allocation_count();
+        const Outcome outcome = stepper->advance(effect, dt, s.frame, s.frame, reaction);
+        if (tick >= 20) in_ticks += allocation_count() - before;
+        ASSERT_TRUE(outcome.ok()) << outcome.message;
+    }
+    EXPECT_EQ(in_ticks, 0);
 }
 
 }  // namespace

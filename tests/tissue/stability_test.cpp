@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <random>
+#include <tuple>
 
 #include "method/registry.hpp"
 #include "support/random_vectors.hpp"
@@ -174,6 +175,34 @@ TEST(StepEstimate, TheRegistrysSteppersTellAtLeastWhatTheyTake) {
         EXPECT_LE(estimate.stable_step, estimate.unstable_step) << entry.name;
         if (entry.is_default) {
             EXPECT_EQ(estimate.substeps, 3);
+        }
+    }
+}
+
+TEST(StableSubSteps, AreTheFewestBelowTheLimitWithATwentiethToSpareWhicheverVertexDecides) {
+    // One free mass of 1 g on a spring along x whose other end is held: w² = k/m, and a rate of drag/m and of
+    // 2 sqrt(3) damping/m, a damper's bound in whatever direction it lies. The longest step is the root of
+    // h² w² + 2 h rate = 4; the drag of the held end does not count.
+    constexpr double m = 1e-3;
+    for (const Index free : {0, 1}) {
+        for (const auto& [k, damping, drag] :
+             {std::tuple{0.0, 0.0, 10.0}, {400.0, 0.0, 0.0}, {0.0, 0.3, 0.0}, {400.0, 0.2, 0.5}}) {
+            TissueSample s = make_tissue({Vector3::Zero(), Vector3(0.01, 0.0, 0.0)}, {m, m}, {1, 1},
+                                         {{.i = 0, .j = 1, .rest = 0.01, .k = k, .damping = damping}});
+            s.materials.drag = {50.0, 50.0};
+            EXPECT_EQ(stable_substeps(s.materials, s.frame.position, 1e3), 1) << "nothing moves";
+            s.materials.pinned[at(free)] = 0;
+            s.materials.drag[at(free)] = drag;
+            const double rate = (drag + 2.0 * std::sqrt(3.0) * damping) / m;
+            const double longest = 4.0 / (rate + std::sqrt(rate * rate + 4.0 * k / m));
+            for (const int steps : {1, 5}) {
+                for (const double beside : {-0.01, 0.01}) {
+                    const double tick = 0.95 * longest * (steps + beside);
+                    EXPECT_EQ(stable_substeps(s.materials, s.frame.position, tick), beside < 0.0 ? steps : steps + 1)
+                        << "vertex " << free << ", k " << k << ", damping " << damping << ", drag " << drag;
+                }
+            }
+            EXPECT_EQ(stable_substeps(s.materials, s.frame.position, 1e9), 1000000) << "and no more than this";
         }
     }
 }

@@ -76,12 +76,19 @@ TEST(RunCapture, TheToolIsPushedWhereItsContactsAreByTheirForce) {
         return one;
     };
     PlayedFrame frame = frame_at(scene, 0, 0.0, 1.0);
-    frame.contacts = {contact(0, 0.1, 3.0), contact(0, 0.5, 1.0), contact(2, 9.0, 5.0)};
-    RunCapture capture(scene.topology, 8, true, 0);
-    capture.see(frame);
-    const ViewedRun run = capture.finish();
-    EXPECT_DOUBLE_EQ(run.frames.front().tool_point.x(), (3.0 * 0.1 + 1.0 * 0.5) / 4.0);
-    EXPECT_DOUBLE_EQ(run.contact_force_max, 5.0);
+    for (const double newton : {1.0, 1e-6, 0.0}) {
+        frame.contacts = {contact(0, 0.1, 3.0 * newton), contact(0, 0.5, newton), contact(2, 9.0, 5.0 * newton)};
+        RunCapture capture(scene.topology, 8, true, 0);
+        capture.see(frame);
+        const ViewedRun run = capture.finish();
+        EXPECT_DOUBLE_EQ(run.contact_force_max, 5.0 * newton);
+        const Vector3& point = run.frames.front().tool_point;
+        if (newton > 0.0) {
+            EXPECT_NEAR(point.x(), (3.0 * 0.1 + 1.0 * 0.5) / 4.0, 1e-12) << newton;
+        } else {
+            EXPECT_TRUE(std::isnan(point.x())) << "no contact pushes";
+        }
+    }
 }
 
 TEST(RunCapture, FeaturesThatAreOnlyNearAreNoContactsToLookAt) {

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "support/program.hpp"
+#include "support/scene_samples.hpp"
 #include "view/page.hpp"
 #include "view/view_data.hpp"
 
@@ -75,6 +76,22 @@ TEST_F(ViewCommand, PageOfARecordingHasItsFramesAndNoForce) {
     EXPECT_EQ(data["ticks"], 400);
     EXPECT_EQ(data["runs"][0]["worst"]["force"]["tick"], -1);
     EXPECT_EQ(data["runs"][0]["frames"].back(), 399);
+}
+
+TEST_F(ViewCommand, APageTellsHowLongATickOfItsSceneOrRecordingIs) {
+    nlohmann::json scene = nlohmann::json::parse(poke_text());
+    scene["dt"] = 0.002;
+    std::ofstream(path("slow.json")) << scene.dump();
+    ASSERT_EQ(run_program("run " + path("slow.json") + " --ticks 3 --record " + path("slow.trocrec")).status, 0);
+    for (const auto& [source, words] : {std::pair{"slow.json --ticks 3", " triangles, 3 ticks of 2 ms"},
+                                        {"slow.trocrec", " triangles, 3 frames 2 ms apart"}}) {
+        const ProgramResult made = run_program("view " + path(source) + " --output " + path("page.html"));
+        ASSERT_EQ(made.status, 0) << made.err;
+        const nlohmann::json data = view_data(read_file(path("page.html")));
+        EXPECT_EQ(data.at("dt").get<double>(), 0.002) << source;
+        const std::string about = data.at("about").get<std::string>();
+        EXPECT_TRUE(about.find("2 bodies, ") != std::string::npos && about.ends_with(words)) << about;
+    }
 }
 
 TEST_F(ViewCommand, AStudyMakesAPagePerSceneAndItsReportLinksThem) {
