@@ -185,7 +185,7 @@ TEST_F(Baseline, OnOtherFramesTruthOfBothIsToldAsFarAsItIsKnown) {
     const test::ProgramResult result = run("check", "--detector ohc");
     EXPECT_EQ(result.status, 0) << result.out << result.err;
     EXPECT_NE(result.out.find("truth: " + right), std::string::npos) << result.out;
-    EXPECT_EQ(result.out.find("kept: "), std::string::npos) << result.out;
+    EXPECT_EQ(result.out.find("; kept: "), std::string::npos) << result.out;
 }
 
 TEST_F(Baseline, AParameterThatLosesPairsIsSeen) {
