@@ -6,7 +6,9 @@
 
 #include <cerrno>
 #include <csignal>
+#include <functional>
 #include <stdexcept>
+#include <string>
 
 namespace trocar::app {
 namespace {
