@@ -13,11 +13,17 @@ namespace {
 
 constexpr Index leaf_size = 8;
 
+}  // namespace
+
+Box box_of(const Corners& corners) {
+    Box box;
+    for (const Vector3& corner : corners) box.add(corner);
+    return box;
+}
+
 double squared_gap(const Box& a, const Box& b) {
     return (a.min - b.max).cwiseMax(b.min - a.max).cwiseMax(0.0).squaredNorm();
 }
-
-}  // namespace
 
 SurfaceTree::SurfaceTree(const Triangles& triangles, std::vector<Index> chosen, const Matrix3X& position)
     : triangles_(triangles), position_(position), order_(std::move(chosen)) {
@@ -80,9 +86,7 @@ void SurfaceTree::visit(const Box& box, const double& squared_reach, const Act& 
         }
         for (Index i = node.first; i < node.first + node.count; ++i) {
             const Corners c = corners(order_[at(i)]);
-            Box around;
-            for (const Vector3& corner : c) around.add(corner);
-            if (squared_gap(around, box) <= squared_reach * (1.0 + 1e-12)) act(order_[at(i)], c);
+            if (squared_gap(box_of(c), box) <= squared_reach * (1.0 + 1e-12)) act(order_[at(i)], c);
         }
     }
 }
@@ -113,9 +117,7 @@ Index SurfaceTree::nearest(const Vector3& x) const {
 
 double SurfaceTree::distance_to(const Corners& triangle, double reach) const {
     double least = reach * reach;
-    Box box;
-    for (const Vector3& corner : triangle) box.add(corner);
-    visit(box, least,
+    visit(box_of(triangle), least,
           [&](Index, const Corners& c) { least = std::min(least, triangle_distance(triangle, c).squared_distance); });
     return least < reach * reach ? std::sqrt(least) : reach;
 }

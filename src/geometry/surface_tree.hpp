@@ -11,6 +11,10 @@
 
 namespace trocar {
 
+[[nodiscard]] Box box_of(const Corners& corners);
+/// m² between two boxes; 0 where they overlap, infinite for an empty one.
+[[nodiscard]] double squared_gap(const Box& a, const Box& b);
+
 class SurfaceTree {
 public:
     /// Of the chosen triangles where they are in `position`; `triangles` and `position` have to stay. Their corners are

@@ -15,10 +15,7 @@ Corners corners_of(const Topology& topology, const Frame& frame, Index triangle)
 }
 
 /// m; infinite for an empty box.
-double gap(const Box& a, const Box& b) {
-    const Vector3 apart = (a.min - b.max).cwiseMax(b.min - a.max).cwiseMax(0.0);
-    return apart.norm();
-}
+double gap(const Box& a, const Box& b) { return std::sqrt(squared_gap(a, b)); }
 
 /// The triangles of a body, those with corners that are nowhere left out, that may be within `reach` of `other`.
 std::vector<Index> triangles_near(const Topology& topology, const Frame& frame, Index body, const Box& other,
@@ -26,13 +23,10 @@ std::vector<Index> triangles_near(const Topology& topology, const Frame& frame, 
     std::vector<Index> near;
     const Range triangles = topology.bodies[static_cast<std::size_t>(body)].triangles;
     for (Index t = triangles.first; t < triangles.end(); ++t) {
-        Box box;
-        bool is_somewhere = true;
-        for (const Vector3& corner : corners_of(topology, frame, t)) {
-            is_somewhere = is_somewhere && corner.allFinite();
-            box.add(corner);
-        }
-        if (is_somewhere && gap(box, other) < reach) near.push_back(t);
+        const Corners corners = corners_of(topology, frame, t);
+        const bool is_somewhere =
+            std::all_of(corners.begin(), corners.end(), [](const Vector3& corner) { return corner.allFinite(); });
+        if (is_somewhere && gap(box_of(corners), other) < reach) near.push_back(t);
     }
     return near;
 }

@@ -15,12 +15,6 @@ namespace {
 /// edge of a regular mesh.
 const Vector3 hair{1.37e-11, -2.91e-11, 2.23e-11};
 
-Box box_of(const Corners& corners) {
-    Box box;
-    for (const Vector3& corner : corners) box.add(corner);
-    return box;
-}
-
 Corners corners_from(const Topology& topology, const Matrix3X& position, Index triangle) {
     const auto c = topology.triangles.col(triangle);
     return {position.col(c[0]), position.col(c[1]), position.col(c[2])};

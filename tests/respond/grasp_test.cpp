@@ -19,6 +19,22 @@
 namespace trocar {
 namespace {
 
+/// Corners of two jaws above and below the origin, and of a tissue triangle whose first corner lies between them and
+/// whose second one is so far (m) along x.
+Matrix3X jaws_over_tissue(double along) {
+    Matrix3X position(3, 9);
+    position.col(0) = Vector3(0.0, 0.0, 0.0005);
+    position.col(1) = Vector3(-0.001, 0.0, 0.01);
+    position.col(2) = Vector3(0.0, 0.001, 0.01);
+    position.col(3) = Vector3(0.0, 0.0, -0.0005);
+    position.col(4) = Vector3(-0.001, 0.0, 0.008);
+    position.col(5) = Vector3(0.0, -0.001, 0.008);
+    position.col(6) = Vector3::Zero();
+    position.col(7) = Vector3(along, 0.0, 0.0);
+    position.col(8) = Vector3(0.0, 0.05, 0.0);
+    return position;
+}
+
 /// A tool of two jaws (triangles above and below the origin) and a tissue triangle whose first corner lies between
 /// them; its spring of 100 N/m and 10 mm leads along x to a pinned corner.
 struct Bench {
@@ -43,16 +59,7 @@ struct Bench {
         topology = make_topology(
             {Body{.name = "tool", .kind = BodyKind::instrument, .vertex_count = 6, .triangles = jaws},
              Body{.name = "tissue", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = one}});
-        frame.position.resize(3, 9);
-        frame.position.col(0) = Vector3(0.0, 0.0, 0.0005);
-        frame.position.col(1) = Vector3(-0.001, 0.0, 0.01);
-        frame.position.col(2) = Vector3(0.0, 0.001, 0.01);
-        frame.position.col(3) = Vector3(0.0, 0.0, -0.0005);
-        frame.position.col(4) = Vector3(-0.001, 0.0, 0.008);
-        frame.position.col(5) = Vector3(0.0, -0.001, 0.008);
-        frame.position.col(6) = Vector3::Zero();
-        frame.position.col(7) = Vector3(rest, 0.0, 0.0);
-        frame.position.col(8) = Vector3(0.0, 0.05, 0.0);
+        frame.position = jaws_over_tissue(rest);
         frame.previous = frame.position;
         frame.velocity = Matrix3X::Zero(3, 9);
         frame.pose.assign(2, {});
@@ -247,16 +254,7 @@ TEST(Grasp, JawsThatAreBodiesOfOneInstrumentCloseTogetherAndThoseOfTwoDoNot) {
         materials.area.assign(9, 0.0);
         materials.tip.assign(3, Vector3::Zero());
         Frame frame;
-        frame.position.resize(3, 9);
-        frame.position.col(0) = Vector3(0.0, 0.0, 0.0005);
-        frame.position.col(1) = Vector3(-0.001, 0.0, 0.01);
-        frame.position.col(2) = Vector3(0.0, 0.001, 0.01);
-        frame.position.col(3) = Vector3(0.0, 0.0, -0.0005);
-        frame.position.col(4) = Vector3(-0.001, 0.0, 0.008);
-        frame.position.col(5) = Vector3(0.0, -0.001, 0.008);
-        frame.position.col(6) = Vector3::Zero();
-        frame.position.col(7) = Vector3(0.05, 0.0, 0.0);
-        frame.position.col(8) = Vector3(0.0, 0.05, 0.0);
+        frame.position = jaws_over_tissue(0.05);
         frame.pose.assign(3, {});
         ContactSet contacts;
         for (const Index jaw : {0, 1}) {
