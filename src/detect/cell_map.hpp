@@ -64,7 +64,6 @@ public:
         used_.clear();
         entries_.clear();
         objects_.clear();
-        primitives_.clear();
     }
 
     /// Cell and object maps: primitive `primitive` of `body` lies in `cell`.

@@ -217,7 +217,6 @@ void OhcIncremental::keep_all(const Frame& frame) {
     for (const Index body : bodies_.order()) bodies_.keep(body, true);
     bodies_.choose_active();
     last_.remember_all(frame);
-    moving_ = redo_ = false;
     work_.counters.vertices_read += bodies_.topology().vertex_count;
     kept_.start(bodies_.topology().triangle_count(), settings_.hash, settings_.hash_bits);
     occupancy_.clear();

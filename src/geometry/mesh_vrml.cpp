@@ -99,13 +99,15 @@ private:
         }
         const std::size_t sign = text.front() == '-' || text.front() == '+' ? 1 : 0;
         const std::string_view unsigned_text = text.substr(sign);
-        if (unsigned_text.starts_with("0x") || unsigned_text.starts_with("0X")) {  // pixels of an image
-            token_.number = 0.0;
-            for (const char c : unsigned_text.substr(2)) {
+        if (unsigned_text.starts_with("0x") || unsigned_text.starts_with("0X")) {  // as the pixels of an image
+            const std::string_view digits = unsigned_text.substr(2);
+            if (digits.empty()) fail_line(source_, line_, "a number", quoted(text));
+            for (const char c : digits) {
                 const std::size_t digit = std::string_view("0123456789abcdefABCDEF").find(c);
                 if (digit == std::string_view::npos) fail_line(source_, line_, "a number", quoted(text));
                 token_.number = token_.number * 16.0 + static_cast<double>(digit < 16 ? digit : digit - 6);
             }
+            if (text.front() == '-') token_.number = -token_.number;
             return;
         }
         const char c = text.front();

@@ -25,7 +25,8 @@ int segment_crossing(const Vector3& from, const Vector3& to, const Vector3& a, c
     const int s1 = orientation_sign(from, to, a, b);
     const int s2 = orientation_sign(from, to, b, c);
     const int s3 = orientation_sign(from, to, c, a);
-    if (s1 != s2 || s2 != s3 || s1 == 0) return 0;
+    // Not all three are 0: the line meets the plane in one point, which is on no more than two of the edges' lines.
+    if (s1 != s2 || s2 != s3) return 0;
     return start < end ? 1 : -1;
 }
 

@@ -547,16 +547,11 @@ ReferenceSolution solve_law_surely(const Scene& scene, ReferenceLaw law, const R
         settings = finer_settings;
         return finer;
     }
-    const double change = largest_changes(finer.by_time_step.force, finer.by_stiffness.force);
-    solution.force_bound = std::fmax(solution.force_bound, change);
-    solution.impulse_bound =
-        std::fmax(solution.impulse_bound, largest_changes(finer.by_time_step.impulse, finer.by_stiffness.impulse));
-    solution.position_bound =
-        std::fmax(solution.position_bound, largest_changes(finer.by_time_step.position, finer.by_stiffness.position));
+    widen_bounds(finer, solution);
     solution.reason += fmt::format(
         "{}weak order: surfaces that slip over edges or bounce switch contacts at moments that refinement keeps "
         "moving; steps a quarter as long still change the force by {:.2g} N RMS, which the bound covers",
-        solution.reason.empty() ? "" : "; ", change);
+        solution.reason.empty() ? "" : "; ", largest_changes(finer.by_time_step.force, finer.by_stiffness.force));
     return solution;
 }
 
@@ -564,6 +559,15 @@ ReferenceSolution solve_law_surely(const Scene& scene, ReferenceLaw law, const R
 
 double largest_changes(const std::array<double, 2>& by_time_step, const std::array<double, 2>& by_stiffness) {
     return std::max(by_time_step[0], by_time_step[1]) + std::max(by_stiffness[0], by_stiffness[1]);
+}
+
+void widen_bounds(const ReferenceSolution& finer, ReferenceSolution& solution) {
+    const Refinement& step = finer.by_time_step;
+    const Refinement& stiffness = finer.by_stiffness;
+    // fmax passes over a NaN, which is what a solution without refinements has.
+    solution.force_bound = std::fmax(solution.force_bound, largest_changes(step.force, stiffness.force));
+    solution.impulse_bound = std::fmax(solution.impulse_bound, largest_changes(step.impulse, stiffness.impulse));
+    solution.position_bound = std::fmax(solution.position_bound, largest_changes(step.position, stiffness.position));
 }
 
 Observed observe_order(double coarse, double fine, double floor) {

@@ -49,4 +49,8 @@ Observed observe_order(double coarse, double fine, double floor);
 /// steps plus the largest between neighbouring stiffnesses.
 double largest_changes(const std::array<double, 2>& by_time_step, const std::array<double, 2>& by_stiffness);
 
+/// Widens the three bounds of a solution where the largest changes of `finer`, which has shorter steps, are more and
+/// are known.
+void widen_bounds(const ReferenceSolution& finer, ReferenceSolution& solution);
+
 }  // namespace trocar

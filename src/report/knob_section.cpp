@@ -15,11 +15,16 @@ namespace {
 
 /// The method without the parameter that the knob turns, so that all points of a curve have the same name.
 std::string without_parameter(const std::string& method, const std::string& key) {
-    const std::size_t at = method.find(key + "=");
-    if (key.empty() || at == std::string::npos) return method;
-    const std::size_t end = std::min(method.find(',', at), method.size());
-    std::string rest = method.substr(0, at) + (end < method.size() ? method.substr(end + 1) : std::string());
-    while (!rest.empty() && (rest.back() == ',' || rest.back() == ':')) rest.pop_back();
+    const std::size_t colon = method.find(':');
+    if (key.empty() || colon == std::string::npos) return method;
+    std::string rest = method.substr(0, colon);
+    for (std::size_t start = colon + 1; start < method.size();) {
+        const std::size_t end = std::min(method.find(',', start), method.size());
+        const std::string parameter = method.substr(start, end - start);
+        // From its beginning: friction_k is not k.
+        if (!parameter.starts_with(key + "=")) rest += (rest.size() == colon ? ":" : ",") + parameter;
+        start = end + 1;
+    }
     return rest;
 }
 

@@ -168,8 +168,8 @@ private:
 };
 
 struct ColumnWidth {
-    double least = 0.0;    ///< pt, so that nothing unbreakable sticks out
-    double natural = 0.0;  ///< pt, so that nothing breaks, at most a third of the line for text
+    double least;    ///< pt, so that nothing unbreakable sticks out
+    double natural;  ///< pt, so that nothing breaks, at most a third of the line for text
 };
 
 std::vector<ColumnWidth> widths_of(const Table& table) {

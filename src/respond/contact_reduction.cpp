@@ -10,7 +10,7 @@ EdgeKey name_edges(const Topology& topology, const Frame& frame, const Contact& 
                                               corners_of(topology, frame.position, contact.b));
     EdgeKey key{-1, -1, -1, -1};
     for (const CrossingEnd& end : crossing.ends) {
-        if (end.triangle < 0 || end.edge < 0) continue;
+        if (end.triangle < 0) continue;
         const Index triangle = end.triangle == 0 ? contact.a : contact.b;
         const std::size_t place = end.triangle == 0 ? 0 : 2;
         const Index p = topology.triangles(end.edge, triangle);

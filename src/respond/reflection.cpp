@@ -14,8 +14,8 @@ namespace trocar {
 namespace {
 
 struct Choice {
-    double bump = 0.0;      ///< 0: no bounce, 1: the normal speed is kept
-    double friction = 1.0;  ///< 1: no friction, 0: the particle sticks
+    double bump;      ///< 0: no bounce, 1: the normal speed is kept
+    double friction;  ///< 1: no friction, 0: the particle sticks
 };
 
 class Reflection final : public PointResponse {

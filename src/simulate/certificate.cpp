@@ -55,7 +55,7 @@ Answers answers_of(const RunSpec& spec, const Topology& topology, const std::vec
             detector->update(frame, 0.0);
             detector->detect(frame, contacts);
             answers.pairs.push_back(contacts.pairs);
-            if (!contacts.outcome.ok() && answers.outcome.ok()) answers.outcome = contacts.outcome;
+            if (answers.outcome.ok()) answers.outcome = contacts.outcome;
         }
     } catch (const std::exception& error) {
         answers.outcome = {OutcomeKind::threw, error.what()};

@@ -97,6 +97,29 @@ TEST_F(Replay, OfSeveralLongStepsTheLongestInEdgesIsToldWhicheverOfTheTwoMoves) 
     }
 }
 
+TEST_F(Replay, AStepIsTheWayOfOneBodyAgainstTheOther) {
+    // Heights of the large triangle a and of the small one b, whose mean edge is 0.114 m.
+    const auto told = [this](const std::array<std::array<double, 2>, 3>& frames) {
+        test::RecordingText text;
+        text.positions.clear();
+        for (const auto& [a, b] : frames) {
+            text.positions.insert(text.positions.end(), {0, 0, a, 1, 0, a, 0, 1, a});
+            text.positions.insert(text.positions.end(), {0.2, 0.2, b, 0.2, 0.3, b, 0.3, 0.2, b});
+        }
+        return Json::parse(run(text, "--detector brute_force --json").out);
+    };
+    const Json together = told({{{0.0, 0.05}, {1.0, 1.05}, {2.0, 2.05}}});
+    EXPECT_FALSE(together.contains("long_steps")) << together;
+    // 0.08 m down and 0.09 m up, each shorter than an edge; then nobody moves.
+    const Json against = told({{{0.0, 0.1}, {0.09, 0.02}, {0.09, 0.02}}});
+    ASSERT_TRUE(against.contains("long_steps")) << against;
+    const Json& steps = against.at("long_steps");
+    EXPECT_EQ(steps.at("frames"), 1);
+    EXPECT_EQ(steps.at("tick"), 1);
+    EXPECT_EQ(steps.at("body"), "a") << "it goes further";
+    EXPECT_NEAR(steps.at("step_m").get<double>(), 0.17, 1e-12);
+}
+
 TEST_F(Replay, GivesPairsTouchesAndTruthPerFrame) {
     const test::ProgramResult result = run(three_frames(), "--detector brute_force --truth --json");
     ASSERT_EQ(result.status, 0) << result.err;

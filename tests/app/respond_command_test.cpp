@@ -200,6 +200,36 @@ TEST(Respond, StepSizesThatACaseAsksForAreRunUnlessTheyTakeNoStepOrTooMany) {
     EXPECT_NEAR(runs[0]["abs_error_x"].get<double>(), std::cos(0.2) - 0.96, 1e-12);
 }
 
+TEST(Respond, AnOscillatorIsRunToItsLastTimeInTheStepsOfTheCaseElseInFourFinenesses) {
+    const auto got = [](const char* id, const Json& more) {
+        Json input{{"m", 2.0}, {"k", 8.0}, {"x0", 0.3}, {"v0", -0.5}};
+        input.update(more);
+        return respond_to({{{"id", id}, {"input", input}}}).json["cases"][0]["got"];
+    };
+    const Json plain = got("osc-plain", {{"times", Json::array({0.25, 0.5})}});
+    const Json& runs = plain.at("semi_implicit_euler");
+    ASSERT_EQ(runs.size(), 4U) << plain;
+    std::int64_t steps = 512;
+    for (const Json& one : runs) {
+        EXPECT_EQ(one.at("steps"), steps);
+        EXPECT_NEAR(one.at("h").get<double>() * static_cast<double>(steps), 0.5, 1e-15);
+        // x = 0.3 cos 2t - 0.25 sin 2t, from which a scheme of first order is off by some h.
+        EXPECT_NEAR(one.at("x").get<double>(), 0.3 * std::cos(1.0) - 0.25 * std::sin(1.0),
+                    1.0 / static_cast<double>(steps));
+        steps *= 2;
+    }
+    ASSERT_EQ(plain.at("observed_orders").size(), 3U);
+    for (const Json& order : plain.at("observed_orders")) EXPECT_NEAR(order.get<double>(), 1.0, 0.05);
+    const Json chosen = got("osc-chosen", {{"times", Json::array({0.3})}, {"h", 0.1}});
+    ASSERT_EQ(chosen.at("semi_implicit_euler").size(), 1U);
+    EXPECT_EQ(chosen.at("semi_implicit_euler").at(0).at("steps"), 3);
+    // At its start it is where it starts, and there is nothing to run.
+    const Json start = got("osc-start", {{"times", Json::array({0.0})}});
+    EXPECT_EQ(start.at("closed_form"), Json::array({Json{{"t", 0.0}, {"x", 0.3}, {"v", -0.5}}}));
+    EXPECT_TRUE(start.at("semi_implicit_euler").empty()) << start;
+    EXPECT_FALSE(start.contains("observed_orders"));
+}
+
 TEST(Respond, FastestModeOfASquareWithOneDiagonalIsThatOfItsSprings) {
     // The products of the springs' directions where they meet: 2 of each with itself, and sqrt(1/2) of the diagonal
     // with each of the four sides, which are perpendicular to each other. Largest eigenvalue: 2 + sqrt(4 / 2).
@@ -306,6 +336,19 @@ TEST(Respond, StifflyHungMassRestsBelowItsAnchor) {
                                                      {"plane_z", 0.0}}}}}));
     ASSERT_EQ(answer.status, 0) << answer.err;
     EXPECT_NEAR(answer.json["cases"][0]["got"]["z"].get<double>(), 0.2 - 0.05 - m * 9.81 / k, 1e-9);
+}
+
+// The weight that the spring leaves is the plane's: k_c d + k_s (anchor - rest + d) = m g.
+TEST(Respond, AMassOnASoftSpringRestsOnAPlaneHoweverStiffThatIs) {
+    for (const double stiffness : {8.0, 8e3, 8e6}) {
+        const Json input{{"m", 0.2},         {"g", 9.81},       {"k_contact", stiffness},
+                         {"k_spring", 10.0}, {"anchor_z", 0.2}, {"rest_length", 0.15}};
+        const Json got = respond_to({{{"id", "static-soft"}, {"input", input}}}).json["cases"][0]["got"];
+        const double depth = (0.2 * 9.81 - 10.0 * (0.2 - 0.15)) / (stiffness + 10.0);
+        EXPECT_NEAR(got["depth"].get<double>(), depth, 1e-9) << stiffness;
+        EXPECT_NEAR(got["contact_force"].get<double>(), stiffness * depth, 1e-6) << stiffness;
+        EXPECT_NEAR(got["spring_force_up"].get<double>(), 10.0 * (0.05 + depth), 1e-8) << stiffness;
+    }
 }
 
 }  // namespace

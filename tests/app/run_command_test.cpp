@@ -137,6 +137,29 @@ TEST_F(RunCommand, TextNamesSceneMethodsAndOutcome) {
     EXPECT_EQ(result.err, "") << "progress belongs on a terminal";
 }
 
+TEST_F(RunCommand, APacedRunEndsWhereAnUnpacedOneEndsTellsItsMissesAndTakesNoRecording) {
+    const std::string start = "run " + scene_ + " --ticks 20";
+    const test::ProgramResult paced = run_program(start + " --paced --json");
+    ASSERT_EQ(paced.status, 0) << paced.err;
+    const Json json = Json::parse(paced.out);
+    EXPECT_EQ(json.at("rows").size(), 20U);
+    const Json& summary = json.at("summary");
+    for (const char* loop : {"paced", "empty"}) {
+        const std::string misses = std::string(loop) + "_misses";
+        EXPECT_GE(summary.at(misses).get<double>(), 0.0) << "of the ten ticks after the warm-up";
+        EXPECT_LE(summary.at(misses).get<double>(), 10.0);
+    }
+    const Json plain = Json::parse(run_program(start + " --json").out).at("summary");
+    EXPECT_EQ(plain.at("state_hash"), summary.at("state_hash"));
+    EXPECT_FALSE(plain.contains("paced_misses"));
+    EXPECT_NE(run_program(start + " --paced").out.find("\npaced      from release to end: median "), std::string::npos);
+    const std::string file = (folder_.path() / "paced.trocrec").string();
+    const test::ProgramResult both = run_program(start + " --paced --record " + file);
+    EXPECT_EQ(both.status, 2);
+    EXPECT_NE(both.err.find("--record"), std::string::npos) << both.err;
+    EXPECT_FALSE(std::filesystem::exists(file));
+}
+
 TEST_F(RunCommand, SaysWhereAResponseActsAsAnother) {
     const std::string bare = (folder_.path() / "press.json").string();
     std::ofstream(bare) << test::press_text(0.002);

@@ -56,6 +56,17 @@ TEST_F(ScenesCommand, TellsWhatAFileHolds) {
     EXPECT_NE(shown.find("A triangle over two.\n"), std::string::npos) << shown;
 }
 
+TEST_F(ScenesCommand, AFullStopEndsASentenceOnlyBeforeACapitalLetter) {
+    for (const auto& [description, first] : {std::pair{"Goes approx. 2 mm deep, i.e. through the skin. It stays there.",
+                                                       "Goes approx. 2 mm deep, i.e. through the skin."},
+                                             {"Two of them. And a third. And a fourth.", "Two of them."},
+                                             {"Has no end", "Has no end"},
+                                             {"Only one. of its kind", "Only one. of its kind"}}) {
+        const std::string shown = run_program("scenes " + write("told", description)).out;
+        EXPECT_NE(shown.find(std::string("  ") + first + "\n"), std::string::npos) << shown;
+    }
+}
+
 TEST_F(ScenesCommand, ListsAFolderByName) {
     (void)write("second", "b");
     (void)write("first", "a");

@@ -172,7 +172,8 @@ Bits bits_of(const Effect& effect) {
 // ------------------------------------------------------------------ checks: empty text = kept
 
 /// The two sides of every linear contact are on one line along its normal; where all that can be touched is tissue or
-/// instruments, somebody takes the reaction; wrenches between instruments sum to none.
+/// instruments, somebody takes the reaction, and vertices only where they are tissue's; wrenches between instruments
+/// sum to none.
 std::string action_is_reaction(const ResponseContestant& who) {
     constexpr double most_arm = 1e-6;  // m, against mesh edges of 3 to 5 mm
     return over_takes(who, [&who](const Take& take) {
@@ -186,6 +187,7 @@ std::string action_is_reaction(const ResponseContestant& who) {
         double arm = 0.0;
         double off_sum = 0.0;
         std::size_t untaken = 0;
+        std::size_t off_tissue = 0;
         std::size_t count = 0;
         double wrench_off = 0.0;
         double wrench_all = 1e-3;
@@ -206,6 +208,10 @@ std::string action_is_reaction(const ResponseContestant& who) {
                                        linear.reaction_vertices[2] >= 0;
                 Vector3 reaction = linear.reaction_point;
                 if (on_tissue) {
+                    // A body's vertices take nothing: its reaction would be lost.
+                    for (const Index vertex : linear.reaction_vertices) {
+                        if (vertex >= 0 && kind(topology.body_of_vertex(vertex)) != BodyKind::tissue) ++off_tissue;
+                    }
                     reaction = blend(linear.reaction_vertices, linear.reaction_weights);
                     off_sum = std::max(off_sum, std::abs(linear.reaction_weights[0] + linear.reaction_weights[1] +
                                                          linear.reaction_weights[2] - 1.0));
@@ -229,6 +235,7 @@ std::string action_is_reaction(const ResponseContestant& who) {
         std::string failure;
         if (off_sum > 1e-9) failure += fmt::format("weights sum to 1 ± {:g}; ", off_sum);
         if (untaken > 0) failure += fmt::format("nobody takes the reaction of {} of {} contacts; ", untaken, count);
+        if (off_tissue > 0) failure += fmt::format("reactions on {} vertices that are no tissue's; ", off_tissue);
         if (arm > most_arm) failure += fmt::format("action and reaction {:g} m beside each other; ", arm);
         if (wrench_off > 1e-9 * wrench_all)
             failure += fmt::format("wrenches sum to {:g} of {:g}; ", wrench_off, wrench_all);

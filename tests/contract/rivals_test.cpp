@@ -134,6 +134,25 @@ TEST(OdeTrimesh, WithMergingEveryPairToldIsATrueOneAndMostAreTold) {
     }
 }
 
+TEST(SpatialTessellation, ADenseArrayHasTheCellsOfTheScenesBoxAndLargerOnesWhereTheseWereTooMany) {
+    // A box of 2.5 x 1.5 x 3.5 m. The look is at every cell of the array and at each triangle in each of its box's.
+    const World world =
+        make_world("corner", {{BodyKind::instrument, triangle({0.0, 0.0, 0.0}, {2.5, 0.0, 0.0}, {0.0, 1.5, 0.0})},
+                              {BodyKind::tissue, triangle({0.5, 0.5, 0.0}, {0.5, 0.5, 3.5}, {0.5, 1.2, 3.5})}});
+    const auto cells_visited = [&world](const char* cell, const char* most) {
+        const ContactSet contacts =
+            answer(world, "spatial_tessellation", {{"storage", "dense"}, {"cell", cell}, {"cells_per_triangle", most}});
+        EXPECT_EQ(contacts.pairs, (std::vector<TrianglePair>{{0, 1}})) << cell << " " << most;
+        return contacts.work.cells_visited;
+    };
+    constexpr std::int64_t of_one_metre = 3 * 2 * 4 + 3 * 2 * 1 + 1 * 2 * 4;
+    EXPECT_EQ(cells_visited("1", "8"), of_one_metre);
+    EXPECT_EQ(cells_visited("1", "0.01"), of_one_metre) << "few cells are never too many";
+    // Half as long there are 6 * 4 * 8 = 192: for two triangles just as many as 96 for each.
+    EXPECT_EQ(cells_visited("0.5", "96"), 6 * 4 * 8 + 6 * 4 * 1 + 1 * 2 * 8);
+    EXPECT_EQ(cells_visited("0.5", "95.9"), of_one_metre) << "twice as long in all directions";
+}
+
 TEST(EmbreeCollide, SubnormalCoordinatesAreDecidedExactly) {
     if (!is_here("embree_collide")) GTEST_SKIP() << "Embree is absent";
     World world = make_world(

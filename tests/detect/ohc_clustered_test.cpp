@@ -407,6 +407,22 @@ TEST(OhcClustered, FarAwayTinyAndHugeScenesAreAnswered) {
     }
 }
 
+TEST(OhcClustered, BodiesThatHaveTravelledFarAreAsMuchWorkAsThoseThatBeginThere) {
+    // A scene of a tenth of a millimetre: seen in float from where it began, 100 m away, its triangles all look alike.
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        World world = dipping(0);
+        world.frame.position *= 0x1p-10;
+        const auto detector = make_detector("ohc_clustered", {});
+        detector->prepare(world.topology, world.frame);
+        ASSERT_GT(tick(*detector, world.frame).pairs.size(), 20U);
+        world.frame.position.row(axis).array() += 100.0;
+        const ContactSet begun_there = answer(world);
+        const ContactSet travelled = tick(*detector, world.frame);
+        EXPECT_EQ(travelled.pairs, begun_there.pairs) << axis;
+        EXPECT_EQ(travelled.work.triangle_tests, begun_there.work.triangle_tests) << axis;
+    }
+}
+
 TEST(OhcClustered, VerticesFarAwayCostWhatTheirOwnTrianglesCost) {
     World world = make_world("far", {{BodyKind::instrument, shaft(0.002, 0.1, 24, 100).move({0.0, 0.0003, -0.002})},
                                      {BodyKind::tissue, slab(0.1, 0.01, 60).shake(0.0003, 3)}});

@@ -290,6 +290,25 @@ TEST(Ohc, CellsOfBoxesEqualSingleNumbers) {
     }
 }
 
+TEST(Ohc, ARangeThatReachesTheLastCellIsToldOnEveryAxisAndAtBothEnds) {
+    Lattice lattice;
+    lattice.set(1.0, Vector3::Zero());  // m: a whole number's cell has that number, up to 2^30 - 1 on both sides
+    constexpr double last = 1073741823.0;
+    for (int axis = 0; axis < 3; ++axis) {
+        for (const bool at_low : {true, false}) {
+            for (const double beyond : {-1.0, 0.0, 1e15}) {
+                Vector3 low(-3.0, 2.0, 0.0);
+                Vector3 high(5.0, 7.0, 1.0);
+                (at_low ? low : high)[axis] = at_low ? -last - beyond : last + beyond;
+                const CellRange range = lattice.range(Two{low[0], low[1]}, Two{high[0], high[1]}, Two{low[2], high[2]});
+                EXPECT_EQ(Lattice::at_limit(range), beyond >= 0.0) << axis << " " << at_low << " " << beyond;
+                const CellRange of_points{lattice.cell(low), lattice.cell(high)};
+                EXPECT_EQ(Lattice::at_limit(of_points), beyond >= 0.0) << axis << " " << at_low << " " << beyond;
+            }
+        }
+    }
+}
+
 TEST(Ohc, DistantBodiesCostNoCandidates) {
     const World world = make_world("apart", {{BodyKind::instrument, sphere(0.02, 20)},
                                              {BodyKind::tissue, sphere(0.02, 20).move({0.3, 0.0, 0.0})}});
@@ -350,6 +369,20 @@ TEST(Ohc, ACellHasTheLengthThatTheFirstFrameWithAnyEdgesGivesItAndKeepsIt) {
         grown.position *= 4.0;
         EXPECT_TRUE(is_same(work("auto", world.frame, grown), work(fmt::format("{}", cell), world.frame, grown)));
     }
+}
+
+TEST(Ohc, EveryTriangleCountsInTheMeanEdgeThatACellHas) {
+    // Edges of 3, 4 and 5 m twice and a hundredth of that once: (12 + 12 + 0.12) m over nine edges. With one edge more
+    // a cell ended at 3.618 m and not at 4.02 m along x, and what both large boxes hold would be in three and not two.
+    const World world =
+        make_world("three", {{BodyKind::instrument, triangle({10.0, 1.0, 0.0}, {10.04, 1.0, 0.0}, {10.0, 1.03, 0.0})},
+                             {BodyKind::tissue, triangle({0.1, 0.2, 0.0}, {4.1, 0.2, 0.0}, {0.1, 3.2, 0.0})},
+                             {BodyKind::tissue, triangle({-0.2, 0.1, 0.0}, {3.8, 0.1, 0.0}, {-0.2, 3.1, 0.0})}});
+    const auto cells_visited = [&world](const std::string& cell) {
+        return answer(world, {{"cell", cell}}).work.cells_visited;
+    };
+    EXPECT_EQ(cells_visited("auto"), cells_visited(fmt::format("{}", 24.12 / 9.0)));
+    EXPECT_NE(cells_visited("auto"), cells_visited(fmt::format("{}", 24.12 / 10.0)));
 }
 
 TEST(Ohc, StormOfEqualHashesIsStillRight) {

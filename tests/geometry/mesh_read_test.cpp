@@ -475,6 +475,22 @@ TEST_F(MeshRead, VrmlNamesTheLineOfBadInput) {
     expect_refused("a.wrl", std::string("\x1f\x8b\x08\x00", 4), "gzip");
 }
 
+TEST_F(MeshRead, VrmlTakesWholeNumbersOfBaseSixteenWithTheirSign) {
+    // ISO 14772, annex A: a whole number is [+-]?([0-9]+|0[xX][0-9a-fA-F]+).
+    const auto set = [](const std::string& index) {
+        std::string points;
+        for (int i = 0; i < 32; ++i) points += std::to_string(i) + " " + std::to_string(i * i) + " 0, ";
+        return vrml + "Shape { geometry IndexedFaceSet {\n coord Coordinate { point [ " + points +
+               "] }\n coordIndex [ " + index + " ] } }\n";
+    };
+    EXPECT_EQ(corners(read("a.wrl", set("0x0 0X1 0x1f -0x1 0x0a +0xF 0x1B -0X01 9 0xC 0x1E"))),
+              (Corners3{{0, 1, 31}, {10, 15, 27}, {9, 12, 30}}));
+    expect_refused("a.wrl", set("0 1 0xDe"), "line 4: expected a vertex number 0 to 31 or -1, got '222'");
+    expect_refused("a.wrl", set("0 1 -0x2"), "got '-2'");
+    expect_refused("a.wrl", set("0 1 0x"), "line 4: expected a number, got '0x'");
+    expect_refused("a.wrl", set("0 1 0x1g"), "line 4: expected a number, got '0x1g'");
+}
+
 TEST_F(MeshRead, VrmlMadeToExhaustStackOrMemoryIsRefused) {
     std::string deep = vrml;
     for (int i = 0; i < 100000; ++i) deep += "Group { children [ ";

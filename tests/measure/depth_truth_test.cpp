@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "measure/body_surface.hpp"
+#include "measure/edge_depth.hpp"
 #include "measure/retelling.hpp"
 #include "measure/surface_distance.hpp"
 #include "measure/vertical_crossings.hpp"
@@ -604,6 +605,67 @@ TEST(DepthTruth, EdgesInsideAreAsDeepAsEveryPointOfThemSays) {
         if (most > 1e-3) ++deep;
     }
     EXPECT_GE(deep, 8);
+}
+
+TEST(EdgeDepth, AnEdgeThroughTwoCubesIsInsideTwiceAndAsDeepAsItsDistanceToTheNearestFace) {
+    // Cubes of 2 mm whose middles are 6 mm apart along x. The first edge begins 20 mm before the one and ends 4 mm
+    // behind the other, 0.4 mm below their tops: it is through both with its middle outside. It is listed both ways.
+    // The second lies in the first cube, 0.3 mm deep where it begins and 0.5 mm where it ends; the third passes above.
+    for (const Vector3& at : {Vector3(0.0, 0.0, 0.0), Vector3(0.3, -0.2, 0.7)}) {
+        Matrix3X position(3, 22);
+        Triangles triangles(3, 24);
+        const std::array<std::array<Index, 3>, 12> faces{{{0, 4, 6},
+                                                          {0, 6, 2},
+                                                          {1, 3, 7},
+                                                          {1, 7, 5},
+                                                          {0, 1, 5},
+                                                          {0, 5, 4},
+                                                          {2, 6, 7},
+                                                          {2, 7, 3},
+                                                          {0, 2, 3},
+                                                          {0, 3, 1},
+                                                          {4, 5, 7},
+                                                          {4, 7, 6}}};
+        for (Index cube = 0; cube < 2; ++cube) {
+            for (Index corner = 0; corner < 8; ++corner) {
+                const Vector3 side((corner & 1) != 0 ? 1.0 : -1.0, (corner & 2) != 0 ? 1.0 : -1.0,
+                                   (corner & 4) != 0 ? 1.0 : -1.0);
+                position.col(8 * cube + corner) = at + 1e-3 * side + 0.006 * cube * Vector3::UnitX();
+            }
+            for (Index face = 0; face < 12; ++face) {
+                for (Index corner = 0; corner < 3; ++corner) {
+                    triangles(corner, 12 * cube + face) =
+                        8 * cube + faces.at(static_cast<std::size_t>(face)).at(static_cast<std::size_t>(corner));
+                }
+            }
+        }
+        position.col(16) = at + Vector3(-0.02, 0.0003, 0.0006);
+        position.col(17) = at + Vector3(0.01, 0.0003, 0.0006);
+        position.col(18) = at + Vector3(0.0002, -0.0007, 0.0001);
+        position.col(19) = at + Vector3(-0.0002, -0.0005, 0.0001);
+        position.col(20) = at + Vector3(-0.02, 0.0003, 0.0011);
+        position.col(21) = at + Vector3(0.01, 0.0003, 0.0011);
+        RayTree rays;
+        rays.prepare(triangles, {0, 24}, position);
+        SurfaceDistance surface;
+        surface.prepare(triangles, {0, 24}, position);
+        const auto depth_of = [&](const std::vector<std::array<Index, 2>>& edges) {
+            return edge_depth(triangles, position, edges, rays,
+                              [&](const Vector3& p) { return surface.distance(triangles, position, p); });
+        };
+        const EdgeDepth through = depth_of({{16, 17}, {17, 16}});
+        EXPECT_EQ(through.stretches, 2);
+        EXPECT_NEAR(through.depth, 0.0004, 1e-9);
+        const EdgeDepth within = depth_of({{18, 19}});
+        EXPECT_EQ(within.stretches, 1);
+        EXPECT_NEAR(within.depth, 0.0005, 0.0002 / 500.0) << "1/512 of the way from 0.3 mm to it";
+        const EdgeDepth above = depth_of({{20, 21}});
+        EXPECT_EQ(above.stretches, 0);
+        EXPECT_EQ(above.depth, 0.0);
+        const EdgeDepth all = depth_of({{16, 17}, {18, 19}, {20, 21}});
+        EXPECT_EQ(all.stretches, 3);
+        EXPECT_EQ(all.depth, within.depth);
+    }
 }
 
 TEST(DepthTruth, TorusHoleIsOutside) {

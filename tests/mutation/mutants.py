@@ -26,6 +26,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 # Folders of tests that hold a folder of the product beside the one of its own name.
 TESTS_OF = {
     "baselines": ["contract"],
+    "src/app": ["app", "view"],
+    "src/contact": ["contact", "respond"],
     "src/detect": ["detect", "contract"],
     "src/respond": ["respond", "contract"],
     "src/tissue": ["tissue", "contract"],

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "contact/effect.hpp"
 #include "geometry/input_error.hpp"
 #include "playback/frame_fields.hpp"
 #include "scene/recording.hpp"
@@ -152,6 +153,48 @@ TEST(Playback, ToolPushesTissueAsTissuePushesTheTool) {
         largest = std::max(largest, on_tissue.norm());
     }
     EXPECT_GT(largest, 1e-3);
+}
+
+TEST(Playback, OfTheContactsOfAResponseThoseThatPenetrateOrPushAreShownWithTheirDepthAndForce) {
+    struct Acting {
+        double depth;  // m
+        Vector3 force;
+    };
+    const Scene scene = test::scene_from_text(test::poke_text());
+    std::vector<std::vector<Acting>> told;  // by tick, as response and stepper say themselves
+    std::size_t idle = 0;
+    std::size_t deep = 0;
+    RunLimits limits;
+    limits.observe = [&](const Simulation& simulation, const StepRow&) {
+        told.emplace_back();
+        const std::vector<LinearContact>& contacts = simulation.effect().contacts;
+        for (std::size_t c = 0; c < contacts.size(); ++c) {
+            const Vector3 force = simulation.contact_loads().at(c).force;
+            const bool is_inside = contacts[c].gap < 0.0;
+            if (is_inside || force.norm() > 0.0) {
+                told.back().push_back({is_inside ? -contacts[c].gap : 0.0, force});
+            } else {
+                ++idle;
+            }
+            deep += is_inside ? 1U : 0U;
+        }
+    };
+    std::vector<PlayedFrame> frames;
+    const Record record = play(scene, closed_loop("hold", "tracked"), limits, {},
+                               [&](const PlayedFrame& frame) { frames.push_back(frame); });
+    ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
+    ASSERT_EQ(frames.size(), told.size());
+    for (std::size_t tick = 0; tick < frames.size(); ++tick) {
+        std::vector<PlayedContact> shown = frames[tick].contacts;
+        std::erase_if(shown, [](const PlayedContact& contact) { return contact.kind != ActingKind::pushed; });
+        ASSERT_EQ(shown.size(), told[tick].size()) << tick;
+        for (std::size_t c = 0; c < shown.size(); ++c) {
+            EXPECT_EQ(shown[c].depth, told[tick][c].depth) << tick;
+            EXPECT_EQ(shown[c].force, told[tick][c].force) << tick;
+        }
+    }
+    EXPECT_GT(idle, 0U) << "some are only near";
+    EXPECT_GT(deep, 0U);
 }
 
 TEST(Playback, ShowsTheTicksThatAreAskedForOnce) {

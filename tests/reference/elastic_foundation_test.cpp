@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace trocar {
@@ -58,6 +59,28 @@ TEST(ElasticFoundation, OfAGivenLawIsItsStiffnessForEveryVertexOnceForAPair) {
         const double damped = 0.5 * 3.0 * (k + mu / h) * depth * depth;
         EXPECT_NEAR(pressed_energy(scene, h), damped, 1e-12 * damped);
     }
+}
+
+TEST(ElasticFoundation, DependsOnTheDepthsAloneWhateverWayTheBodiesCame) {
+    // Samples clear of the other body are not looked at until something has moved as far: neither many small steps of
+    // both bodies nor one that takes every vertex to minus its place may hide a depth.
+    const Scene scene = two_triangles(BodyKind::instrument, {.k = std::nan(""), .mu = 0.0});
+    const auto energy_at = [](double deep) { return 0.5 * 3e6 * area * deep * deep; };
+    double gap = 0.0;
+    ElasticFoundation foundation(scene, {{0, 1}}, 3, scene.first.position);
+    Matrix3X x = scene.first.position;
+    for (int i = 0; i < 60; ++i) {
+        const double way = i < 30 ? 1.0 : -1.0;
+        if (i % 2 == 0) x.row(2).head(3).array() -= 7e-5 * way;
+        if (i % 2 == 1) x.row(2).tail(3).array() += 5e-5 * way;
+        const double deep = std::max(0.0, x(2, 3) - x(2, 0));
+        EXPECT_NEAR(foundation.energy(x, 0.0, nullptr, gap), energy_at(deep), 1e-15) << i;
+    }
+    Scene halved = scene;
+    halved.first.position.row(2).array() -= 5e-4;
+    ElasticFoundation mirrored(halved, {{0, 1}}, 3, halved.first.position);
+    EXPECT_EQ(mirrored.energy(halved.first.position, 0.0, nullptr, gap), 0.0);
+    EXPECT_NEAR(mirrored.energy(-halved.first.position, 0.0, nullptr, gap), energy_at(1e-3), 1e-15);
 }
 
 TEST(ElasticFoundation, TooDeepIsMoreThanThreeQuartersOfTheLargestDepthInside) {

@@ -468,6 +468,93 @@ TEST(BuildReference, AnotherStiffnessGivesTheForceOfItsSpringsInSeries) {
     }
 }
 
+TEST(BuildReference, StoresForceAndPlacesFromTheStartOnAndTheSmallestGap) {
+    // Down to -3 mm within 50 ms, on the springs from 12.5 ms on: 3 (k x + damping · speed) on the way.
+    const double k = 80.0;
+    const double press = 0.003;
+    const double speed = 0.08;
+    Scene scene = plate_on_springs(press, k, 0.1, 0.05, 1000.0, 0.0);
+    scene.dt = 0.001;
+    const Reference reference = build_reference(scene, {.time_step = 0.002});
+    const ReferenceSolution& hard = reference.hard;
+    ASSERT_TRUE(hard.available) << hard.reason;
+    EXPECT_NEAR(hard.sample_interval, 0.002, 1e-12);
+    EXPECT_EQ(hard.force.cols(), 51) << "0 to 0.1 s";
+    EXPECT_EQ(hard.force_at(0.01).norm(), 0.0);
+    for (const double time : {0.045, 0.049}) {
+        const double x = speed * time - 0.001;
+        EXPECT_NEAR(hard.force_at(time).z(), 3.0 * (k * x + 0.02 * speed), 0.012) << time;
+    }
+    EXPECT_GT(hard.worst_gap, 0.0);
+    EXPECT_LE(hard.worst_gap, hard.rest_gap);
+    // All corners go the same way and are closer to each other than places are told.
+    ASSERT_EQ(hard.points.size(), 1U);
+    const Index point = hard.points[0];
+    EXPECT_TRUE(point >= 4 && point < 7) << point;
+    ASSERT_EQ(hard.positions.size(), 13U) << "every 8 ms";
+    EXPECT_EQ(Vector3(hard.positions[0].col(0)), Vector3(scene.first.position.col(point)));
+    EXPECT_NEAR(hard.positions[5](2, 0), 0.001 - speed * 0.04, 3e-5);
+    EXPECT_NEAR(hard.positions[12](2, 0), -press, 2e-5);
+    // Equal k: the largest depth is that at rest (FoundationAndSpringsAreInSeries), or somewhat more on the way.
+    const double deep = press * 3.0 * k / (3.0 * k + 6.0 * 1000.0);
+    EXPECT_LT(reference.equal_k.worst_gap, -0.99 * deep);
+    EXPECT_GT(reference.equal_k.worst_gap, -1.5 * deep);
+}
+
+TEST(BuildReference, RefinementsAreComparedUpToTheLastTick) {
+    // The plate comes down in the last 6 of 30 ms, so that of the force at 0, 10, 20 and 30 ms the last alone tells
+    // steps apart: those of 4 ms end at 28 ms, 1 mm and 3 · 80 · 0.001 N before the others.
+    Scene scene = plate_on_springs(0.002, 80.0, 0.0, 0.05, 1000.0, 0.0);
+    const Vector3 above(0.001, 0.002, 0.001);
+    scene.bodies[0].motion->keys = {{.time = 0.0, .translation = above},
+                                    {.time = 0.024, .translation = above},
+                                    {.time = 0.03, .translation = Vector3(0.001, 0.002, -0.002)}};
+    scene.dt = 0.01;
+    scene.ticks = 3;
+    const ReferencePlan plan{.time_step = 0.001, .more_steps = 0, .more_gaps = 0, .more_points = 0};
+    const Refinement refinement = build_reference(scene, plan).hard.by_time_step;
+    EXPECT_GT(refinement.impulse[0], 0.2 * 0.24 * scene.dt);
+    EXPECT_LT(refinement.impulse[0], 3.0 * 0.24 * scene.dt);
+    EXPECT_GT(refinement.force[0], 0.0);
+}
+
+/// A level plate that begins in a triangle: above its third corner, which hangs 6 mm lower, and below the others.
+/// `way`: where the script leads it second by second, while the scene lasts 60 ms.
+Scene plate_through_triangle(const std::vector<Vector3>& way) {
+    Scene scene = plate_on_springs(0.003, 80.0, 0.0, 0.05, 1000.0, 0.0);
+    scene.dt = 0.001;
+    scene.ticks = 60;
+    scene.first.position(2, 6) = -0.006;
+    scene.materials.springs[2].rest = 0.026;
+    std::vector<MotionKey>& keys = scene.bodies[0].motion->keys;
+    keys.clear();
+    for (const Vector3& place : way) keys.push_back({.time = static_cast<double>(keys.size()), .translation = place});
+    place_body(scene.bodies[0], scene.topology.bodies[0].vertices, scene.bodies[0].motion->pose_at(0.0),
+               scene.first.position);
+    return scene;
+}
+
+TEST(BuildReference, BodiesThatBeginInsideEachOtherAreLedInStepByStepFromTheEndOfTheScript) {
+    // From 2.4 m above, further than one step could lead. In the end the plate holds the two upper corners 3 mm down.
+    const Vector3 begin(0.001, 0.002, -0.003);
+    const Scene scene = plate_through_triangle({begin, begin, Vector3(begin + Vector3(0.0, 0.0, 2.403))});
+    const Reference reference = build_reference(scene, {});
+    ASSERT_TRUE(reference.hard.available) << reference.hard.reason;
+    const double force = 2.0 * 80.0 * 0.003;
+    EXPECT_NEAR(reference.hard.force_at(0.03).z(), force, 0.01 * force);
+    EXPECT_NE(reference.origin.at("start").find("led in from the end of the script"), std::string::npos);
+}
+
+TEST(BuildReference, BodiesThatTheEndOfTheScriptDoesNotPartHaveNoHardReference) {
+    const Vector3 begin(0.001, 0.002, -0.003);
+    Scene scene = plate_through_triangle({begin, Vector3(begin - Vector3(0.0, 0.0, 0.001))});
+    scene.ticks = 20;
+    const Reference reference = build_reference(scene, {});
+    EXPECT_FALSE(reference.hard.available);
+    EXPECT_NE(reference.hard.reason.find("does not part them"), std::string::npos) << reference.hard.reason;
+    EXPECT_EQ(reference.hard.clears_within_strain_limit, std::nullopt);
+}
+
 TEST(BuildReference, WhereNothingIsFreeThereIsNone) {
     Scene scene = plate_on_springs(0.003, 80.0, 0.1, 0.05, 1000.0, 0.0);
     scene.dt = 0.001;
@@ -513,6 +600,28 @@ TEST(LargestChanges, AreThoseOfStepsAndOfStiffnessesTogether) {
         for (const auto& by_stiffness : {std::array{0.125, 0.25}, std::array{0.25, 0.125}}) {
             EXPECT_EQ(largest_changes(by_time_step, by_stiffness), 2.25);
         }
+    }
+}
+
+TEST(WidenBounds, TakesTheLargestChangesOfShorterStepsWhereTheyAreMoreAndKnown) {
+    const auto bounds_with = [](const ReferenceSolution& finer) {
+        ReferenceSolution solution;
+        solution.force_bound = 1.0;
+        solution.impulse_bound = 2.0;
+        solution.position_bound = 3.0;
+        widen_bounds(finer, solution);
+        return std::array{solution.force_bound, solution.impulse_bound, solution.position_bound};
+    };
+    EXPECT_EQ(bounds_with({}), (std::array{1.0, 2.0, 3.0})) << "nothing is known";
+    for (const double unit : {0.25, 4.0}) {
+        ReferenceSolution finer;
+        finer.by_time_step.force = {0.5 * unit, 0.25 * unit};
+        finer.by_stiffness.force = {0.5 * unit, 1.0 * unit};
+        finer.by_time_step.impulse = {1.0 * unit, 2.0 * unit};
+        finer.by_stiffness.impulse = {0.5 * unit, 0.25 * unit};
+        finer.by_time_step.position = {3.0 * unit, 1.0 * unit};
+        finer.by_stiffness.position = {0.25 * unit, 0.75 * unit};
+        EXPECT_EQ(bounds_with(finer), unit < 1.0 ? (std::array{1.0, 2.0, 3.0}) : (std::array{6.0, 10.0, 15.0})) << unit;
     }
 }
 

@@ -309,6 +309,32 @@ TEST(WorstTick, DeeperIsDarkerByItsShareOfTheDeepestAndLengthsAreDrawnToTheScale
     }
 }
 
+TEST(WorstTick, StatesStandSideBySideEachUnderItsNameWithItsOwnMarks) {
+    WorstTick tick = seen();
+    for (int more = 0; more < 2; ++more) tick.states.push_back(seen().states.front());
+    const std::string picture = draw(tick);
+    const std::vector<std::string> width = found_in(picture, R"re(viewBox="0 0 ([0-9]+) )re");
+    const std::vector<std::string> panels =
+        found_in(picture, R"re(<clipPath id="worst-[0-9]"><rect x="([-0-9.]+)" y="[0-9.]+" width="([0-9.]+)")re");
+    const std::vector<std::string> names =
+        found_in(picture, R"re(<text x="([-0-9.]+)" y="30.0" font-weight="600">hold<)re");
+    const std::vector<std::string> rings = found_in(picture, R"re(<circle cx="([-0-9.]+)")re");
+    ASSERT_EQ(width.size(), 1U) << picture;
+    ASSERT_EQ(panels.size(), 6U) << picture;
+    ASSERT_EQ(names.size(), 3U) << picture;
+    ASSERT_EQ(rings.size(), 3U) << picture;
+    double end_before = 0.0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double left = std::stod(panels[2 * i]);
+        const double right = left + std::stod(panels[2 * i + 1]);
+        EXPECT_GT(left, end_before) << i;
+        EXPECT_EQ(std::stod(names[i]), left) << i;
+        EXPECT_NEAR(std::stod(rings[i]), 0.5 * (left + right), 0.06) << "the point lies in the middle";
+        end_before = right;
+    }
+    EXPECT_LT(end_before, std::stod(width[0]));
+}
+
 TEST(WorstTick, ShowsTheSceneWhereTheBestOtherResponseIsDeepest) {
     std::vector<Record> records = four_responses();
     const auto runs = worst_tick_runs(records);

@@ -1,5 +1,6 @@
 #include "report/report.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -93,6 +94,26 @@ TEST(RunFigures, ReplayCountsOnlyTheDetectorsStages) {
     EXPECT_EQ(figures_of(record).tick_p50, 70e3);
     record.summary = summarize(record.rows);
     EXPECT_EQ(figures_of(record).tick_p50, 5070e3);
+}
+
+TEST(RunFigures, EveryStageHasItsMedianAndItsTailAndTheStageSplitIsTheirMeanOverTheScenes) {
+    std::vector<Record> records{synthetic({.scene = "drag", .ticks = 20}), synthetic({.scene = "poke", .ticks = 20})};
+    for (std::size_t s = 0; s < stage_count; ++s) {
+        const double ns = 1000.0 * static_cast<double>(s + 1);
+        records[0].summary[std::string(stage_names.at(s)) + "_median_ns"] = ns;
+        records[1].summary[std::string(stage_names.at(s)) + "_median_ns"] = 3.0 * ns;
+        records[0].summary[std::string(stage_names.at(s)) + "_p99_ns"] = 7.0 * ns;
+    }
+    const RunFigures figures = figures_of(records[0]);
+    for (std::size_t s = 0; s < stage_count; ++s) {
+        EXPECT_EQ(figures.stage_p50.at(s), 1000.0 * static_cast<double>(s + 1)) << stage_names.at(s);
+        EXPECT_EQ(figures.stage_p99.at(s), 7000.0 * static_cast<double>(s + 1)) << stage_names.at(s);
+    }
+    const std::string markdown = test::whole(make_report(records));
+    EXPECT_NE(markdown.find("| `mine + push (canonical)` | 2 | 2.00 | 4.00 | 6.00 | 8.00 | 10.0 | 12.0 | 42.0 |"),
+              std::string::npos)
+        << markdown;
+    EXPECT_TRUE(std::isnan(figures_of(synthetic({.ticks = 20})).stage_p50.at(0))) << "these rows have no such stage";
 }
 
 TEST(Processes, FewAreToldByMinimumAndMaximum) {
@@ -285,6 +306,20 @@ TEST(Verdict, WorstOfATornRunIsToldAsTorn) {
     EXPECT_EQ(left(), "1.25 / 2.00");
     records[1].summary["ruptures"] = 2;
     EXPECT_EQ(left(), "1.25 / 2.00 torn");
+}
+
+TEST(Verdict, OfScenesThatAreLeftEquallyDeepTheFirstIsTheOneThatIsTold) {
+    std::vector<Record> records{synthetic({.scene = "drag", .left_mm = 2.0}),
+                                synthetic({.scene = "stab", .left_mm = 2.0})};
+    const auto torn_in = [&records](double ruptures_of_first, double ruptures_of_second) {
+        records[0].summary["ruptures"] = ruptures_of_first;
+        records[1].summary["ruptures"] = ruptures_of_second;
+        const Results results(records);
+        return verdict_of(results).rows.front().torn_in;
+    };
+    EXPECT_EQ(torn_in(1.0, 0.0), "drag");
+    EXPECT_EQ(torn_in(1.0, 1.0), "drag");
+    EXPECT_EQ(torn_in(0.0, 1.0), "");
 }
 
 TEST(Verdict, ATearThatHardContactCallsForIsNoDepthThatRowsAreRankedBy) {
@@ -698,6 +733,42 @@ TEST(Report, WorkAndPrecisionMarksDominatedPoints) {
     EXPECT_NE(chart.find("1 ms"), std::string::npos);
 }
 
+TEST(Report, PointsOfOneCurveHaveTheNameOfTheMethodWithoutTheKnobAndWithAllElse) {
+    const auto point = [](const std::string& detector, const std::string& response, const std::string& knob,
+                          const std::string& value) {
+        Record record = synthetic({.mode = "work_precision",
+                                   .detector = detector,
+                                   .response = response,
+                                   .ticks = 20,
+                                   .knob = knob,
+                                   .point = value});
+        record.environment["run.dt_s"] = "0.001";
+        record.rows.clear();
+        return record;
+    };
+    std::vector<Record> records;
+    for (const std::string value : {"50", "100"}) {
+        records.push_back(point("mine", "alone:k=" + value, "response.k", value));
+        records.push_back(point("mine", "first:k=" + value + ",mu=1", "response.k", value));
+        records.push_back(point("mine", "middle:a=1,k=" + value + ",mu=1", "response.k", value));
+        records.push_back(point("mine", "hold:friction_k=7,k=" + value, "response.k", value));
+        records.push_back(point("grid:bv=AABB,cell=" + value, "", "detector.cell", value));
+    }
+    records.push_back(point("mine", "default", "response.k", "50"));
+    records.push_back(point("mine", "other:friction_k=7", "response.k", "50"));
+    const std::string markdown = test::whole(make_report(records));
+    for (const char* curve : {"mine + alone", "mine + first:mu=1", "mine + middle:a=1,mu=1", "mine + hold:friction_k=7",
+                              "grid:bv=AABB over cell"}) {
+        for (const char* value : {"50", "100"}) {
+            EXPECT_NE(markdown.find(fmt::format("| `{}` | {} | ", curve, value)), std::string::npos)
+                << curve << " at " << value << '\n'
+                << markdown;
+        }
+    }
+    EXPECT_NE(markdown.find("| `mine + default` | 50 | "), std::string::npos) << markdown;
+    EXPECT_NE(markdown.find("| `mine + other:friction_k=7` | 50 | "), std::string::npos) << markdown;
+}
+
 TEST(Report, ForceErrorsAreRankedBeyondTheBoundOfTheReferenceOnly) {
     std::vector<Record> records = sweep();
     const auto with_forces = [&records](double first, double second, double third) {
@@ -849,6 +920,50 @@ TEST(Report, AblationTellsWhatEachSwitchChangesAndWhatItDoesNot) {
     EXPECT_NE(markdown.find("without effect on these scenes: `y`."), std::string::npos) << markdown;
     EXPECT_NE(report.page_one.find("without effect on these scenes: y."), std::string::npos) << report.page_one;
     EXPECT_NE(report.files.at("charts/switches.svg").find("decades"), std::string::npos);
+}
+
+TEST(Report, AblationPrintsEveryFigureInTheUnitThatItNames) {
+    // 40 and 120 of that unit, whatever the figure's own is.
+    struct Printed {
+        const char* unit;  // as it is printed
+        double own;        // one of it in the figure's own unit
+        std::vector<const char*> keys;
+    };
+    const std::vector<Printed> all{
+        {" (mm)",
+         1e-3,
+         {"residual_max_m", "residual_median_m", "residual_settled_m", "overshoot_max_m", "position_error_rms_hard"}},
+        {" (mm³)", 1e-9, {"overlap_volume_max_m3"}},
+        {" (mJ)", 1e-3, {"energy_given_worst_j"}},
+        {" (N)",
+         1.0,
+         {"force_error_rms_equal_k", "force_error_rms_hard", "force_max_n", "force_jump_max_n",
+          "force_above_30hz_rms_n", "tip_force_max_n", "tip_force_jump_max_n", "device_force_jump_max_n"}},
+        {"",
+         1.0,
+         {"ticks_to_clear_max", "re_penetrations", "wrong_side_vertices_max", "strain_over_max",
+          "momentum_error_share_worst", "energy_created_share_worst", "grasped_max", "detached", "ruptures"}}};
+    std::vector<Record> records;
+    for (const char* point : {"from", "from with on"}) {
+        const bool is_on = !records.empty();
+        records.push_back(synthetic({.mode = "ablation",
+                                     .response = is_on ? "old:x=on" : "old",
+                                     .ticks = 20,
+                                     .knob = is_on ? "x" : "",
+                                     .point = point}));
+    }
+    const std::vector<Record> alike = records;
+    for (const Printed& printed : all) {
+        for (const char* key : printed.keys) {
+            records = alike;
+            records[0].summary[key] = 40.0 * printed.own;
+            records[1].summary[key] = 120.0 * printed.own;
+            const std::string markdown = test::whole(make_report(records));
+            EXPECT_NE(markdown.find(std::string(printed.unit) + " | poke | 40.0 | 120 | × 3.00"), std::string::npos)
+                << key << '\n'
+                << markdown;
+        }
+    }
 }
 
 TEST(Report, WhereASwitchActsIsToldAndAStatedSilenceIsHeldAgainstTheRuns) {

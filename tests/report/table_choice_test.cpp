@@ -96,6 +96,13 @@ TEST(TableChoice, WhatIsLeftOutWithoutBeingAskedForIsTold) {
     EXPECT_EQ(all.rows.size(), 8U);
 }
 
+TEST(TableChoice, HowManyProcessesAreLeftOutIsTold) {
+    // Eight runs of the closed loop, of which every second is the second process of the one before.
+    const std::vector<std::string> notes = choose_table(records(), {{"scene", "response"}, {"mode=closed_loop"}}).notes;
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_TRUE(notes[0].starts_with("the first process of every run, 4 more left out ")) << notes[0];
+}
+
 TEST(TableChoice, NumbersAreThoseOfTheRecordsInTheUnitThatIsNamed) {
     const ChosenTable table = choose_table(
         records(),

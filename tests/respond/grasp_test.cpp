@@ -276,6 +276,83 @@ TEST(Grasp, JawsThatAreBodiesOfOneInstrumentCloseTogetherAndThoseOfTwoDoNot) {
     }
 }
 
+TEST(Grasp, TakesWhatTouchesTheJawsWithinTheirCylinderByEveryKindOfContact) {
+    // A tool of three corners far from the origin, whose jaws lead from its tip towards its middle, 12 mm long and
+    // 2.5 mm thick to every side. The tissue's only spring is 10 mm long: nearer than 0.2 mm touches.
+    const Vector3 tip(0.4, -0.7, 0.9);
+    const Vector3 axis(0.6, 0.0, 0.8);
+    Triangles face(3, 1);
+    face << 0, 1, 2;
+    const Topology topology = make_topology(
+        {Body{.name = "tool", .kind = BodyKind::instrument, .vertex_count = 3, .triangles = face},
+         Body{.name = "tissue", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = face}});
+    Materials materials;
+    materials.springs = {{.i = 3, .j = 4, .rest = 0.01, .k = 100.0}};
+    materials.pinned.assign(6, 0);
+    materials.mass.assign(6, 1e-4);
+    materials.area.assign(6, 0.0);
+    materials.tip.assign(2, tip);
+    // Of the tissue's corners the first is so far (m) along the jaws and to the side, the others are out of reach.
+    const auto held = [&](ContactCase kind, double along, double aside, double gap) {
+        Frame frame;
+        frame.position.resize(3, 6);
+        frame.position.col(0) = tip + 0.05 * axis + Vector3(0.0, 0.002, 0.0);
+        frame.position.col(1) = tip + 0.05 * axis + Vector3(0.0, -0.001, 0.001);
+        frame.position.col(2) = tip + 0.05 * axis - Vector3(0.0, 0.001, 0.001);
+        frame.position.col(3) = tip + along * axis + aside * Vector3::UnitY();
+        frame.position.col(4) = frame.position.col(5) = tip + Vector3(0.1, 0.1, 0.1);
+        frame.pose.assign(2, {});
+        Contact contact;
+        contact.kind = kind;
+        contact.body_a = 0;
+        contact.body_b = 1;
+        contact.normal = Vector3::UnitY();
+        if (kind == ContactCase::point_face) {
+            contact.on_a = ContactPoint::at_vertex(0);
+            contact.on_b = {{4, 5, 3}, {0.2, 0.3, 0.5}};
+            contact.gap = gap;
+        } else if (kind == ContactCase::edge_edge) {
+            contact.on_a = {{0, 1, -1}, {0.5, 0.5, 0.0}};
+            contact.on_b = {{4, 3, -1}, {0.5, 0.5, 0.0}};
+            contact.gap = gap;
+        } else {
+            contact.a = 0;
+            contact.b = 1;
+        }
+        ContactSet contacts;
+        contacts.contacts.push_back(contact);
+        Grasp grasp;
+        grasp.prepare(topology, materials, {});
+        grasp.remember(frame);
+        frame.pose[0].jaw = 0.1;
+        grasp.update(topology, materials, frame, contacts);
+        EXPECT_TRUE(grasp.held().empty() || grasp.held().front().vertex == 3);
+        return grasp.held().size();
+    };
+    struct Place {
+        double along, aside;  // m
+        std::size_t holds;
+    };
+    for (const Place& place : {Place{0.0119, 0.0, 1},
+                               {0.0121, 0.0, 0},
+                               {0.006, 0.0024, 1},
+                               {0.006, -0.0026, 0},
+                               {-0.0024, 0.0, 1},
+                               {-0.0026, 0.0, 0}}) {
+        for (const ContactCase kind : {ContactCase::coplanar, ContactCase::point_face, ContactCase::edge_edge}) {
+            EXPECT_EQ(held(kind, place.along, place.aside, 1e-4), place.holds)
+                << static_cast<int>(kind) << " at " << place.along << ", " << place.aside;
+        }
+        EXPECT_EQ(held(ContactCase::touch, place.along, place.aside, 0.0), 0U) << "what only touches in a point";
+    }
+    for (const ContactCase kind : {ContactCase::point_face, ContactCase::edge_edge}) {
+        EXPECT_EQ(held(kind, 0.006, 0.0, 1.9e-4), 1U) << static_cast<int>(kind);
+        EXPECT_EQ(held(kind, 0.006, 0.0, 2.1e-4), 0U) << static_cast<int>(kind);
+    }
+    materials.pinned[3] = 1;
+    EXPECT_EQ(held(ContactCase::coplanar, 0.006, 0.0, 0.0), 0U) << "what is held already";
+}
+
 TEST(Grasp, ReleasedVertexComesToRest) {
     for (const char* method : {"thesis", "thesis:profile=corrected"}) {
         Bench bench(method);

@@ -1,6 +1,10 @@
 // The response `thesis` on one triangle pair: which equation acts, on whom, and what the Effect then says.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <vector>
+
 #include "respond/common.hpp"
 #include "respond/contact_reduction.hpp"
 #include "support/response_samples.hpp"
@@ -224,6 +228,50 @@ double final_energy(const char* method) {
 TEST(ThesisProfiles, PrintedDamperFeedsEnergyAndFaithfulTakesIt) {
     EXPECT_LT(final_energy("thesis:k=0,mu=0.1,distribute=force_at_vertex"), 0.5);
     EXPECT_GT(final_energy("thesis:profile=printed,k=0,mu=0.1,distribute=force_at_vertex"), 10.0);
+}
+
+TEST(ThesisReduction, EveryVertexBelowAFaceCountsInTheCorrectionAndTheDeepestAloneInTheEquations) {
+    const auto contacts_of = [](PairSample& s, const char* method) {
+        s.respond(method);
+        std::vector<LinearContact> contacts = s.effect.contacts;
+        std::sort(contacts.begin(), contacts.end(),
+                  [](const LinearContact& a, const LinearContact& b) { return a.gap < b.gap; });
+        return contacts;
+    };
+    // The tool's corners are 1.5 and 0.5 mm below the face, over (2, 3) and (3, 2) tenths of it; the third one is below
+    // its plane, too, but beside it.
+    PairSample tool = vertex_of_a_in_b(BodyKind::instrument, BodyKind::tissue);
+    tool.frame.position.col(1) = Vector3(0.003, 0.002, -0.0005);
+    tool.frame.position.col(2) = Vector3(0.02, 0.02, -0.001);
+    tool.frame.previous = tool.frame.position;
+    EXPECT_EQ(contacts_of(tool, "thesis:k=100,resolution=none").size(), 1U);
+    const std::vector<LinearContact> both = contacts_of(tool, "thesis:profile=corrected,k=100,resolution=none");
+    ASSERT_EQ(both.size(), 2U);
+    const std::array<Vector3, 2> weights{Vector3(0.5, 0.2, 0.3), Vector3(0.5, 0.3, 0.2)};
+    for (std::size_t c = 0; c < 2; ++c) {
+        EXPECT_NEAR(both[c].gap, c == 0 ? -0.0015 : -0.0005, 1e-12);
+        EXPECT_LT((both[c].normal + Vector3::UnitZ()).norm(), 1e-12);
+        for (Index i = 0; i < 3; ++i) {
+            EXPECT_EQ(both[c].vertices[at(i)], 3 + i);
+            EXPECT_NEAR(both[c].weights[at(i)], weights[c][i], 1e-12) << c;
+        }
+        EXPECT_EQ(both[c].reaction_body, 0);
+    }
+    // Tissue vertices that stand still 0.5 and 0.2 mm below the tool's face are put on it, straight up.
+    PairSample tissue = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
+    tissue.frame.position.col(4) = Vector3(0.006, 0.003, -0.0002);
+    tissue.frame.previous = tissue.frame.position;
+    tissue.respond("thesis:resolution=none");
+    ASSERT_EQ(tissue.effect.placements.size(), 1U);
+    EXPECT_EQ(tissue.effect.placements[0].vertex, 3);
+    tissue.respond("thesis:profile=corrected,resolution=none");
+    ASSERT_EQ(tissue.effect.placements.size(), 2U);
+    for (const Placement& placement : tissue.effect.placements) {
+        Vector3 on_the_face = tissue.frame.position.col(placement.vertex);
+        on_the_face.z() = 0.0;
+        EXPECT_LT((placement.position - on_the_face).norm(), 1e-12) << placement.vertex;
+    }
+    EXPECT_NE(tissue.effect.placements[0].vertex, tissue.effect.placements[1].vertex);
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -100,6 +102,39 @@ TEST(Shapes, SphereVerticesLieOnTheSphere) {
     const Shape& shape = *find_shape("sphere");
     const Surface surface = shape.make(sample_values(shape, 0.2));
     EXPECT_LT((surface.vertices.colwise().norm().array() - 1.0).abs().maxCoeff(), 1e-15);
+}
+
+TEST(Shapes, HookVerticesAreOneRadiusFromItsAxis) {
+    // Straight down from (0, 0, 8) to the origin, then 120 degrees of a circle of radius 2 about (2, 0, 0); both ends
+    // are half balls.
+    const Shape& shape = *find_shape("hook");
+    const Surface surface = shape.make(sample_values(shape, 0.4));
+    for (Eigen::Index v = 0; v < surface.vertices.cols(); ++v) {
+        const Vector3 p = surface.vertices.col(v);
+        const Vector3 on_rod(0.0, 0.0, std::clamp(p.z(), 0.0, 8.0));
+        const double turn = std::clamp(std::atan2(-p.z(), 2.0 - p.x()), 0.0, 2.0 / 3.0 * std::numbers::pi);
+        const Vector3 on_bend(2.0 - 2.0 * std::cos(turn), 0.0, -2.0 * std::sin(turn));
+        EXPECT_NEAR(std::min((p - on_rod).norm(), (p - on_bend).norm()), 1.0, 1e-12) << p.transpose();
+    }
+}
+
+TEST(Shapes, RingsOfARodAlternateSoThatItsTrianglesAreNearlyEquilateral) {
+    // Without that they would be right-angled, their longest side 1.5 times the shortest.
+    const Shape& shape = *find_shape("shaft");
+    const Surface surface = shape.make(sample_values(shape, 0.1));
+    int on_rod = 0;
+    for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) {
+        std::array<Vector3, 3> corner;
+        for (std::size_t i = 0; i < 3; ++i) {
+            corner[i] = surface.vertices.col(surface.triangles(static_cast<Eigen::Index>(i), t));
+        }
+        if (!std::ranges::all_of(corner, [](const Vector3& p) { return p.head<2>().norm() > 1.0 - 1e-9; })) continue;
+        ++on_rod;
+        const auto [shortest, longest] = std::minmax(
+            {(corner[1] - corner[0]).norm(), (corner[2] - corner[1]).norm(), (corner[0] - corner[2]).norm()});
+        EXPECT_LT(longest, 1.05 * shortest) << corner[0].transpose();
+    }
+    EXPECT_GT(on_rod, 9000) << "63 round by 81 along, twice";
 }
 
 TEST(Shapes, SheetRimIsStraightAndItsTrianglesNearlyEquilateral) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "scene/recording.hpp"
@@ -40,6 +41,40 @@ TEST(SceneFrames, TissueGivesWayToTheTool) {
         EXPECT_LT(z.minCoeff(), -0.0005);
         EXPECT_GT(z.minCoeff(), -0.0035);
     }
+}
+
+TEST(SceneFrames, TheWayOfATickInWhichTheToolComesThroughDoesNotCountAsDepth) {
+    // The ball, with one vertex straight below its middle, comes down by 0.1 mm a tick and is 1 µm through the plane of
+    // the sheet when the tenth tick ends. It is above the sheet in all sub-steps but the last, so that it pushes no
+    // further than it goes in that one.
+    constexpr double way = 1e-4;      // m, of the ball in a tick
+    constexpr double through = 1e-6;  // m
+    constexpr double height = 0.008 + 10.0 * way - through;
+    const Scene scene = test::scene_from_text(fmt::format(
+        R"({{"format":"trocar-scene-1","name":"fall","unit":"m","dt":0.001,"ticks":20,"seed":1,"bodies":[
+      {{"name":"sheet","kind":"tissue","closed":false,"parts":[{{"shape":"sheet","size":[0.06,0.06],"edge":0.006}}]}},
+      {{"name":"tool","kind":"instrument","closed":true,"parts":[{{"shape":"sphere","radius":0.008,"edge":0.0024}}],
+       "motion":{{"drive":"prescribed","keys":[{{"time":0,"pose":[0.001,0.0007,{},0,0,0]}},
+                                              {{"time":0.05,"pose":[0.001,0.0007,{},0,0,0]}}]}}}}]}})",
+        height, height - 50.0 * way));
+    const auto lowest = [&scene](const Frame& frame, BodyKind kind) {
+        double low = 1.0;
+        for (const BodyRange& body : scene.topology.bodies) {
+            if (body.kind != kind) continue;
+            low = std::min(low, frame.position.row(2).segment(body.vertices.first, body.vertices.count).minCoeff());
+        }
+        return low;
+    };
+    const auto source = scene_frames(scene, 15);
+    Frame frame;
+    for (int tick = 0; tick <= 10; ++tick) ASSERT_TRUE(source->next(frame));
+    ASSERT_NEAR(lowest(frame, BodyKind::instrument), -through, 1e-9);
+    EXPECT_NEAR(lowest(frame, BodyKind::tissue), 0.0, 1e-12);
+    ASSERT_TRUE(source->next(frame));
+    EXPECT_GE(lowest(frame, BodyKind::tissue), -1.01 * way / scene.materials.substeps);
+    while (source->next(frame)) {
+    }
+    EXPECT_LT(lowest(frame, BodyKind::tissue), -0.5 * way) << "three ticks later it has been pushed";
 }
 
 TEST(SceneFrames, ThatCannotBeMadeToTheEndAreToldByEveryRunThatIsGivenThem) {

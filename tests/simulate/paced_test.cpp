@@ -105,6 +105,20 @@ TEST(Overrides, TickKeepsTheLengthOfRunAndSubStep) {
     }
 }
 
+TEST(Overrides, AnyNumberOfThemInAnyOrder) {
+    for (const char* all : {"k=250,substeps=7,dt=0.0005", "substeps=7,dt=0.0005,k=250", "dt=0.0005,k=250,substeps=7"}) {
+        Scene scene = test::scene_from_text(test::poke_text());
+        apply_overrides(all, scene);
+        EXPECT_EQ(scene.materials.substeps, 7) << all;
+        EXPECT_EQ(scene.dt, 0.0005) << all;
+        EXPECT_EQ(scene.ticks, 120) << all;
+        EXPECT_EQ(scene.turned_k, 250.0) << all;
+        EXPECT_EQ(override_value(all, "k"), 250.0);
+        EXPECT_EQ(override_value(all, "substeps"), 7.0);
+        EXPECT_EQ(override_value(all, "dt"), 0.0005);
+    }
+}
+
 TEST(PacedScene, HasTwentyThousandTissueTrianglesAndStableSubSteps) {
     const Scene scene = read_scene(std::string(TROCAR_SOURCE_DIR) + "/bench/studies/scenes/press_20k.json", {});
     for (const BodyRange& body : scene.topology.bodies) {

@@ -86,6 +86,23 @@ TEST(StepCheck, AnUnstableTickNamesVertexAndRemedy) {
     }
 }
 
+TEST(StepCheck, TheStepThatAnUnstableTickBearsIsToldInMillisecondsAndFitsTheSubStepsThatWouldDo) {
+    const Scene scene = test::scene_from_text(poke_beyond().dump());
+    const std::string message = make_run(scene, spec_of("hard_case")).outcome.message;
+    const std::string bears = " bears ";
+    const std::size_t at = message.find(bears);
+    ASSERT_NE(at, std::string::npos) << message;
+    const std::string substeps = "ms: substeps ";
+    const std::size_t remedy = message.find(substeps, at);
+    ASSERT_NE(remedy, std::string::npos) << message;
+    const double step = std::stod(message.substr(at + bears.size()));  // ms, of three digits
+    const double fewest = std::stod(message.substr(remedy + substeps.size()));
+    ASSERT_GE(fewest, 2.0) << message;
+    // A tick of 1 ms in so many steps is borne, in one fewer it is not.
+    EXPECT_LE(1.0 / fewest, 1.006 * step) << message;
+    EXPECT_GE(1.0 / (fewest - 1.0), step / 1.006) << message;
+}
+
 TEST(StepCheck, PartsOfOneInstrumentHaveOneHandAndTwoInstrumentsTwo) {
     Json scene = Json::parse(test::press_text(0.0));
     scene["bodies"][1]["instrument"] = "left";

@@ -395,8 +395,44 @@ constexpr Case cases[] = {
 INSTANTIATE_TEST_SUITE_P(Scenes, ContactSources, testing::ValuesIn(cases),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
+/// A roof with its ridge along y: triangle 1 is level, triangle 2 falls away by an angle of this cosine and sine. An
+/// upright blade, triangle 0, has its vertex 0 at `corner` and the two others at the same x, `others` high.
+std::pair<Topology, Frame> blade_at_roof(const Vector3& corner, double others, double cosine, double sine) {
+    Triangles blade(3, 1);
+    blade << 0, 1, 2;
+    Triangles roof(3, 2);
+    roof.col(0) << 0, 1, 2;
+    roof.col(1) << 0, 3, 1;
+    Frame frame;
+    frame.position.resize(3, 7);
+    frame.position.col(0) = corner;
+    frame.position.col(1) = Vector3(corner.x(), 0.25, others);
+    frame.position.col(2) = Vector3(corner.x(), 0.5, others);
+    frame.position.col(3) = Vector3::Zero();
+    frame.position.col(4) = Vector3(0.0, 1.0, 0.0);
+    frame.position.col(5) = Vector3(-1.0, 0.0, 0.0);
+    frame.position.col(6) = Vector3(cosine, 0.0, -sine);
+    frame.previous = frame.position;
+    frame.velocity = Matrix3X::Zero(3, 7);
+    return {
+        make_topology(
+            {Body{.name = "tool", .kind = BodyKind::instrument, .closed = false, .vertex_count = 3, .triangles = blade},
+             Body{.name = "roof", .kind = BodyKind::rigid, .closed = false, .vertex_count = 4, .triangles = roof}}),
+        frame};
+}
+
+/// What `tracked` makes of the blade near both triangles of the roof.
+std::vector<Contact> tracked_at_roof(const std::pair<Topology, Frame>& scene, double reach) {
+    const auto source = make_source("tracked");
+    source->prepare(scene.first, scene.second);
+    ContactSet contacts;
+    contacts.near = {{0, 1}, {0, 2}};
+    contacts.reach = reach;
+    source->gather(scene.second, contacts);
+    return contacts.contacts;
+}
+
 TEST(Tracked, AVertexOverAFaceIsHeldByTheFaceBesideItUnlessTheEdgeIsSharperThanSixtyDegrees) {
-    // A roof with its ridge along y: triangle 1 is level, triangle 2 falls away by an angle of this cosine and sine.
     // Vertex 0 of the tool is over the level one. All numbers are such that no rounding moves the 60 degrees.
     struct Fold {
         double cosine;
@@ -404,37 +440,50 @@ TEST(Tracked, AVertexOverAFaceIsHeldByTheFaceBesideItUnlessTheEdgeIsSharperThanS
         bool is_held;
     };
     for (const Fold& fold : {Fold{0.6, 0.8, true}, Fold{0.5, 0.8660254037844387, true}, Fold{0.28, 0.96, false}}) {
-        Triangles blade(3, 1);
-        blade << 0, 1, 2;
-        Triangles roof(3, 2);
-        roof.col(0) << 0, 1, 2;
-        roof.col(1) << 0, 3, 1;
-        const Topology topology = make_topology(
-            {Body{.name = "tool", .kind = BodyKind::instrument, .closed = false, .vertex_count = 3, .triangles = blade},
-             Body{.name = "roof", .kind = BodyKind::rigid, .closed = false, .vertex_count = 4, .triangles = roof}});
-        Frame frame;
-        frame.position.resize(3, 7);
-        frame.position.col(0) = Vector3(-0.25, 0.25, 0.25);
-        frame.position.col(1) = Vector3(-0.25, 0.25, 9.0);
-        frame.position.col(2) = Vector3(-0.25, 0.5, 9.0);
-        frame.position.col(3) = Vector3::Zero();
-        frame.position.col(4) = Vector3(0.0, 1.0, 0.0);
-        frame.position.col(5) = Vector3(-1.0, 0.0, 0.0);
-        frame.position.col(6) = Vector3(fold.cosine, 0.0, -fold.sine);
-        frame.previous = frame.position;
-        frame.velocity = Matrix3X::Zero(3, 7);
-        const auto source = make_source("tracked");
-        source->prepare(topology, frame);
-        ContactSet contacts;
-        contacts.near = {{0, 1}, {0, 2}};
-        contacts.reach = 2.0;
-        source->gather(frame, contacts);
+        const std::vector<Contact> contacts =
+            tracked_at_roof(blade_at_roof(Vector3(-0.25, 0.25, 0.25), 9.0, fold.cosine, fold.sine), 2.0);
         const auto told = [&contacts](Index triangle) {
-            return std::count_if(contacts.contacts.begin(), contacts.contacts.end(),
+            return std::count_if(contacts.begin(), contacts.end(),
                                  [triangle](const Contact& one) { return feature_of(one) == point_face(0, triangle); });
         };
         EXPECT_EQ(told(1), 1) << fold.cosine;
         EXPECT_EQ(told(2), fold.is_held ? 1 : 0) << fold.cosine;
+    }
+}
+
+TEST(Tracked, AFaceBesideHasTheGapOfTheFaceOverWhichTheVertexIsAndHowMuchFurtherItIs) {
+    // The corner is 0.24 from the ridge and 0.1 above or below the level face, so that the other face, of which the
+    // ridge is nearest, is 0.26 away. Where the blade passes through, its corner has crossed and both faces' fronts are
+    // where it has to go; where it is all below, it is over their backs.
+    struct Place {
+        double height;
+        double others;
+        double gap;
+        double gap_beside;
+        double front;
+    };
+    for (const Place& place : {Place{0.1, 9.0, 0.1, 0.26, 1.0}, Place{-0.1, 9.0, -0.1, -0.1 + 0.16, 1.0},
+                               Place{-0.1, -9.0, 0.1, 0.26, -1.0}}) {
+        const auto scene = blade_at_roof(Vector3(-0.24, 0.25, place.height), place.others, 0.6, 0.8);
+        for (const double reach : {2.0, 0.5}) {
+            SCOPED_TRACE(fmt::format("height {}, others {}, reach {}", place.height, place.others, reach));
+            const std::vector<Contact> contacts = tracked_at_roof(scene, reach);
+            const auto told = [&contacts](Index triangle) {
+                return std::find_if(contacts.begin(), contacts.end(), [triangle](const Contact& one) {
+                    return feature_of(one) == point_face(0, triangle);
+                });
+            };
+            const auto over = told(1);
+            ASSERT_NE(over, contacts.end());
+            EXPECT_NEAR(over->gap, place.gap, 1e-12);
+            EXPECT_LT((over->normal + place.front * Vector3(0.0, 0.0, 1.0)).norm(), 1e-12);
+            const auto beside = told(2);
+            // A fifth of the short reach is less than the way that it is further, with and without what has crossed.
+            ASSERT_EQ(beside != contacts.end(), reach == 2.0);
+            if (beside == contacts.end()) continue;
+            EXPECT_NEAR(beside->gap, place.gap_beside, 1e-12);
+            EXPECT_LT((beside->normal + place.front * Vector3(0.8, 0.0, 0.6)).norm(), 1e-12);
+        }
     }
 }
 

@@ -187,6 +187,27 @@ TEST(BaselineComparison, FewContactsAmongManyAreHeldAgainstTheNearestToo) {
     }
 }
 
+TEST(BaselineComparison, BeyondTenThousandChoicesTheContactsOfAPairGoByTheirOrder) {
+    // A row of contacts 0.1 m apart that has moved on by one. Held against the nearest all are where another was but
+    // the two ends, which are left for each other; in their order each is 0.1 m off.
+    for (const auto& [count, worst] : {std::pair{100, 10.0}, {101, 0.1}}) {
+        BaselineAnswer before;
+        before.ticks.push_back({.tick = 3, .contacts = {}});
+        BaselineAnswer after = before;
+        for (int i = 0; i < count; ++i) {
+            before.ticks[0].contacts.push_back(contact_at(0, 5, 1e-3));
+            before.ticks[0].contacts.back().point = {0.1 * i, 0.0, 0.0};
+            after.ticks[0].contacts.push_back(contact_at(0, 5, 1e-3));
+            after.ticks[0].contacts.back().point = {0.1 * (i + 1), 0.0, 0.0};
+        }
+        const AnswerDifference found = compare_answers(before, after, nanometre);
+        EXPECT_EQ(found.compared, count);
+        EXPECT_EQ(found.missing, 0);
+        EXPECT_EQ(found.extra, 0);
+        EXPECT_NEAR(found.worst_point, worst, 1e-9);
+    }
+}
+
 TEST(BaselineComparison, OnlyTheTicksThatAreWantedStay) {
     BaselineAnswer answer;
     for (const std::int64_t tick : {0, 3, 4, 6, 8}) answer.ticks.push_back({.tick = tick, .contacts = {}});

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <random>
@@ -637,6 +638,199 @@ TEST(Regional, AsksForNoMemoryHoweverMuchIsPushedAtOnce) {
         ASSERT_TRUE(outcome.ok()) << outcome.message;
     }
     EXPECT_EQ(in_ticks, 0);
+}
+
+TEST(Regional, WhatCannotGoOnHasANameLeavesTheFrameAloneAndIsForgotten) {
+    const test::TissueSample s = disc();
+    const auto stepper = make_stepper("regional", with("0.05"));
+    stepper->prepare(s.topology, s.materials);
+    std::vector<Wrench> reaction(1);
+    const auto kind_of = [&](const Effect& effect, const Frame& from) {
+        Frame to = s.frame;
+        const Outcome outcome = stepper->advance(effect, dt, from, to, reaction);
+        EXPECT_EQ(to.hash(), s.frame.hash());
+        EXPECT_NE(outcome.message, "");
+        return outcome.kind;
+    };
+    Effect effect = test::empty_effect(s.topology);
+    effect.held_force(2, 0) = 1e12;
+    EXPECT_EQ(kind_of(effect, s.frame), OutcomeKind::unstable);
+    effect.clear();
+    for (const double number : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+        Frame broken = s.frame;
+        broken.velocity(1, 0) = number;
+        EXPECT_EQ(kind_of(effect, broken), OutcomeKind::not_finite) << number;
+    }
+    Frame to = s.frame;
+    ASSERT_TRUE(stepper->advance(effect, dt, s.frame, to, reaction).ok()) << "it goes on with the next frame";
+    EXPECT_LT((to.position - s.frame.position).cwiseAbs().maxCoeff(), 1e-12) << "at rest, as that frame is";
+}
+
+TEST(Regional, SlicesOfOneVertexShowAllOfAStringInTurn) {
+    // A string of 23 springs under tension that is loaded across between its 2nd and 3rd: straight on both sides of the
+    // load, F e 2 21 / (23 T) aside there. A sixteenth of its vertices is one, and what lies beyond three rings sleeps.
+    constexpr Index count = 24;
+    constexpr Index loaded = 2;
+    constexpr double tension = 0.04;  // N
+    constexpr double load = 1e-4;     // N
+    std::vector<Vector3> points;
+    std::vector<Spring> springs;
+    for (Index v = 0; v < count; ++v) {
+        points.emplace_back(edge * v, 0.0, 0.0);
+        if (v > 0) springs.push_back({.i = v - 1, .j = v, .rest = edge, .k = 100.0, .preload = tension});
+    }
+    std::vector<std::uint8_t> pinned(at(count), 0);
+    pinned.front() = pinned.back() = 1;
+    test::TissueSample s = test::make_tissue(points, std::vector<double>(at(count), mass), pinned, springs);
+    s.materials.drag.assign(at(count), 60.0 * mass);
+    const auto stepper = make_stepper("regional", with("0.08"));
+    stepper->prepare(s.topology, s.materials);
+    Effect effect = test::empty_effect(s.topology);
+    effect.held_force(2, loaded) = load;
+    std::vector<Wrench> reaction(1);
+    for (int tick = 0; tick < 800; ++tick) {
+        const Matrix3X before = s.frame.position;
+        ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        int shown = 0;
+        for (Index v = 10; v < count; ++v) shown += s.frame.position.col(v) == before.col(v) ? 0 : 1;
+        ASSERT_LE(shown, 1) << tick;
+    }
+    const double aside = load * edge * loaded * (count - 1 - loaded) / (tension * (count - 1));
+    for (Index v = 1; v + 1 < count; ++v) {
+        const double part =
+            v <= loaded ? static_cast<double>(v) / loaded : static_cast<double>(count - 1 - v) / (count - 1 - loaded);
+        EXPECT_NEAR(s.frame.position(2, v), part * aside, 0.01 * aside) << v;
+    }
+}
+
+TEST(Regional, EveryLevelIsAsStiffAndAsDampedAsWhatSleepsBelowIt) {
+    // Any field of the nodes of a level costs in the level's own edges what it costs in those below whose ends both
+    // sleep, where these move by their shares: of springs the slope along and the tension over the length across, where
+    // they pull, and their dampers along. Vertices that lie on each other have no direction between them.
+    test::TissueSample s = disc();
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> number(-1.0, 1.0);
+    for (Spring& spring : s.materials.springs) {
+        spring.k *= 1.0 + 0.5 * number(random);
+        spring.preload = 0.04 * number(random);
+        spring.damping = 0.1 * (1.0 + number(random));
+    }
+    for (std::size_t e = 0; e < s.materials.springs.size(); e += 97) {
+        const Spring& spring = s.materials.springs[e];
+        if (s.materials.pinned[at(spring.i)] != 0 || s.materials.pinned[at(spring.j)] != 0) continue;
+        s.frame.position.col(spring.j) = s.frame.position.col(spring.i);
+    }
+    MovingTissue tissue(s.topology, s.materials);
+    tissue.take_over(test::empty_effect(s.topology), s.frame);
+    WrittenVertices written(tissue.state());
+    RegionTissue region(tissue, written, s.frame.position, 30);
+    region.start();
+    const std::vector<RegionLevel>& levels = region.levels();
+    ASSERT_GE(levels.size(), 3U);
+    using Blocks = std::array<Matrix3, 2>;  // N/m and N s/m
+    const auto blocks_of = [&](std::size_t level, std::size_t e) {
+        Blocks blocks{Matrix3::Zero(), Matrix3::Zero()};
+        if (level > 0) {
+            blocks[0] = full(levels[level].stiffness[e]);
+            blocks[1] = full(levels[level].damping[e]);
+            return blocks;
+        }
+        const Spring& spring = tissue.springs()[e];
+        const Vector3 way = s.frame.position.col(spring.j) - s.frame.position.col(spring.i);
+        const double length = way.norm();
+        if (length == 0.0) return blocks;
+        const Matrix3 along = way * way.transpose() / (length * length);
+        const double pull = std::max(0.0, spring.preload + spring.k * (length - spring.rest));
+        blocks[0] = spring.k * along + pull / length * (Matrix3::Identity() - along);
+        blocks[1] = spring.damping * along;
+        return blocks;
+    };
+    const auto compare = [&](const char* when) {
+        for (std::size_t level = 1; level < levels.size(); ++level) {
+            const RegionLevel& below = levels[level - 1];
+            const RegionLevel& here = levels[level];
+            std::vector<Vector3> field;
+            for (std::size_t n = 0; n < here.size(); ++n) field.push_back(test::random_vector(number, random));
+            const auto moved = [&](Index node) {
+                Vector3 sum = Vector3::Zero();
+                for (std::size_t n = 0; n < 3; ++n) {
+                    sum += below.share[at(node)][n] * field[at(below.parent[at(node)][n])];
+                }
+                return sum;
+            };
+            std::array<double, 2> expected{};
+            std::array<double, 2> found{};
+            for (std::size_t e = 0; e < below.i.size(); ++e) {
+                if (below.awake[at(below.i[e])] != 0 || below.awake[at(below.j[e])] != 0) continue;
+                const Vector3 apart = moved(below.i[e]) - moved(below.j[e]);
+                const Blocks blocks = blocks_of(level - 1, e);
+                for (std::size_t n = 0; n < 2; ++n) expected[n] += apart.dot(blocks[n] * apart);
+            }
+            for (std::size_t e = 0; e < here.i.size(); ++e) {
+                const Vector3 apart = field[at(here.i[e])] - field[at(here.j[e])];
+                const Blocks blocks = blocks_of(level, e);
+                for (std::size_t n = 0; n < 2; ++n) found[n] += apart.dot(blocks[n] * apart);
+            }
+            for (std::size_t n = 0; n < 2; ++n) {
+                EXPECT_GT(expected[n], 0.0);
+                EXPECT_NEAR(found[n], expected[n], 1e-9 * expected[n]) << when << ", level " << level << ", " << n;
+            }
+        }
+    };
+    int without_length = 0;
+    for (std::size_t e = 0; e < levels[0].i.size(); ++e) {
+        const std::array<double, 3>& share = levels[0].share[at(levels[0].i[e])];
+        const bool is_spread = std::count(share.begin(), share.end(), 0.0) < 2;
+        without_length += is_spread && blocks_of(0, e)[0].isZero(0.0) ? 1 : 0;
+    }
+    EXPECT_GT(without_length, 5) << "or nothing is said of them";
+    compare("asleep");
+    for (const std::size_t level : {0U, 1U}) {
+        const double woken = level == 0 ? 0.006 : 0.012;  // m, around the middle
+        for (Index node = 0; at(node) < levels[level].size(); ++node) {
+            if (levels[level].rest[at(node)].norm() < woken) region.wake(level, node);
+        }
+        EXPECT_GT(levels[level].awake_nodes.size(), 2U);
+        compare("some awake");
+    }
+    for (const std::size_t level : {0U, 1U}) {
+        const std::vector<Index> awake = levels[level].awake_nodes;
+        for (std::size_t n = 0; n < awake.size(); n += 2) region.sleep(level, awake[n]);
+        compare("some asleep again");
+    }
+}
+
+TEST(Regional, CoulombsLawHoldsHoweverSmallTheForcesAre) {
+    // Of a mass on a plane under 0.5 N, friction 0.4: 0.15 N along it stretch a spring of 2000 N/m, 0.3 N leave 0.1 N
+    // for 1 g. Where mass, forces and springs are so many times larger, so is the friction and nothing else.
+    for (const double size : {1e-5, 1.0, 1e3}) {
+        for (const double along : {0.15, 0.3}) {
+            test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-3 * size}, {0}, {});
+            const auto stepper = make_stepper("regional", {{"whole", "0"}});
+            stepper->prepare(s.topology, s.materials);
+            Effect effect = test::empty_effect(s.topology);
+            std::vector<Wrench> reaction(1);
+            for (int tick = 0; tick < 400; ++tick) {
+                effect.clear();
+                effect.held_force.col(0) = size * Vector3(along, 0.0, -0.5);
+                LinearContact contact =
+                    test::plane_contact(0, Vector3::UnitZ(), s.frame.position(2, 0), 1e4 * size, 5.0 * size);
+                contact.friction = 0.4;
+                contact.tangent_k = 2000.0 * size;
+                contact.slip_key = 0;
+                effect.contacts.push_back(contact);
+                ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+            }
+            const ContactLoad& load = stepper->loads()[0];
+            EXPECT_NEAR(load.normal, 0.5 * size, 1e-4 * size) << size;
+            EXPECT_NEAR(load.friction, std::min(along, 0.2) * size, 1e-3 * size) << size << ", " << along;
+            if (along < 0.2) {
+                EXPECT_NEAR(s.frame.position(0, 0), along / 2000.0, 1e-6) << size;
+            } else {
+                EXPECT_NEAR(s.frame.velocity(0, 0), 100.0 * 0.4, 0.4) << size;
+            }
+        }
+    }
 }
 
 }  // namespace

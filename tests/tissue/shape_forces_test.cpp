@@ -659,5 +659,41 @@ TEST(ShapeForces, ASceneThatNamesNoneBuildsNone) {
     EXPECT_TRUE(ShapeForces(bone.materials).none());
 }
 
+TEST(ShapeForces, WhatTiesNothingThatMovesIsNoPartOfTheState) {
+    // Of springs, hinges and enclosures one with a free vertex and one that is held altogether; and a vertex of either
+    // kind that nothing ties.
+    constexpr Index count = 22;
+    const std::vector<Index> free{0, 7, 15, 21};
+    std::vector<Vector3> points;
+    std::vector<std::uint8_t> pinned(at(count), 1);
+    for (Index v = 0; v < count; ++v) points.emplace_back(0.01 * v, 1e-3 * v * v, 0.0);
+    for (const Index v : free) pinned[at(v)] = 0;
+    TissueSample s = make_tissue(points, std::vector<double>(at(count), 1e-3), pinned,
+                                 {{.i = 1, .j = 0, .rest = 0.01, .k = 1.0}, {.i = 2, .j = 3, .rest = 0.01, .k = 1.0}});
+    for (const Index corner : {4, 8}) {
+        s.materials.hinges.push_back({.vertex = {corner, corner + 1, corner + 2, corner + 3}, .stiffness = 1.0});
+    }
+    for (const Index corner : {12, 16}) {
+        Enclosure tetrahedron{.triangles = Triangles(3, 4), .volume = 1.0, .bulk_modulus = 1.0};
+        tetrahedron.triangles << 0, 0, 0, 1, 2, 1, 3, 2, 1, 3, 2, 3;
+        tetrahedron.triangles.array() += corner;
+        s.materials.enclosures.push_back(tetrahedron);
+    }
+    MovingTissue tissue(s.topology, s.materials);
+    const TissueState& state = tissue.state();
+    EXPECT_EQ(state.vertex, (std::vector<Index>{0, 1, 4, 5, 6, 7, 12, 13, 14, 15, 21}));
+    EXPECT_EQ(state.ranges, (std::vector<Range>{{0, 2}, {4, 4}, {12, 4}, {21, 1}}));
+    for (Index v = 0; v < count; ++v) {
+        const auto found = std::find(state.vertex.begin(), state.vertex.end(), v);
+        const bool is_in = found != state.vertex.end();
+        ASSERT_EQ(state.place[at(v)], is_in ? static_cast<Index>(found - state.vertex.begin()) : -1) << v;
+        if (!is_in) continue;
+        EXPECT_EQ(state.moves(state.place[at(v)]), std::count(free.begin(), free.end(), v) == 1) << v;
+    }
+    EXPECT_EQ(tissue.springs().size(), 1U);
+    EXPECT_EQ(tissue.shape().elements().hinges.size(), 1U);
+    EXPECT_EQ(tissue.shape().elements().enclosures.size(), 1U);
+}
+
 }  // namespace
 }  // namespace trocar

@@ -243,6 +243,58 @@ TEST(SystemKernels, EveryVersionHasTheMatrixAndTheRightSideOfTheImplicitStep) {
     }
 }
 
+TEST(SystemKernels, EveryVersionTakesAStepOfConjugateGradientsAndTurnsTheDirection) {
+    constexpr Index count = 13;
+    constexpr double step = 0.3;
+    constexpr double ratio = -0.7;
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> unit(-1.0, 1.0);
+    const auto drawn = [&] {
+        Matrix4X result = Matrix4X::Zero(4, count);
+        for (Index v = 0; v < count; ++v) result.col(v).head<3>() = test::random_vector(unit, random);
+        return result;
+    };
+    SpringSystem system(0, at(count), {});
+    for (Index v = 0; v < 3 * count; ++v) {
+        const Vector3 column = test::random_vector(unit, random);
+        for (Index r = 0; r < 3; ++r) system.inverse[at(4 * v + r)] = column[r];
+    }
+    const Matrix4X solution = drawn();
+    GradientVectors given;
+    for (Matrix4X* vector : {&given.residual, &given.preconditioned, &given.direction, &given.image}) *vector = drawn();
+    // x + a p, r - a q, z = B r, p' = z + b p and z r, vertex by vertex.
+    Matrix3X solved(3, count);
+    Matrix3X left(3, count);
+    Matrix3X better(3, count);
+    Matrix3X turned(3, count);
+    double product = 0.0;
+    for (Index v = 0; v < count; ++v) {
+        const Eigen::Map<const Matrix4X> inverse(system.inverse.data() + 12 * v, 4, 3);
+        solved.col(v) = solution.col(v).head<3>() + step * given.direction.col(v).head<3>();
+        left.col(v) = given.residual.col(v).head<3>() - step * given.image.col(v).head<3>();
+        better.col(v) = inverse.topRows<3>() * left.col(v);
+        turned.col(v) = better.col(v) + ratio * given.direction.col(v).head<3>();
+        product += better.col(v).dot(left.col(v));
+    }
+    Matrix4X first;
+    for (const SystemKernels& kernels : system_kernels()) {
+        SCOPED_TRACE(kernels.target);
+        Matrix4X now = solution;
+        GradientVectors vectors = given;
+        EXPECT_NEAR(kernels.advance(system, step, now, vectors), product, 1e-12);
+        kernels.turn(ratio, vectors);
+        Matrix4X all(4, 5 * count);
+        all << now, vectors.residual, vectors.preconditioned, vectors.direction, vectors.image;
+        Matrix3X expected(3, 5 * count);
+        expected << solved, left, better, turned, given.image.topRows<3>();
+        EXPECT_LT((all.topRows<3>() - expected).cwiseAbs().maxCoeff(), 1e-13);
+        EXPECT_EQ(all.row(3).cwiseAbs().maxCoeff(), 0.0);
+        if (first.size() == 0) first = all;
+        EXPECT_EQ(first, all) << "differs in a bit";
+    }
+    EXPECT_GT(system_kernels().size(), 1U) << "or nothing is compared";
+}
+
 TEST(SpringKernels, SpringsThatDoNotRepeatHaveNoStencil) {
     EXPECT_TRUE(spring_stencil(Tangle().springs).empty()) << "offsets of the springs of a vertex do not ascend";
     // Few springs of each offset, far apart: most of what vectors would compute is for nothing.
