@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "geometry/box_pairs.hpp"
+#include "geometry/fnv_hash.hpp"
 #include "geometry/input_error.hpp"
 #include "measure/allocations.hpp"
 #include "measure/pair_truth.hpp"
@@ -169,7 +170,7 @@ BoundedMeasurement measure_bounded(const Scene& scene, const std::vector<Contest
     std::vector<double> box_pairs;
     std::vector<double> true_counts;
     std::vector<TrianglePair> truth;
-    std::uint64_t hash = 14695981039346656037ULL;
+    FnvHash hash;
     Frame frame;
     std::int64_t warm = 0;
     while (measurement.ticks < ticks && source->next(frame)) {
@@ -186,7 +187,7 @@ BoundedMeasurement measure_bounded(const Scene& scene, const std::vector<Contest
         if (counted) {
             ++measurement.ticks;
             box_pairs.push_back(static_cast<double>(overlapping));
-            hash = (hash ^ frame.hash()) * 1099511628211ULL;
+            hash.add(frame.hash());
         }
         // In another order every tick, so that nobody always finds the caches as the same neighbour left them.
         for (std::size_t k = 0; k < runners.size(); ++k) {
@@ -229,7 +230,7 @@ BoundedMeasurement measure_bounded(const Scene& scene, const std::vector<Contest
     }
     measurement.box_pairs = median(box_pairs);
     measurement.true_pairs = median(true_counts);
-    measurement.frames_hash = fmt::format("{:016x}", hash);
+    measurement.frames_hash = hash.text();
     return measurement;
 }
 

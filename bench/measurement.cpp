@@ -15,6 +15,7 @@
 #include <numeric>
 #include <optional>
 
+#include "geometry/fnv_hash.hpp"
 #include "measure/allocations.hpp"
 #include "measure/pair_truth.hpp"
 #include "vertex_order.hpp"
@@ -36,15 +37,11 @@ std::int64_t ns_between(Clock::time_point from, Clock::time_point to) {
     return std::chrono::duration_cast<std::chrono::nanoseconds>(to - from).count();
 }
 
-constexpr std::uint64_t fnv_start = 0xCBF29CE484222325ULL;
-std::uint64_t fnv(std::uint64_t hash, std::uint64_t word) {
-    for (int byte = 0; byte < 8; ++byte) hash = (hash ^ ((word >> (8 * byte)) & 0xFFU)) * 0x100000001B3ULL;
-    return hash;
-}
-std::uint64_t hash_of(const std::vector<TrianglePair>& pairs, std::uint64_t hash = fnv_start) {
+/// Of these pairs alone, or behind those of which `hash` is.
+FnvHash hash_of(const std::vector<TrianglePair>& pairs, FnvHash hash = {}) {
     for (const TrianglePair pair : pairs) {
-        hash = fnv(hash, (static_cast<std::uint64_t>(static_cast<std::uint32_t>(pair.a)) << 32U) |
-                             static_cast<std::uint32_t>(pair.b));
+        hash.add_word((static_cast<std::uint64_t>(static_cast<std::uint32_t>(pair.a)) << 32U) |
+                      static_cast<std::uint32_t>(pair.b));
     }
     return hash;
 }
@@ -84,8 +81,8 @@ Value middle(std::vector<Value> values) {
 struct Truth {
     std::vector<TrianglePair> pairs;
     std::vector<TrianglePair> near;
-    std::uint64_t hash = 0;         ///< of pairs
-    std::uint64_t within_hash = 0;  ///< of both
+    FnvHash hash;         ///< of pairs
+    FnvHash within_hash;  ///< of both
 };
 
 struct StepTime {
@@ -105,7 +102,7 @@ struct Runner {
     std::vector<WorkCounters> work;
     std::vector<std::int64_t> pairs;
     std::vector<std::int64_t> near_pairs;
-    std::map<std::int64_t, std::uint64_t> answer;  ///< step -> hash of the pair set
+    std::map<std::int64_t, FnvHash> answer;  ///< step -> hash of the pair set
 
     [[nodiscard]] bool visits_block(std::int64_t block) const {
         return visits > 0 && (block + 1) % (block_count / visits) == 0;
@@ -146,7 +143,7 @@ public:
         }
         measurement.true_pairs = middle(counts);
         measurement.true_near_pairs = middle(near_counts);
-        measurement.frames_hash = fmt::format("{:016x}", frames_hash_);
+        measurement.frames_hash = frames_hash_.text();
         return measurement;
     }
 
@@ -169,7 +166,7 @@ private:
             truth.hash = hash_of(truth.pairs);
             if (options_.reach > 0.0) true_near_pairs(*frames_.topology, frame_, options_.reach, truth.near);
             truth.within_hash = hash_of(truth.near, truth.hash);
-            frames_hash_ = fnv(frames_hash_, frame_.hash());
+            frames_hash_.add_word(frame_.hash());
         }
     }
 
@@ -304,7 +301,7 @@ private:
         for (Runner& runner : runners) {
             if (runner.result.within_reach != within_reach) continue;
             for (const auto& [step, hash] : runner.answer) {
-                std::optional<std::uint64_t> expected;
+                std::optional<FnvHash> expected;
                 if (const auto truth = truth_.find(step); truth != truth_.end()) {
                     expected = within_reach ? truth->second.within_hash : truth->second.hash;
                 } else if (reference != nullptr) {
@@ -335,7 +332,7 @@ private:
     double write_ns_ = 0.0;
     Frame frame_;
     std::map<std::int64_t, Truth> truth_;
-    std::uint64_t frames_hash_ = fnv_start;
+    FnvHash frames_hash_;
 };
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "geometry/fnv_hash.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
 #include "measure/environment.hpp"
@@ -38,9 +39,9 @@ std::string key_of(const CellSpec& spec) {
 }
 
 std::string file_name(const CellSpec& spec) {
-    std::uint64_t hash = 0xCBF29CE484222325ULL;
-    for (const char c : key_of(spec)) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3ULL;
-    return fmt::format("{:016x}.json", hash);
+    FnvHash hash;
+    hash.add_text(key_of(spec));
+    return hash.text() + ".json";
 }
 
 std::optional<CellRecord> finished_cell(const std::filesystem::path& file, const CellSpec& spec) {

@@ -10,6 +10,7 @@
 
 #include "app/isolated_call.hpp"
 #include "contact/derive.hpp"
+#include "geometry/fnv_hash.hpp"
 #include "geometry/input_error.hpp"
 
 namespace trocar::app {
@@ -65,15 +66,15 @@ std::unique_ptr<FrameSource> BaselineSource::frames() const {
 ContactBaseline BaselineSource::empty_baseline(std::int64_t every) const {
     ContactBaseline baseline{.source = name_, .source_hash = hash_, .frames_hash = {}, .ticks = ticks_};
     baseline.every = every;
-    std::uint64_t hash = 14695981039346656037ULL;
+    FnvHash hash;
     const std::unique_ptr<FrameSource> source = frames();
     Frame frame;
-    while (source->next(frame)) hash = (hash ^ frame.hash()) * 1099511628211ULL;
+    while (source->next(frame)) hash.add(frame.hash());
     if (!source->outcome().ok()) {
         throw InputError(file_.string(), "", fmt::format("{} frames that can be made", ticks_),
                          source->outcome().message);
     }
-    baseline.frames_hash = fmt::format("{:016x}", hash);
+    baseline.frames_hash = hash.text();
     return baseline;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "geometry/fnv_hash.hpp"
 #include "report/inline_text.hpp"
 #include "report/page_one.hpp"
 
@@ -28,11 +29,9 @@ std::string frames_digest(const Draft& draft) {
         if (!record.frames_hash.empty()) by_scene[record.spec.scene] = record.frames_hash;
     }
     if (by_scene.empty()) return {};
-    std::uint64_t hash = 0xCBF29CE484222325ULL;
-    for (const auto& [scene, frames] : by_scene) {
-        for (const char c : scene + frames) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3ULL;
-    }
-    return fmt::format("{:016x}", hash);
+    FnvHash hash;
+    for (const auto& [scene, frames] : by_scene) hash.add_text(scene + frames);
+    return hash.text();
 }
 
 /// Where the numbers come from, and how to have them again.

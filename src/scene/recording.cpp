@@ -11,6 +11,7 @@
 #include <set>
 #include <utility>
 
+#include "geometry/fnv_hash.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/size_limits.hpp"
 #include "geometry/whole_file.hpp"
@@ -38,20 +39,17 @@ BodyKind kind_from(const std::string& word) {
 
 /// Of the first `count` bytes.
 std::uint64_t hash_of_bytes(std::ifstream& stream, std::int64_t count) {
-    std::uint64_t value = 14695981039346656037ULL;
+    FnvHash hash;
     std::vector<char> block(std::size_t{1} << 16);
     stream.seekg(0);
     while (count > 0) {
         stream.read(block.data(), std::min(count, static_cast<std::int64_t>(block.size())));
         if (stream.gcount() == 0) break;
-        for (std::streamsize i = 0; i < stream.gcount(); ++i) {
-            value ^= static_cast<unsigned char>(block[static_cast<std::size_t>(i)]);
-            value *= 1099511628211ULL;
-        }
+        hash.add_text({block.data(), static_cast<std::size_t>(stream.gcount())});
         count -= stream.gcount();
     }
     stream.clear();
-    return value;
+    return hash.value();
 }
 
 Range range_from(const JsonNode& node, std::int64_t total, const char* what) {

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "geometry/enclosed_volume.hpp"
+#include "geometry/fnv_hash.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_file.hpp"
 #include "geometry/mesh_report.hpp"
@@ -587,15 +588,10 @@ void read_contact(const JsonNode& node, const Topology& topology, Materials& mat
     }
 }
 
-/// FNV-1a over all that decides a run. Names are left out: they decide nothing.
+/// Over all that decides a run. Names are left out: they decide nothing.
 class Hash {
 public:
-    void add(std::uint64_t bits) {
-        for (int shift = 0; shift < 64; shift += 8) {
-            value_ ^= (bits >> shift) & 0xffU;
-            value_ *= 1099511628211ULL;
-        }
-    }
+    void add(std::uint64_t bits) { hash_.add_word(bits); }
     void add(double number) { add(std::bit_cast<std::uint64_t>(number)); }
     void add(Index number) { add(static_cast<std::uint64_t>(static_cast<std::int64_t>(number))); }
     template <typename Derived>
@@ -616,10 +612,10 @@ public:
             }
         }
     }
-    [[nodiscard]] std::uint64_t value() const { return value_; }
+    [[nodiscard]] std::uint64_t value() const { return hash_.value(); }
 
 private:
-    std::uint64_t value_ = 14695981039346656037ULL;
+    FnvHash hash_;
 };
 
 std::uint64_t hash_of(const Scene& scene) {

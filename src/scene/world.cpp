@@ -1,10 +1,11 @@
 #include "scene/world.hpp"
 
 #include <algorithm>
-#include <cstring>
+#include <bit>
 #include <set>
 #include <string>
 
+#include "geometry/fnv_hash.hpp"
 #include "geometry/input_error.hpp"
 
 namespace trocar {
@@ -99,21 +100,11 @@ Topology make_topology(const std::vector<Body>& bodies, const std::vector<std::a
 }
 
 std::uint64_t Frame::hash() const {
-    std::uint64_t value = 14695981039346656037ULL;
-    const auto mix = [&value](std::uint64_t bits) {
-        for (int shift = 0; shift < 64; shift += 8) {
-            value ^= (bits >> shift) & 0xffU;
-            value *= 1099511628211ULL;
-        }
-    };
-    mix(static_cast<std::uint64_t>(tick));
+    FnvHash hash;
+    hash.add_word(static_cast<std::uint64_t>(tick));
     const double* const numbers = position.data();
-    for (Eigen::Index i = 0; i < position.size(); ++i) {
-        std::uint64_t bits = 0;
-        std::memcpy(&bits, numbers + i, sizeof bits);
-        mix(bits);
-    }
-    return value;
+    for (Eigen::Index i = 0; i < position.size(); ++i) hash.add_word(std::bit_cast<std::uint64_t>(numbers[i]));
+    return hash.value();
 }
 
 }  // namespace trocar

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "geometry/fnv_hash.hpp"
 #include "measure/environment.hpp"
 #include "measure/retelling.hpp"
 #include "method/registry.hpp"
@@ -19,17 +20,6 @@ using Pairs = std::vector<TrianglePair>;
 
 constexpr std::uint32_t shuffle_seed = 1;
 const Vector3 other_origin(16.0, -8.0, 4.0);  // m
-
-class Hash {
-public:
-    void add(std::uint64_t word) {
-        for (int shift = 0; shift < 64; shift += 8) value_ = (value_ ^ ((word >> shift) & 0xffU)) * 1099511628211ULL;
-    }
-    [[nodiscard]] std::string text() const { return fmt::format("{:016x}", value_); }
-
-private:
-    std::uint64_t value_ = 14695981039346656037ULL;
-};
 
 void put(Record& record, const std::string& name, const char* ending, double value) {
     record.summary["certificate_" + name + ending] = value;
@@ -120,12 +110,12 @@ void certify_detector(const Scene& scene, const RunSpec& spec, Record& record) {
     const Answers once = answers_of(spec, topology, frames);
     record.outcome = once.outcome;
     double count = 0.0;
-    Hash hash;
+    FnvHash hash;
     for (const Pairs& pairs : once.pairs) {
         count += static_cast<double>(pairs.size());
         for (const TrianglePair& pair : pairs)
-            hash.add(static_cast<std::uint64_t>(pair.a) << 32U | static_cast<std::uint64_t>(pair.b));
-        hash.add(pairs.size());
+            hash.add_word(static_cast<std::uint64_t>(pair.a) << 32U | static_cast<std::uint64_t>(pair.b));
+        hash.add_word(pairs.size());
     }
     record.state_hash = hash.text();
     record.summary["certificate_pairs"] = count;
@@ -228,11 +218,11 @@ std::vector<Index> reversed_within_kinds(const Topology& topology) {
 void certify_response(const Scene& scene, const RunSpec& spec, Record& record) {
     const Trace once = trace_of(scene, spec);
     record.outcome = once.outcome;
-    Hash hash;
+    FnvHash hash;
     const auto add = [&hash](const Matrix3X& numbers) {
         Frame frame;
         frame.position = numbers;
-        hash.add(frame.hash());
+        hash.add_word(frame.hash());
     };
     for (const Matrix3X& position : once.position) add(position);
     for (const Matrix3X& load : once.load) add(load);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "geometry/fnv_hash.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/pair_file.hpp"
 #include "geometry/whole_file.hpp"
@@ -127,14 +128,12 @@ std::vector<HardCase> read_hard_cases(const std::filesystem::path& folder) {
 }
 
 std::string hash_of(const HardCase& hard_case) {
-    std::uint64_t hash = 14695981039346656037ULL;
+    FnvHash hash;
     for (const char* name : {"expected.json", "a.obj", "b.obj", "scene.json"}) {
         const std::filesystem::path file = hard_case.file.parent_path() / name;
-        if (!std::filesystem::exists(file)) continue;
-        for (const char c : read_whole(file, "a readable file"))
-            hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
+        if (std::filesystem::exists(file)) hash.add_text(read_whole(file, "a readable file"));
     }
-    return fmt::format("{:016x}", hash);
+    return hash.text();
 }
 
 Record run_hard_case(const HardCase& hard_case, const RunSpec& spec) {

@@ -9,6 +9,7 @@
 #include <cstdlib>
 
 #include "contact/usable.hpp"
+#include "geometry/fnv_hash.hpp"
 #include "geometry/input_error.hpp"
 #include "measure/environment.hpp"
 #include "measure/metrics.hpp"
@@ -88,20 +89,6 @@ void note_unstable_step(const Scene& scene, const RunSpec& spec, const RunLimits
     record.environment["run.unstable_step"] = why;
     if (!taken && record.outcome.ok()) record.outcome = {OutcomeKind::unstable, "not started: " + why};
 }
-
-/// FNV-1a over the hashes of all frames.
-class StreamHash {
-public:
-    void add(std::uint64_t frame_hash) {
-        for (int shift = 0; shift < 64; shift += 8) {
-            value_ = (value_ ^ ((frame_hash >> shift) & 0xffU)) * 1099511628211ULL;
-        }
-    }
-    [[nodiscard]] std::string text() const { return fmt::format("{:016x}", value_); }
-
-private:
-    std::uint64_t value_ = 14695981039346656037ULL;
-};
 
 /// Native contacts of a replay come from a detector of their own, outside the timed spans: the one that is timed is not
 /// charged for answers that nobody asked it for.
@@ -255,10 +242,10 @@ Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limi
     const std::unique_ptr<FrameSource> source = scene_frames(scene, ticks);
     NativeContacts native(scene, spec);
     BetweenTicks between(scene, spec);
-    StreamHash hash;
+    FnvHash hash;  // of the hashes of all frames
     Frame frame;
     for (std::int64_t tick = 0; source->next(frame) && go_on(limits, tick); ++tick) {
-        hash.add(frame.hash());
+        hash.add_word(frame.hash());
         StepRow row = simulation.replay(frame);
         if (simulation.outcome().ok()) between.judge(simulation.seen(), simulation.contacts(), row);
         if (simulation.outcome().ok() && (is_judged(spec, tick, ticks) || is_cut(spec, row))) {
@@ -398,7 +385,7 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
     detector->prepare(scene.topology, scene.first);
     const std::unique_ptr<ContactSource> source = make_source("canonical");
     source->prepare(scene.topology, scene.first);
-    StreamHash hash;
+    FnvHash hash;  // of the hashes of all frames
     Frame frame;
     ContactSet given;
     ContactSet tested;
@@ -409,7 +396,7 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
         without->prepare(scene.topology, scene.materials);
         with->prepare(scene.topology, scene.materials);
         for (std::int64_t tick = 0; frames->next(frame) && go_on(limits, tick); ++tick) {
-            hash.add(frame.hash());
+            hash.add_word(frame.hash());
             detector->update(frame, 0.0);
             detector->detect(frame, given);
             source->gather(frame, given);

@@ -11,19 +11,13 @@
 #include <set>
 #include <stdexcept>
 
+#include "geometry/fnv_hash.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
 #include "study/child_process.hpp"
 
 namespace trocar {
 namespace {
-
-constexpr std::uint64_t fnv_start = 0xCBF29CE484222325ULL;
-
-std::uint64_t fnv(std::uint64_t hash, std::string_view bytes) {
-    for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3ULL;
-    return hash;
-}
 
 std::string spec_line(const RunSpec& spec) {
     Record record;
@@ -152,17 +146,20 @@ std::string binary_identity() {
             return 0;
         },
         &files);
-    std::uint64_t hash = fnv_start;
+    FnvHash hash;
     for (const std::string& file : files) {
-        if (std::filesystem::exists(file)) hash = fnv(hash, read_whole(file, "a record"));
+        if (std::filesystem::exists(file)) hash.add_text(read_whole(file, "a record"));
     }
-    return fmt::format("{:016x}", hash);
+    return hash.text();
 }
 
 bool is_timed(const RunSpec& spec) { return spec.mode != "hard_case" && spec.mode != "certificate"; }
 
 std::string run_key(const RunSpec& spec, double time_limit_s) {
-    return fmt::format("{:016x}", fnv(fnv(fnv_start, spec_line(spec)), fmt::format("{}", time_limit_s)));
+    FnvHash hash;
+    hash.add_text(spec_line(spec));
+    hash.add_text(fmt::format("{}", time_limit_s));
+    return hash.text();
 }
 
 void shorten_rows(Record& record) {
