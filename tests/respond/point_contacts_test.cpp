@@ -1,0 +1,101 @@
+// What the plain methods are told of a contact, from the definition of its kind.
+#include "respond/point_contacts.hpp"
+
+#include <gtest/gtest.h>
+
+#include "support/shapes.hpp"
+
+namespace trocar {
+namespace {
+
+/// Two triangles of two bodies, 1 mm apart along z: vertices 0 to 2 and 3 to 5.
+test::World two_triangles() {
+    const auto at_height = [](double z) { return test::triangle({0.0, 0.0, z}, {0.004, 0.0, z}, {0.0, 0.004, z}); };
+    return test::make_world("two", {{BodyKind::tissue, at_height(0.0)}, {BodyKind::instrument, at_height(0.001)}});
+}
+
+/// Inside by 0.3 mm when the tick begins, and 0.2 mm more by what the scripts move in it.
+Contact between_features(ContactCase kind, const ContactPoint& on_a, const ContactPoint& on_b) {
+    Contact contact;
+    contact.kind = kind;
+    contact.body_a = 0;
+    contact.body_b = 1;
+    contact.on_a = on_a;
+    contact.on_b = on_b;
+    contact.normal = Vector3::UnitZ();
+    contact.gap = -0.0003;
+    contact.approach = -0.0002;
+    contact.id = 17;
+    return contact;
+}
+
+TEST(PointContacts, FeaturesAreToldAtTheirOwnPlacesAsDeepAsTheTickWillMakeThem) {
+    const test::World world = two_triangles();
+    PointContacts points;
+    points.prepare(world.topology);
+    const ContactPoint edge_a{{0, 1, -1}, {0.3, 0.7, 0.0}};
+    const ContactPoint edge_b{{4, 5, -1}, {0.2, 0.8, 0.0}};
+    const ContactPoint face_a{{0, 1, 2}, {0.5, 0.3, 0.2}};
+    struct Case {
+        ContactCase kind;
+        ContactPoint on_a, on_b;
+        bool of_vertex;
+        Index vertex;  ///< that stands for it: the entering one, else the most loaded of b
+        Index other;
+    };
+    for (const Case& one : {Case{ContactCase::edge_edge, edge_a, edge_b, false, 5, 0},
+                            Case{ContactCase::point_face, ContactPoint::at_vertex(2), edge_b, true, 2, 1},
+                            Case{ContactCase::point_face, face_a, ContactPoint::at_vertex(3), true, 3, 0}}) {
+        ContactSet contacts;
+        contacts.contacts = {between_features(one.kind, one.on_a, one.on_b)};
+        for (const bool reduce : {false, true}) {
+            ASSERT_EQ(points.gather(world.topology, world.frame, contacts, reduce), 0);
+            ASSERT_EQ(points.list().size(), 1U);
+            const PointContact& told = points.list()[0];
+            EXPECT_NEAR(told.depth, 0.0005, 1e-15);
+            EXPECT_NEAR(told.distance, 0.0003, 1e-15);
+            EXPECT_EQ(told.normal, Vector3(Vector3::UnitZ()));
+            EXPECT_EQ(told.of_vertex, one.of_vertex);
+            EXPECT_EQ(told.vertex, one.vertex);
+            EXPECT_EQ(told.other, one.other);
+            EXPECT_EQ(told.body_a, 0);
+            EXPECT_EQ(told.body_b, 1);
+            EXPECT_EQ(told.a.vertices, one.on_a.vertices);
+            EXPECT_EQ(told.a.weights, one.on_a.weights);
+            EXPECT_EQ(told.b.vertices, one.on_b.vertices);
+            EXPECT_EQ(told.b.weights, one.on_b.weights);
+            EXPECT_EQ(told.id, 17U);
+        }
+    }
+}
+
+TEST(PointContacts, WhatIsNotDeepOrHasNoNormalHasNoPlace) {
+    const test::World world = two_triangles();
+    PointContacts points;
+    points.prepare(world.topology);
+    ContactSet contacts;
+    for (const ContactCase kind : {ContactCase::edge_edge, ContactCase::point_face}) {
+        const Contact deep = between_features(kind, ContactPoint::at_vertex(0), ContactPoint::at_vertex(3));
+        Contact open = deep;
+        open.gap = 0.001;
+        Contact grazing = deep;  // open as the tick begins, just touching when it ends
+        grazing.gap = -grazing.approach;
+        Contact unknown = deep;
+        unknown.normal.setConstant(Contact::unset);
+        Contact deepless = deep;
+        deepless.gap = Contact::unset;
+        for (const Contact& one : {deep, open, grazing, unknown, deepless}) contacts.contacts.push_back(one);
+    }
+    for (const ContactCase kind : {ContactCase::touch, ContactCase::coplanar, ContactCase::degenerate}) {
+        Contact other = between_features(kind, ContactPoint::at_vertex(0), ContactPoint::at_vertex(3));
+        other.a = 0;
+        other.b = 1;
+        contacts.contacts.push_back(other);
+    }
+    EXPECT_EQ(points.gather(world.topology, world.frame, contacts, false), 2 * 3 + 3);
+    ASSERT_EQ(points.list().size(), 4U);
+    for (const std::size_t grazing : {1U, 3U}) EXPECT_EQ(points.list()[grazing].depth, 0.0);
+}
+
+}  // namespace
+}  // namespace trocar
