@@ -416,18 +416,7 @@ TEST_P(StepperContract, SaysHowFarTheTangentialSpringOfAContactIsStretched) {
         s.materials.substeps = 4;
         const auto stepper = make_stepper(GetParam());
         stepper->prepare(s.topology, s.materials);
-        Effect effect = test::empty_effect(s.topology);
-        std::vector<Wrench> reaction(1);
-        for (int tick = 0; tick < 400; ++tick) {
-            effect.clear();
-            effect.held_force.col(0) = Vector3(along, 0.0, -0.5);
-            LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), s.frame.position(2, 0), 1e4, 5.0);
-            contact.friction = 0.4;
-            contact.tangent_k = 2000.0;
-            contact.slip_key = 0;
-            effect.contacts.push_back(contact);
-            ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
-        }
+        ASSERT_TRUE(test::press_and_pull(*stepper, s, along));
         EXPECT_NEAR(stepper->loads()[0].slip, std::min(along, 0.4 * 0.5) / 2000.0, 1e-7) << along;
     }
 }

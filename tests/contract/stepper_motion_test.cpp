@@ -223,21 +223,10 @@ TEST_P(StepperMotion, APlaneCarriesWhatLiesOnItAndHoldsWhatSticks) {
     TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
     const auto stepper = make_stepper(GetParam());
     stepper->prepare(s.topology, s.materials);
-    Effect effect = test::empty_effect(s.topology);
-    std::vector<Wrench> reaction(1);
     const auto rest = [&](double along) {
         s.frame.position.setZero();
         s.frame.velocity.setZero();
-        for (int tick = 0; tick < 400; ++tick) {
-            effect.clear();
-            effect.held_force.col(0) = Vector3(along, 0.0, -0.5);
-            LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), s.frame.position(2, 0), 1e4, 5.0);
-            contact.friction = 0.4;
-            contact.tangent_k = 2000.0;
-            contact.slip_key = 0;
-            effect.contacts.push_back(contact);
-            ASSERT_TRUE(stepper->advance(effect, 1e-3, s.frame, s.frame, reaction).ok());
-        }
+        ASSERT_TRUE(test::press_and_pull(*stepper, s, along));
     };
     rest(0.15);
     EXPECT_NEAR(stepper->loads()[0].normal, 0.5, 1e-9);
@@ -254,20 +243,13 @@ TEST_P(StepperMotion, WhatCannotGoOnHasANameAndLeavesTheFrameAlone) {
     const auto stepper = make_stepper(GetParam());
     stepper->prepare(s.topology, s.materials);
     std::vector<Wrench> reaction(1);
-    const auto outcome_of = [&](const Effect& effect, const Frame& from) {
-        Frame to = s.frame;
-        const Outcome outcome = stepper->advance(effect, 1e-3, from, to, reaction);
-        EXPECT_EQ(to.hash(), s.frame.hash());
-        EXPECT_NE(outcome.message, "");
-        return outcome.kind;
-    };
     Effect effect = test::empty_effect(s.topology);
     effect.held_force(2, 0) = 1e12;
-    EXPECT_EQ(outcome_of(effect, s.frame), OutcomeKind::unstable);
+    EXPECT_EQ(test::refused_tick(*stepper, s, effect, s.frame), OutcomeKind::unstable);
     effect.clear();
     Frame broken = s.frame;
     broken.velocity(1, 0) = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_EQ(outcome_of(effect, broken), OutcomeKind::not_finite);
+    EXPECT_EQ(test::refused_tick(*stepper, s, effect, broken), OutcomeKind::not_finite);
     Frame to = s.frame;
     EXPECT_TRUE(stepper->advance(effect, 1e-3, s.frame, to, reaction).ok()) << "it goes on with the next frame";
 }

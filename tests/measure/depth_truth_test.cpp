@@ -16,6 +16,7 @@
 #include "measure/surface_distance.hpp"
 #include "measure/vertical_crossings.hpp"
 #include "support/random_vectors.hpp"
+#include "support/shapes.hpp"
 
 namespace trocar {
 namespace {
@@ -612,33 +613,13 @@ TEST(EdgeDepth, AnEdgeThroughTwoCubesIsInsideTwiceAndAsDeepAsItsDistanceToTheNea
     // behind the other, 0.4 mm below their tops: it is through both with its middle outside. It is listed both ways.
     // The second lies in the first cube, 0.3 mm deep where it begins and 0.5 mm where it ends; the third passes above.
     for (const Vector3& at : {Vector3(0.0, 0.0, 0.0), Vector3(0.3, -0.2, 0.7)}) {
-        Matrix3X position(3, 22);
-        Triangles triangles(3, 24);
-        const std::array<std::array<Index, 3>, 12> faces{{{0, 4, 6},
-                                                          {0, 6, 2},
-                                                          {1, 3, 7},
-                                                          {1, 7, 5},
-                                                          {0, 1, 5},
-                                                          {0, 5, 4},
-                                                          {2, 6, 7},
-                                                          {2, 7, 3},
-                                                          {0, 2, 3},
-                                                          {0, 3, 1},
-                                                          {4, 5, 7},
-                                                          {4, 7, 6}}};
-        for (Index cube = 0; cube < 2; ++cube) {
-            for (Index corner = 0; corner < 8; ++corner) {
-                const Vector3 side((corner & 1) != 0 ? 1.0 : -1.0, (corner & 2) != 0 ? 1.0 : -1.0,
-                                   (corner & 4) != 0 ? 1.0 : -1.0);
-                position.col(8 * cube + corner) = at + 1e-3 * side + 0.006 * cube * Vector3::UnitX();
-            }
-            for (Index face = 0; face < 12; ++face) {
-                for (Index corner = 0; corner < 3; ++corner) {
-                    triangles(corner, 12 * cube + face) =
-                        8 * cube + faces.at(static_cast<std::size_t>(face)).at(static_cast<std::size_t>(corner));
-                }
-            }
-        }
+        const auto cube = [&at](double x) { return test::slab(0.002, 0.002, 1).move(at + Vector3(x, 0.0, 0.001)); };
+        const test::World world =
+            test::make_world("cubes", {{BodyKind::rigid, cube(0.0)}, {BodyKind::rigid, cube(0.006)}});
+        const Triangles& triangles = world.topology.triangles;
+        Matrix3X position = world.frame.position;
+        ASSERT_EQ(position.cols(), 16);
+        position.conservativeResize(3, 22);
         position.col(16) = at + Vector3(-0.02, 0.0003, 0.0006);
         position.col(17) = at + Vector3(0.01, 0.0003, 0.0006);
         position.col(18) = at + Vector3(0.0002, -0.0007, 0.0001);

@@ -1,10 +1,13 @@
 // Small tissue systems with known answers, shared by tests of the integrator and of the responses.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <vector>
 
 #include "contact/effect.hpp"
+#include "method/stepper.hpp"
 #include "scene/world.hpp"
 
 namespace trocar::test {
@@ -82,6 +85,34 @@ inline LinearContact plane_contact(Index vertex, const Vector3& normal, double g
     contact.k = k;
     contact.mu = mu;
     return contact;
+}
+
+/// 400 ticks of 1 ms in which 0.5 N press the one vertex of a sample on the plane z = 0 (10⁴ N/m, friction 0.4,
+/// tangential spring of 2000 N/m) and `along` N pull it along x. Whether all of them went on.
+inline bool press_and_pull(Stepper& stepper, TissueSample& sample, double along) {
+    Effect effect = empty_effect(sample.topology);
+    std::vector<Wrench> reaction(1);
+    for (int tick = 0; tick < 400; ++tick) {
+        effect.clear();
+        effect.held_force.col(0) = Vector3(along, 0.0, -0.5);
+        LinearContact contact = plane_contact(0, Vector3::UnitZ(), sample.frame.position(2, 0), 1e4, 5.0);
+        contact.friction = 0.4;
+        contact.tangent_k = 2000.0;
+        contact.slip_key = 0;
+        effect.contacts.push_back(contact);
+        if (!stepper.advance(effect, 1e-3, sample.frame, sample.frame, reaction).ok()) return false;
+    }
+    return true;
+}
+
+/// How a tick that cannot go on ends, which leaves the frame as it was and says why.
+inline OutcomeKind refused_tick(Stepper& stepper, const TissueSample& sample, const Effect& effect, const Frame& from) {
+    Frame to = sample.frame;
+    std::vector<Wrench> reaction(1);
+    const Outcome outcome = stepper.advance(effect, 1e-3, from, to, reaction);
+    EXPECT_EQ(to.hash(), sample.frame.hash());
+    EXPECT_NE(outcome.message, "");
+    return outcome.kind;
 }
 
 }  // namespace trocar::test

@@ -645,21 +645,14 @@ TEST(Regional, WhatCannotGoOnHasANameLeavesTheFrameAloneAndIsForgotten) {
     const auto stepper = make_stepper("regional", with("0.05"));
     stepper->prepare(s.topology, s.materials);
     std::vector<Wrench> reaction(1);
-    const auto kind_of = [&](const Effect& effect, const Frame& from) {
-        Frame to = s.frame;
-        const Outcome outcome = stepper->advance(effect, dt, from, to, reaction);
-        EXPECT_EQ(to.hash(), s.frame.hash());
-        EXPECT_NE(outcome.message, "");
-        return outcome.kind;
-    };
     Effect effect = test::empty_effect(s.topology);
     effect.held_force(2, 0) = 1e12;
-    EXPECT_EQ(kind_of(effect, s.frame), OutcomeKind::unstable);
+    EXPECT_EQ(test::refused_tick(*stepper, s, effect, s.frame), OutcomeKind::unstable);
     effect.clear();
     for (const double number : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
         Frame broken = s.frame;
         broken.velocity(1, 0) = number;
-        EXPECT_EQ(kind_of(effect, broken), OutcomeKind::not_finite) << number;
+        EXPECT_EQ(test::refused_tick(*stepper, s, effect, broken), OutcomeKind::not_finite) << number;
     }
     Frame to = s.frame;
     ASSERT_TRUE(stepper->advance(effect, dt, s.frame, to, reaction).ok()) << "it goes on with the next frame";
