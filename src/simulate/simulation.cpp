@@ -143,12 +143,14 @@ struct Simulation::State {
         }
     }
 
-    void check_finite(const Frame& of) {
+    /// Of the tissue what has moved since it was looked at last; null: nobody knows.
+    void check_finite(const Frame& of, const std::vector<Range>* tissue) {
         if (!outcome.ok()) return;
         const auto finite = [&of](const Range& range) {
             return of.position.middleCols(range.first, range.count).allFinite();
         };
-        for (const std::vector<Range>* ranges : {&leading.led_vertices(), &leading.free_tissue()}) {
+        for (const std::vector<Range>* ranges :
+             {&leading.led_vertices(), tissue != nullptr ? tissue : &leading.free_tissue()}) {
             if (!std::all_of(ranges->begin(), ranges->end(), finite)) outcome = not_finite();
         }
     }
@@ -252,7 +254,7 @@ StepRow Simulation::step() {
     s.seen.time = row.time;
     s.timed(Stage::move, row, [&] { s.leading.move(row.time, s.tissue_moved(), s.seen); });
     if (row.tick == 0) s.seen.moved.reset();  // nobody has seen a frame to compare with
-    s.check_finite(s.seen);
+    s.check_finite(s.seen, s.tissue_moved());
     row.reach = s.ask_reach(s.stepper ? s.stepper->largest_move() : 0.0);
     s.timed(Stage::update, row, [&] { s.detector->update(s.seen, row.reach); });
     s.timed(Stage::detect, row, [&] { s.detector->detect(s.seen, s.contacts); });
@@ -272,7 +274,7 @@ StepRow Simulation::step() {
             s.advance();
         }
     }
-    s.check_finite(s.next);
+    s.check_finite(s.next, s.stepper ? s.stepper->moved() : nullptr);
     s.watch();
     s.frames_kept = s.outcome.ok();
     if (s.outcome.ok()) {
