@@ -70,25 +70,17 @@ HWY_INLINE double sum_of(Four number) {
 }
 
 void multiply_edges(std::span<const RegionEdge> edges, const double* direction, double* image) {
-    // What an own node is pushed by is summed where it need not be written and read again for every edge.
-    for (std::size_t e = 0; e < edges.size();) {
-        const Index own = edges[e].own;
-        const std::size_t i = 4 * static_cast<std::size_t>(own);
-        const Four x = all(direction[i]);
-        const Four y = all(direction[i + 1]);
-        const Four z = all(direction[i + 2]);
-        Four sum = load(image + i);
-        for (; e < edges.size() && edges[e].own == own; ++e) {
-            const RegionEdge& edge = edges[e];
-            const std::size_t j = 4 * static_cast<std::size_t>(edge.other);
-            const Four along_x = mul(load_column(edge.block.data()), sub(x, all(direction[j])));
-            const Four along_y = mul(load_column(edge.block.data() + 4), sub(y, all(direction[j + 1])));
-            const Four along_z = mul(load_column(edge.block.data() + 8), sub(z, all(direction[j + 2])));
-            const Four push = add(add(along_x, along_y), along_z);
-            sum = add(sum, push);
-            store(sub(load(image + j), push), image + j);
-        }
-        store(sum, image + i);
+    for (const RegionEdge& edge : edges) {
+        const std::size_t i = 4 * static_cast<std::size_t>(edge.own);
+        const std::size_t j = 4 * static_cast<std::size_t>(edge.other);
+        double apart[4];
+        store(sub(load(direction + i), load(direction + j)), apart);
+        const Four along_x = mul(load_column(edge.block.data()), all(apart[0]));
+        const Four along_y = mul(load_column(edge.block.data() + 4), all(apart[1]));
+        const Four along_z = mul(load_column(edge.block.data() + 8), all(apart[2]));
+        const Four push = add(add(along_x, along_y), along_z);
+        store(add(load(image + i), push), image + i);
+        store(sub(load(image + j), push), image + j);
     }
 }
 

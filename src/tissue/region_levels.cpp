@@ -182,15 +182,21 @@ void RegionTissue::add_force(std::size_t level, Index node, const Eigen::Vector4
 
 /// A spring whose ends both sleep pulls that much more; the nodes of level 1 are told with `tell_pulls`.
 void RegionTissue::add_pull(std::uint32_t spring, const Eigen::Vector4d& pull) {
-    const Shares shares(levels_[0], spring);
-    for (std::size_t n = 0; n < shares.count; ++n) {
-        const Index node = shares.node[n];
-        if (is_pulled_[at(node)] == 0) {
-            is_pulled_[at(node)] = 1;
-            pulled_.push_back(node);
+    const RegionLevel& vertices = levels_[0];
+    const auto pass_on = [&](Index vertex, const Eigen::Vector4d& force) {
+        for (std::size_t n = 0; n < 3; ++n) {
+            const double share = vertices.share[at(vertex)][n];
+            if (share == 0.0) continue;
+            const Index node = vertices.parent[at(vertex)][n];
+            if (is_pulled_[at(node)] == 0) {
+                is_pulled_[at(node)] = 1;
+                pulled_.push_back(node);
+            }
+            pulled_by_.col(node) += share * force;
         }
-        pulled_by_.col(node) += shares.factor[n] * pull;
-    }
+    };
+    pass_on(vertices.i[spring], pull);
+    pass_on(vertices.j[spring], -pull);
 }
 
 void RegionTissue::tell_pulls() {

@@ -32,14 +32,16 @@ RegionSystem::RegionSystem(MovingTissue& tissue, RegionTissue& region)
     ghosts_.reserve(nodes);
     edges_.reserve(springs + coarse_edges);
     springs_.reserve(springs);
-    coarse_edges_.reserve(coarse_edges);
-    coarse_level_.reserve(coarse_edges);
+    stiff_edges_.reserve(coarse_edges);
+    pulled_ghosts_.reserve(nodes);
+    pulled_nodes_.reserve(nodes);
+    is_pulled_.reserve(nodes);
     inertia_.reserve(nodes);
     block_.assign(nodes, Matrix3::Zero());
     far_block_.assign(nodes, Matrix3::Zero());
     inverse_.assign(12 * nodes, 0.0);
-    for (Matrix4X* vector :
-         {&right_side_, &whole_right_side_, &change_, &residual_, &preconditioned_, &direction_, &image_}) {
+    for (Matrix4X* vector : {&right_side_, &whole_right_side_, &change_, &residual_, &preconditioned_, &direction_,
+                             &image_, &place_, &speed_}) {
         vector->setZero(4, eigen_index(nodes));
     }
     left_.setZero(3, region.pieces());
@@ -53,6 +55,7 @@ RegionSystem::RegionSystem(MovingTissue& tissue, RegionTissue& region)
     coupled_push_.setZero(most_coupled);
     start_.reserve(region.levels().front().size());
     near_block_.reserve(region.levels().front().size());
+    loose_inverse_.reserve(region.levels().front().size());
 }
 
 Index RegionSystem::number_of(std::size_t level, Index node) {
@@ -72,8 +75,7 @@ void RegionSystem::list(double h) {
     ghosts_.clear();
     edges_.clear();
     springs_.clear();
-    coarse_edges_.clear();
-    coarse_level_.clear();
+    stiff_edges_.clear();
     inertia_.clear();
     for (std::size_t level = 0; level < levels.size(); ++level) {
         for (const Index node : levels[level].awake_nodes) {
@@ -150,9 +152,10 @@ void RegionSystem::list(double h) {
                                     .inverse_rest = all.inverse_rest[edge],
                                     .sense = all.i[edge] == node ? 1.0 : -1.0});
             } else {
-                coarse_edges_.push_back(edge);
-                coarse_level_.push_back(static_cast<std::uint32_t>(level));
-                const Matrix3 block = h * full(here.damping[edge]) + h * h * full(here.stiffness[edge]);
+                const Matrix3 stiffness = h * full(here.stiffness[edge]);
+                const Matrix3 block = h * full(here.damping[edge]) + h * stiffness;
+                stiff_edges_.push_back(entry);
+                take(stiffness, stiff_edges_.back());
                 take(block, entry);
                 far_block_[at(entry.own)] += block;
                 far_block_[at(entry.other)] += block;
@@ -160,8 +163,42 @@ void RegionSystem::list(double h) {
             edges_.push_back(entry);
         }
     }
-    for (Matrix4X* vector : {&change_, &direction_}) vector->col(eigen_index(still)).setZero();
+    for (Matrix4X* vector : {&change_, &direction_, &place_, &speed_}) vector->col(eigen_index(still)).setZero();
+    const auto is_vertex = [](const Node& node) { return node.level == 0; };
+    const auto end = nodes_.begin() + static_cast<std::ptrdiff_t>(awake_);
+    vertices_ = {static_cast<std::size_t>(std::count_if(nodes_.begin(), end, is_vertex)), springs_.size()};
+    everything_ = {awake_, edges_.size()};
+    sort_blocks();
     listed_for_ = h;
+}
+
+/// Sets aside the blocks that springs have a part in, by themselves or through ghosts: the others stay as they are.
+void RegionSystem::sort_blocks() {
+    is_pulled_.assign(nodes_.size() + 1, 0);
+    for (std::size_t n = 0; n < nodes_.size(); ++n) is_pulled_[n] = nodes_[n].level == 0 ? 1 : 0;
+    pulled_ghosts_.clear();
+    for (const Ghost& ghost : ghosts_) {
+        const bool pulled = is_pulled_[ghost.number] != 0;
+        if (pulled) pulled_ghosts_.push_back(ghost);
+        for (std::size_t p = 0; p < 3; ++p) {
+            if (ghost.share[p] == 0.0) continue;
+            if (pulled) {
+                is_pulled_[ghost.parent[p]] = 1;
+            } else {
+                far_block_[ghost.parent[p]] += ghost.share[p] * ghost.share[p] * far_block_[ghost.number];
+            }
+        }
+    }
+    pulled_nodes_.clear();
+    for (std::size_t n = 0; n < awake_; ++n) {
+        if (is_pulled_[n] != 0) {
+            pulled_nodes_.push_back(n);
+        } else {
+            Matrix3 block = far_block_[n];
+            block.diagonal().array() += inertia_[n];
+            invert(n, block);
+        }
+    }
 }
 
 void RegionSystem::prepare(double h) {
@@ -170,19 +207,28 @@ void RegionSystem::prepare(double h) {
     TissueState& state = tissue_->state();
     for (std::size_t n = awake_; n < nodes_.size(); ++n) region_->refresh(nodes_[n].level, nodes_[n].node);
     Matrix4X& right = whole_right_side_;
-    for (std::size_t n = 0; n <= nodes_.size(); ++n) {
-        right.col(eigen_index(n)).setZero();
-        block_[n] = far_block_[n];
-    }
-    for (std::size_t n = 0; n < awake_; ++n) {
+    const auto columns = eigen_index(nodes_.size() + 1);
+    right.leftCols(columns).setZero();
+    image_.leftCols(columns).setZero();
+    for (std::size_t n = 0; n < nodes_.size(); ++n) {
+        const auto number = eigen_index(n);
         const RegionLevel& here = levels[nodes_[n].level];
         const Index node = nodes_[n].node;
         if (nodes_[n].level == 0) {
-            right.col(eigen_index(n)) = h * (state.constant.col(node) - here.drag[at(node)] * state.velocity.col(node));
-        } else {
-            right.col(eigen_index(n)) = h * (here.force.col(node) - here.drag[at(node)] * here.velocity.col(node));
+            if (n >= awake_) continue;
+            right.col(number) = h * (state.constant.col(node) - here.drag[at(node)] * state.velocity.col(node));
+            continue;
         }
+        place_.col(number) = here.displacement.col(node);
+        speed_.col(number) = here.velocity.col(node);
+        if (n < awake_) right.col(number) = h * (here.force.col(node) - here.drag[at(node)] * speed_.col(number));
     }
+    kernels_->multiply(stiff_edges_, place_.data(), image_.data());
+    kernels_->multiply(std::span(edges_).subspan(springs_.size()), speed_.data(), image_.data());
+    right.leftCols(columns) -= image_.leftCols(columns);
+    for (const std::size_t n : pulled_nodes_) block_[n] = far_block_[n];
+    for (const Ghost& ghost : pulled_ghosts_) block_[ghost.number] = far_block_[ghost.number];
+    block_[nodes_.size()].setZero();
     for (std::size_t s = 0; s < springs_.size(); ++s) {
         const RegionSpring& spring = springs_[s];
         const Index i = spring.i;
@@ -211,27 +257,13 @@ void RegionSystem::prepare(double h) {
         block_[at(edge.own)] += block;
         block_[at(edge.other)] += block;
     }
-    for (std::size_t e = 0; e < coarse_edges_.size(); ++e) {
-        const RegionLevel& here = levels[coarse_level_[e]];
-        const std::uint32_t edge = coarse_edges_[e];
-        const RegionEdge& entry = edges_[springs_.size() + e];
-        const Index i = here.i[edge];
-        const Index j = here.j[edge];
-        const Vector3 apart = (here.displacement.col(j) - here.displacement.col(i)).head<3>();
-        const Vector3 closing = (here.velocity.col(j) - here.velocity.col(i)).head<3>();
-        const Matrix3 stiffness = h * full(here.stiffness[edge]);
-        const Vector3 push = stiffness * (apart + h * closing) + h * (full(here.damping[edge]) * closing);
-        const double sense = number_[coarse_level_[e]][at(i)] == entry.own ? 1.0 : -1.0;
-        right.col(entry.own).head<3>() += sense * push;
-        right.col(entry.other).head<3>() -= sense * push;
-    }
     gather_up(right);
-    for (const Ghost& ghost : ghosts_) {
+    for (const Ghost& ghost : pulled_ghosts_) {
         for (std::size_t p = 0; p < 3; ++p) {
             block_[ghost.parent[p]] += ghost.share[p] * ghost.share[p] * block_[ghost.number];
         }
     }
-    for (std::size_t n = 0; n < awake_; ++n) {
+    for (const std::size_t n : pulled_nodes_) {
         if (nodes_[n].level == 0 && !state.moves(nodes_[n].node)) {
             std::fill_n(inverse_.begin() + static_cast<std::ptrdiff_t>(12 * n), 12, 0.0);
             right.col(eigen_index(n)).setZero();
@@ -270,12 +302,14 @@ void RegionSystem::gather_up(Matrix4X& vector) const {
     }
 }
 
-/// image_ = A direction_ without what presses, where image_ has what the inertia of the awake nodes makes of it.
-void RegionSystem::multiply(const TickContacts& contacts) {
-    spread_down(direction_);
+/// image_ = A direction_ without what presses, where image_ has what the inertia of the nodes makes of it; of that
+/// part.
+void RegionSystem::multiply(const Part& part, const TickContacts& contacts) {
+    const bool with_ghosts = part.nodes == awake_;  // they move as coarser nodes do
+    if (with_ghosts) spread_down(direction_);
     for (std::size_t n = awake_; n <= nodes_.size(); ++n) image_.col(eigen_index(n)).setZero();
-    kernels_->multiply(edges_, direction_.data(), image_.data());
-    gather_up(image_);
+    kernels_->multiply(std::span(edges_).first(part.edges), direction_.data(), image_.data());
+    if (with_ghosts) gather_up(image_);
     for (std::size_t c = 0; c < rows_.size(); ++c) {
         const Row& row = rows_[c];
         if (row.rub == 0.0) continue;

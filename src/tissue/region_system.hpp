@@ -32,8 +32,8 @@ public:
 
     /// Linearises what is awake for a step of h (s).
     void prepare(double h);
-    /// Finds the change of all velocities and what every contact gives. `known`: the normal forces are what the
-    /// contacts hold. Residual below `tolerance` of the right side or of what the contacts gave in the last step.
+    /// Finds the change of all velocities and what every contact gives, to `tolerance` of what contacts give. `known`:
+    /// the normal forces are what the contacts hold.
     void solve(double h, bool known, double tolerance, int iterations, TickContacts& contacts);
     /// Moves what is awake by its new velocities. Gives the furthest that a coordinate has gone, m; not finite where
     /// the numbers are not.
@@ -66,29 +66,38 @@ private:
         /// kg, what it adds along its normal to the matrix of a step of h (s).
         [[nodiscard]] double pressing(double h) const { return gives_way() ? h * yield : 0.0; }
 
-        double given = 0.0;  ///< N, at rate 0
-        double yield = 0.0;  ///< N s/m
-        double least = 0.0;  ///< N
-        double most = 0.0;   ///< N
-        double rate = 0.0;   ///< m/s, by the change as it is
-        double along = 0.0;  ///< m/s, what the direction adds to it
-        double now = 0.0;    ///< N, at that rate
-        double press = 0.0;  ///< kg, along its normal, in the preconditioner
-        double rub = 0.0;    ///< kg, along the surface while it sticks
-        double part = 0.0;   ///< of its tangential spring that acts: 1 sticks, less slides, 0 presses nowhere
-        double slope = 0.0;  ///< N s/m, of what sticks
+        double given = 0.0;   ///< N, at rate 0
+        double yield = 0.0;   ///< N s/m
+        double least = 0.0;   ///< N
+        double most = 0.0;    ///< N
+        double rate = 0.0;    ///< m/s, by the change as it is
+        double along = 0.0;   ///< m/s, what the direction adds to it
+        double now = 0.0;     ///< N, at that rate
+        double press = 0.0;   ///< kg, along its normal, in the preconditioner
+        double square = 0.0;  ///< kg m²/s² per N², of its force as residuals are measured without contacts
+        double rub = 0.0;     ///< kg, along the surface while it sticks
+        double part = 0.0;    ///< of its tangential spring that acts: 1 sticks, less slides, 0 presses nowhere
+        double slope = 0.0;   ///< N s/m, of what sticks
         Vector3 stretched = Vector3::Zero();  ///< N, of its tangential spring as the step begins
     };
+    /// So many of the first nodes that are awake, and of the first edges those with an end among them.
+    struct Part {
+        std::size_t nodes = 0;
+        std::size_t edges = 0;
+    };
     void list(double h);
+    void sort_blocks();
     Index number_of(std::size_t level, Index node);
     void invert(std::size_t node, const Matrix3& block);
     void spread_down(Matrix4X& vector) const;
     void gather_up(Matrix4X& vector) const;
-    void multiply(const TickContacts& contacts);
-    double precondition(double by, const TickContacts& contacts);
+    void multiply(const Part& part, const TickContacts& contacts);
+    double precondition(double by, const Part& part, const TickContacts& contacts);
     void couple(const TickContacts& contacts);
     [[nodiscard]] double step_length(double h, double downhill, double curvature) const;
-    void find_change(double h, double tolerance, int iterations, TickContacts& contacts, double& small);
+    void find_change(double h, const Part& part, double tolerance, int iterations, TickContacts& contacts);
+    void stand_still();
+    [[nodiscard]] bool is_settled(double rho, double tolerance) const;
     void close_momentum();
     void hold_along(double h, std::size_t c, double part, TickContacts& contacts);
     void take_laws(double h, bool known, TickContacts& contacts);
@@ -112,24 +121,34 @@ private:
     std::vector<Node> nodes_;                 ///< awake ones first, then ghosts; the last number is what never moves
     std::vector<Ghost> ghosts_;               ///< by level
     std::size_t awake_ = 0;
+    Part vertices_;                  ///< those that are awake
+    Part everything_;                ///< that is awake
     std::vector<RegionEdge> edges_;  ///< springs first
     std::vector<RegionSpring> springs_;
-    std::vector<std::uint32_t> coarse_edges_;
-    std::vector<std::uint32_t> coarse_level_;
-    std::vector<double> inertia_;  ///< kg, mass + h drag; of awake ones
-    std::vector<Matrix3> block_, far_block_;
-    std::vector<double> inverse_;  ///< 12 a node
+    std::vector<RegionEdge> stiff_edges_;    ///< those that are no springs, with h times their stiffness alone, N s/m
+    std::vector<Ghost> pulled_ghosts_;       ///< in whose blocks springs have a part
+    std::vector<std::size_t> pulled_nodes_;  ///< likewise, awake
+    std::vector<std::uint8_t> is_pulled_;    ///< per node
+    std::vector<double> inertia_;            ///< kg, mass + h drag; of awake ones
+    std::vector<Matrix3> block_;             ///< of the nodes in whose blocks springs have a part
+    std::vector<Matrix3> far_block_;         ///< without these springs
+    std::vector<double> inverse_;            ///< 12 a node
     Matrix4X right_side_, whole_right_side_, change_, residual_, preconditioned_, direction_, image_;
+    Matrix4X place_, speed_;  ///< m and m/s, of nodes that are no vertices
     std::vector<Row> rows_;
-    std::vector<std::size_t> moved_;    ///< contacts whose force the direction may change
-    std::vector<Vector3> start_;        ///< m/s, as the step begins, of touched vertices
-    std::vector<Matrix3> near_block_;   ///< likewise, with what contacts add
-    std::vector<std::size_t> coupled_;  ///< contacts that press on several vertices
-    Eigen::MatrixXd coupling_;          ///< of these, its factor
+    std::vector<std::size_t> moved_;      ///< contacts whose force the direction may change
+    std::vector<Vector3> start_;          ///< m/s, as the step begins, of touched vertices
+    std::vector<Matrix3> near_block_;     ///< likewise, with what contacts add
+    std::vector<Matrix3> loose_inverse_;  ///< of their blocks without contacts
+    std::vector<std::size_t> coupled_;    ///< contacts that press on several vertices
+    Eigen::MatrixXd coupling_;            ///< of these, its factor
     Eigen::VectorXd coupled_push_;
     Matrix3X left_;  ///< N s, per free piece
     std::vector<double> piece_inertia_;
-    double reference_ = 0.0;   ///< of what the contacts of the last step gave, as residuals are measured
+    // Of the residual with itself, preconditioned, kg m²/s².
+    double first_ = -1.0;      ///< the largest that iterations of this step began with; < 0: nothing has changed yet
+    double acts_ = 0.0;        ///< of the right side, without contacts
+    double open_ = 0.0;        ///< as it is, by the blocks without contacts
     double listed_for_ = 0.0;  ///< s
 };
 
