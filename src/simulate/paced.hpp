@@ -19,6 +19,16 @@ struct PacedTimes {
 /// false. Waits by sleeping until shortly before a release and looking at the clock from there on.
 PacedTimes run_paced(std::int64_t ticks, std::int64_t period_ns, const std::function<bool()>& work);
 
+struct PacedBeside {
+    PacedTimes work;
+    PacedTimes empty;  ///< of a loop that does nothing
+};
+
+/// The same beside an empty loop, in turns of so many ticks, the empty loop first: what else the machine does meets
+/// both. While the other has its turn no time passes for `work`, which goes on as late as it was.
+PacedBeside run_beside_empty(std::int64_t ticks, std::int64_t period_ns, std::int64_t turn,
+                             const std::function<bool()>& work);
+
 /// NAME_median_ns, NAME_p99_ns, NAME_p999_ns, NAME_max_ns, NAME_misses, NAME_burst after the warm-up. A miss is a tick
 /// that ended after the next one's release.
 std::map<std::string, double> paced_figures(const std::string& name, const PacedTimes& times, std::int64_t period_ns);

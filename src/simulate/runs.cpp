@@ -326,9 +326,9 @@ Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& 
     SimulationSettings settings = settings_of(spec);
     settings.watched = false;  // it would take time from what is paced
     Simulation simulation(scene, detector_of(spec), response_of(spec), registry().source(spec.contacts), settings);
-    const PacedTimes empty = run_paced(ticks, period_ns, [] { return true; });
+    constexpr std::int64_t turn = 1000;
     std::int64_t tick = 0;
-    const PacedTimes times = run_paced(ticks, period_ns, [&] {
+    const PacedBeside times = run_beside_empty(ticks, period_ns, turn, [&] {
         if (!go_on(limits, tick++)) return false;
         record.rows.push_back(simulation.step());
         return simulation.outcome().ok();
@@ -339,8 +339,8 @@ Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& 
     }
     record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
     record.summary.merge(summarize(record.rows));
-    record.summary.merge(paced_figures("paced", times, period_ns));
-    record.summary.merge(paced_figures("empty", empty, period_ns));
+    record.summary.merge(paced_figures("paced", times.work, period_ns));
+    record.summary.merge(paced_figures("empty", times.empty, period_ns));
     return record;
 }
 

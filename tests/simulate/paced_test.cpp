@@ -51,6 +51,28 @@ TEST(PacedLoop, ReleasesKeepTheClock) {
     EXPECT_EQ(run_paced(20, 1'000'000, [] { return false; }).latency_ns.size(), 1U) << "told to stop";
 }
 
+TEST(PacedLoop, TakesTurnsWithAnEmptyOneAndGoesOnAsLateAsItWas) {
+    // 20 ms period in turns of 5: the last tick of the first turn works 70 ms, so that the next one is 50 ms late; the
+    // 100 ms of the empty turn between them are no one's.
+    constexpr std::int64_t period = 20'000'000;
+    int tick = 0;
+    const PacedBeside times = run_beside_empty(8, period, 5, [&tick] {
+        if (tick == 4) busy_for(std::chrono::microseconds(70'000));
+        ++tick;
+        return true;
+    });
+    ASSERT_EQ(times.work.latency_ns.size(), 8U);
+    EXPECT_EQ(times.empty.latency_ns.size(), 8U);
+    EXPECT_GE(times.work.latency_ns[4], 70e6);
+    EXPECT_GE(times.work.latency_ns[5], 50e6 - 1e5);
+    EXPECT_LT(times.work.latency_ns[5], 150e6 - 1e5);
+    EXPECT_GE(times.work.latency_ns[6], 30e6 - 1e5);
+    int count = 0;
+    const PacedBeside stopped = run_beside_empty(8, 1'000'000, 2, [&count] { return ++count < 3; });
+    EXPECT_EQ(stopped.work.latency_ns.size(), 3U) << "told to stop";
+    EXPECT_EQ(stopped.empty.latency_ns.size(), 4U);
+}
+
 TEST(PacedFigures, BurstsAreMissesInARow) {
     PacedTimes times{std::vector<double>(10 + 8, 100.0)};
     for (const std::size_t late : {11U, 12U, 13U, 16U}) times.latency_ns[late] = 2000.0;
