@@ -91,6 +91,7 @@ std::vector<Table> tables_of(const Draft& draft) {
     }
     tables.push_back(first_of(ablation_table(draft), "What each switch changes"));
     tables.push_back(first_of(paced_page(draft), "Paced loop"));
+    tables.push_back(first_of(size_page(draft), "Cost by size"));
     std::erase_if(tables, [](const Table& table) { return table.rows.empty(); });
     return tables;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <set>
 #include <tuple>
 
 #include "report/chart.hpp"
@@ -137,6 +138,33 @@ Table table_of(const std::map<Family, std::vector<Size>>& families) {
 }
 
 }  // namespace
+
+Table size_page(const Draft& draft) {
+    const std::map<Family, std::vector<Size>> families = families_of(draft);
+    std::set<std::string> steppers;
+    for (const auto& [family, sizes] : families) steppers.insert(family.stepper);
+    Table table;
+    table.caption = "Whole tick against size, median (µs), one thread";
+    table.columns = {{"scene", false}, {"detector + response", false}, {"tissue triangles", true}};
+    for (const std::string& stepper : steppers) table.columns.push_back({code(stepper), true});
+    std::map<std::tuple<std::string, std::string, double, std::string>, std::map<std::string, std::string>> rows;
+    for (const auto& [family, sizes] : families) {
+        for (const Size& size : sizes) {
+            const Record* failed = size.failed();
+            rows[{family.scenes, family.methods, size.triangles, size.scene}][family.stepper] =
+                failed != nullptr ? outcome_text(failed->outcome) : scaled(size.time(median_key("total")).value, us);
+        }
+    }
+    for (const auto& [row, times] : rows) {
+        const auto& [scenes, methods, triangles, scene] = row;
+        std::vector<std::string> cells{scene, code(methods), count_text(triangles)};
+        for (const std::string& stepper : steppers) {
+            cells.push_back(times.contains(stepper) ? times.at(stepper) : "");
+        }
+        table.rows.push_back({.cells = std::move(cells)});
+    }
+    return table;
+}
 
 void add_cost_by_size(Draft& draft) {
     const std::map<Family, std::vector<Size>> families = families_of(draft);

@@ -1156,6 +1156,14 @@ TEST(Report, CostBySizeIsOneChartPerFamilyAndStepperWithSizesAscending) {
     EXPECT_NE(chart.find("tissue triangles, sheet, implicit"), std::string::npos);
     EXPECT_NE(chart.find("one thread"), std::string::npos);
     EXPECT_TRUE(report.files.contains("charts/cost_by_size_3.svg"));
+    const std::string& page = report.files.at("report.md");
+    const std::size_t head =
+        page.find("| scene | detector + response | tissue triangles | `implicit` | `semi_implicit` |");
+    EXPECT_NE(head, std::string::npos) << page;
+    const std::size_t organ = page.find("| organ_9k | `mine + push` | 9000 | unstable (tick 3: too stiff) |  |");
+    const std::size_t first = page.find("| sheet_2k | `mine + push` | 2000 | 40.0 | 60.0 |");
+    const std::size_t second = page.find("| sheet_20k | `mine + push` | 20000 | 300 |  |");
+    EXPECT_TRUE(organ < first && first < second && second != std::string::npos) << page;
 }
 
 TEST(Report, DepthErrorOfADetectorIsTheMedianOverScenesAndTheWorstOfAll) {
