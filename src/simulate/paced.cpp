@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <stop_token>
+#include <thread>
 
 #include "measure/statistics.hpp"
 
@@ -33,45 +35,30 @@ void wait_until(std::int64_t release_ns) {
     }
 }
 
-/// Calls `work` so many times, the first time at `release`, which becomes the next one. False: told to stop.
-bool run_turn(std::int64_t ticks, std::int64_t period_ns, const std::function<bool()>& work, std::int64_t& release,
-              PacedTimes& times) {
-    for (std::int64_t tick = 0; tick < ticks; ++tick) {
-        wait_until(release);
-        const bool go_on = work();
-        times.latency_ns.push_back(static_cast<double>(now_ns() - release));
-        release += period_ns;
-        if (!go_on) return false;
-    }
-    return true;
-}
-
 }  // namespace
 
 PacedTimes run_paced(std::int64_t ticks, std::int64_t period_ns, const std::function<bool()>& work) {
     PacedTimes times;
     times.latency_ns.reserve(static_cast<std::size_t>(ticks));
-    std::int64_t release = now_ns() + period_ns;
-    run_turn(ticks, period_ns, work, release, times);
+    const std::int64_t start = now_ns() + period_ns;
+    for (std::int64_t tick = 0; tick < ticks; ++tick) {
+        const std::int64_t release = start + tick * period_ns;
+        wait_until(release);
+        const bool go_on = work();
+        times.latency_ns.push_back(static_cast<double>(now_ns() - release));
+        if (!go_on) break;
+    }
     return times;
 }
 
-PacedBeside run_beside_empty(std::int64_t ticks, std::int64_t period_ns, std::int64_t turn,
-                             const std::function<bool()>& work) {
+PacedBeside run_beside_empty(std::int64_t ticks, std::int64_t period_ns, const std::function<bool()>& work) {
     PacedBeside beside;
-    for (PacedTimes* times : {&beside.work, &beside.empty}) {
-        times->latency_ns.reserve(static_cast<std::size_t>(ticks));
-    }
-    std::int64_t late_by = -period_ns;  // the first release is one period away
-    for (std::int64_t done = 0; done < ticks; done += turn) {
-        const std::int64_t count = std::min(turn, ticks - done);
-        std::int64_t release = now_ns() + period_ns;
-        run_turn(
-            count, period_ns, [] { return true; }, release, beside.empty);
-        release = now_ns() - late_by;
-        if (!run_turn(count, period_ns, work, release, beside.work)) break;
-        late_by = now_ns() - release;
-    }
+    std::jthread other([&](const std::stop_token& stop) {
+        beside.empty = run_paced(ticks, period_ns, [&stop] { return !stop.stop_requested(); });
+    });
+    beside.work = run_paced(ticks, period_ns, work);
+    if (static_cast<std::int64_t>(beside.work.latency_ns.size()) < ticks) other.request_stop();
+    other.join();
     return beside;
 }
 

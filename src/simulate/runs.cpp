@@ -326,9 +326,8 @@ Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& 
     SimulationSettings settings = settings_of(spec);
     settings.watched = false;  // it would take time from what is paced
     Simulation simulation(scene, detector_of(spec), response_of(spec), registry().source(spec.contacts), settings);
-    constexpr std::int64_t turn = 1000;
     std::int64_t tick = 0;
-    const PacedBeside times = run_beside_empty(ticks, period_ns, turn, [&] {
+    const PacedBeside times = run_beside_empty(ticks, period_ns, [&] {
         if (!go_on(limits, tick++)) return false;
         record.rows.push_back(simulation.step());
         return simulation.outcome().ok();

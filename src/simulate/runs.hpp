@@ -39,7 +39,7 @@ Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limi
 Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
 
 /// The closed loop, released by the clock once per tick of the scene and not judged: judging would take the time that
-/// is measured. An empty loop takes turns with it. Rows hold the stages.
+/// is measured. An empty loop runs beside it in a thread of its own. Rows hold the stages.
 Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
 
 /// The closed loop tick after tick as fast as it goes, timed and not judged. The record tells the tissue's triangles
