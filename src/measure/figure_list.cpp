@@ -254,7 +254,8 @@ void add_reference(std::vector<SummaryFigure>& list) {
 void add_paced(std::vector<SummaryFigure>& list) {
     for (const auto& [start, what] :
          {std::pair{"paced", "From a tick's scheduled release, one every tick of the scene, to its end"},
-          std::pair{"empty", "The same of an empty loop beside it in a thread of its own: the machine alone"}}) {
+          std::pair{"empty",
+                    "The same of an empty loop beside it in a thread of its own: the machine beside that work"}}) {
         const std::string name = start;
         list.push_back({name + "_median_ns", "ns", Better::lower, std::string(what) + ": median", paced});
         list.push_back({name + "_p99_ns", "ns", Better::lower, "99 % of the same; n/a below 1000 ticks", paced});

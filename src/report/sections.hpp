@@ -133,7 +133,7 @@ Table paced_page(const Draft& draft);
 // size_section.cpp
 /// What a tick costs against the number of tissue triangles, stages apart: one chart per family of scenes and methods.
 void add_cost_by_size(Draft& draft);
-/// Of it what page 1 shows of a study that does nothing else: the whole tick by scene and stepper.
+/// Of it what page 1 shows of a study without detectors or responses to compare: the whole tick by scene and stepper.
 Table size_page(const Draft& draft);
 
 // knob_section.cpp

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <map>
 #include <set>
 #include <tuple>
@@ -55,26 +56,35 @@ std::string stepper_of(const Record& record) {
     return found == record.environment.end() ? record.spec.stepper : found->second;
 }
 
+/// For an order of sizes: what nobody knows is last.
+double rank_of(double triangles) { return std::isnan(triangles) ? std::numeric_limits<double>::infinity() : triangles; }
+
 /// Sizes ascending.
 std::map<Family, std::vector<Size>> families_of(const Draft& draft) {
     std::map<Family, std::map<std::string, Size>> found;
+    std::map<std::string, double> triangles;  // by scene: a run that ended before it told them has those of another
     for (const Record& record : draft.records) {
         const RunSpec& spec = record.spec;
         if (spec.mode != "cost_by_size" || record.outcome.kind == OutcomeKind::absent ||
             record.outcome.kind == OutcomeKind::unsupported) {
             continue;
         }
+        double& known = triangles.try_emplace(spec.scene, not_known).first->second;
+        known = std::fmax(known, triangles_of(record));
         Size& size = found[{spec.scene.substr(0, spec.scene.rfind('_')), spec.detector + " + " + spec.response,
                             stepper_of(record)}][spec.scene];
         size.scene = spec.scene;
-        size.triangles = std::fmax(size.triangles, triangles_of(record));
         size.runs.push_back(&record);
     }
     std::map<Family, std::vector<Size>> families;
     for (const auto& [family, sizes] : found) {
-        for (const auto& entry : sizes) families[family].push_back(entry.second);
-        std::sort(families[family].begin(), families[family].end(),
-                  [](const Size& a, const Size& b) { return a.triangles < b.triangles; });
+        std::vector<Size>& sorted = families[family];
+        for (const auto& [scene, size] : sizes) {
+            sorted.push_back(size);
+            sorted.back().triangles = triangles.at(scene);
+        }
+        std::stable_sort(sorted.begin(), sorted.end(),
+                         [](const Size& a, const Size& b) { return rank_of(a.triangles) < rank_of(b.triangles); });
     }
     return families;
 }
@@ -147,19 +157,25 @@ Table size_page(const Draft& draft) {
     table.caption = "Whole tick against size, median (µs), one thread";
     table.columns = {{"scene", false}, {"detector + response", false}, {"tissue triangles", true}};
     for (const std::string& stepper : steppers) table.columns.push_back({code(stepper), true});
-    std::map<std::tuple<std::string, std::string, double, std::string>, std::map<std::string, std::string>> rows;
+    struct Row {
+        double triangles = not_known;
+        std::map<std::string, std::string> times = {};  // by stepper
+    };
+    std::map<std::tuple<std::string, std::string, double, std::string>, Row> rows;
     for (const auto& [family, sizes] : families) {
         for (const Size& size : sizes) {
+            Row& row = rows[{family.scenes, family.methods, rank_of(size.triangles), size.scene}];
+            row.triangles = size.triangles;
             const Record* failed = size.failed();
-            rows[{family.scenes, family.methods, size.triangles, size.scene}][family.stepper] =
+            row.times[family.stepper] =
                 failed != nullptr ? outcome_text(failed->outcome) : scaled(size.time(median_key("total")).value, us);
         }
     }
-    for (const auto& [row, times] : rows) {
-        const auto& [scenes, methods, triangles, scene] = row;
-        std::vector<std::string> cells{scene, code(methods), count_text(triangles)};
+    for (const auto& [key, row] : rows) {
+        std::vector<std::string> cells{std::get<3>(key), code(std::get<1>(key)), count_text(row.triangles)};
         for (const std::string& stepper : steppers) {
-            cells.push_back(times.contains(stepper) ? times.at(stepper) : "");
+            const auto time = row.times.find(stepper);
+            cells.push_back(time == row.times.end() ? "" : time->second);
         }
         table.rows.push_back({.cells = std::move(cells)});
     }

@@ -25,7 +25,8 @@ struct PacedBeside {
 };
 
 /// The same while an empty loop of as many ticks is released by the same clock in a thread of its own: what else the
-/// machine does meets both. Not in turns: after a second without work a tick of 0.25 ms took 5 to 19 ms.
+/// machine does meets both where it has two cores. It is not prolonged for work that falls behind. Not in turns: after
+/// a second without work a tick of 0.25 ms took 5 to 19 ms.
 PacedBeside run_beside_empty(std::int64_t ticks, std::int64_t period_ns, const std::function<bool()>& work);
 
 /// NAME_median_ns, NAME_p99_ns, NAME_p999_ns, NAME_max_ns, NAME_misses, NAME_burst after the warm-up. A miss is a tick

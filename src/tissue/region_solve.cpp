@@ -49,8 +49,8 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     for (int round = 0; round < most_rounds; ++round) {
         take_rows(h, contacts);
         // Which contacts press is found out among the vertices, where an iteration costs a third; the coarser nodes
-        // hardly change it then.
-        if (vertices_.nodes > 0) find_change(h, vertices_, tolerance, iterations, contacts);
+        // hardly change it then. Only while these are at rest: what they have changed by is no part of that search.
+        if (round == 0 && vertices_.nodes > 0) find_change(h, vertices_, tolerance, iterations, contacts);
         find_change(h, everything_, tolerance, iterations, contacts);
         show_velocities();
         double largest = 0.0;

@@ -32,7 +32,8 @@ public:
 
     /// Linearises what is awake for a step of h (s).
     void prepare(double h);
-    /// Finds the change of all velocities and what every contact gives, to `tolerance` of what contacts give. `known`:
+    /// Finds the change of all velocities and what every contact gives, to `tolerance` of what contacts give or a
+    /// tenth of that, of all that acts. `known`:
     /// the normal forces are what the contacts hold.
     void solve(double h, bool known, double tolerance, int iterations, TickContacts& contacts);
     /// Moves what is awake by its new velocities. Gives the furthest that a coordinate has gone, m; not finite where

@@ -421,8 +421,8 @@ StepperEntry regional_stepper() {
          .minimum = 1e-14,
          .maximum = 0.1,
          .meaning =
-             "what a step leaves open of its momentum, as a part of what contacts give in it (2 `error`^1.5 at most); "
-             "without contacts a tenth of that, of what acts"},
+             "what a step leaves open of its momentum, as a part of what contacts give in it (2 `error`^1.5 at most), "
+             "or a tenth of that, of all that acts"},
         {.name = "iterations",
          .type = Parameter::Type::integer,
          .unit = "1",

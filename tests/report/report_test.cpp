@@ -1166,6 +1166,24 @@ TEST(Report, CostBySizeIsOneChartPerFamilyAndStepperWithSizesAscending) {
     EXPECT_TRUE(organ < first && first < second && second != std::string::npos) << page;
 }
 
+TEST(Report, ASizeThatNoRunToldStandsInARowOfItsOwn) {
+    // Who ran out of time told no triangles.
+    const auto late = [](const std::string& scene) {
+        Record record = sized(scene, 1, 1, "implicit");
+        record.environment.erase("run.tissue_triangles");
+        record.outcome = {OutcomeKind::timed_out, "1 s"};
+        return record;
+    };
+    const std::string page =
+        make_report({late("sheet_1M"), sized("sheet_20k", 20000, 300, "semi_implicit"), late("sheet_20k"),
+                     sized("sheet_2k", 2000, 40, "implicit"), sized("sheet_2k", 2000, 60, "semi_implicit")})
+            .files.at("report.md");
+    const std::size_t first = page.find("| sheet_2k | `mine + push` | 2000 | 40.0 | 60.0 |");
+    const std::size_t second = page.find("| sheet_20k | `mine + push` | 20000 | timed_out (1 s) | 300 |");
+    const std::size_t third = page.find("| sheet_1M | `mine + push` | n/a | timed_out (1 s) |  |");
+    EXPECT_TRUE(first < second && second < third && third != std::string::npos) << page;
+}
+
 TEST(Report, DepthErrorOfADetectorIsTheMedianOverScenesAndTheWorstOfAll) {
     std::vector<Record> records;
     for (const auto& [scene, median, worst] :

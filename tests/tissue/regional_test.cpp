@@ -825,32 +825,36 @@ TEST(Regional, EveryLevelIsAsStiffAndAsDampedAsWhatSleepsBelowIt) {
 TEST(Regional, CoulombsLawHoldsHoweverSmallTheForcesAre) {
     // Of a mass on a plane under 0.5 N, friction 0.4: 0.15 N along it stretch a spring of 2000 N/m, 0.3 N leave 0.1 N
     // for 1 g. Where mass, forces and springs are so many times larger, so is the friction and nothing else.
+    const auto hold = [](double size, double along, const char* tolerance, double bound) {
+        test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-3 * size}, {0}, {});
+        const auto stepper = make_stepper("regional", {{"whole", "0"}, {"tolerance", tolerance}});
+        stepper->prepare(s.topology, s.materials);
+        Effect effect = test::empty_effect(s.topology);
+        std::vector<Wrench> reaction(1);
+        for (int tick = 0; tick < 400; ++tick) {
+            effect.clear();
+            effect.held_force.col(0) = size * Vector3(along, 0.0, -0.5);
+            LinearContact contact =
+                test::plane_contact(0, Vector3::UnitZ(), s.frame.position(2, 0), 1e4 * size, 5.0 * size);
+            contact.friction = 0.4;
+            contact.tangent_k = 2000.0 * size;
+            contact.slip_key = 0;
+            effect.contacts.push_back(contact);
+            ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        }
+        const ContactLoad& load = stepper->loads()[0];
+        EXPECT_NEAR(load.normal, 0.5 * size, bound * size) << size << ", " << tolerance;
+        EXPECT_NEAR(load.friction, std::min(along, 0.2) * size, 1e-3 * size) << size << ", " << along;
+        if (along < 0.2) {
+            EXPECT_NEAR(s.frame.position(0, 0), along / 2000.0, 1e-6) << size;
+        } else {
+            EXPECT_NEAR(s.frame.velocity(0, 0), 100.0 * 0.4, 0.4) << size;
+        }
+    };
     for (const double size : {1e-5, 1.0, 1e3}) {
         for (const double along : {0.15, 0.3}) {
-            test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-3 * size}, {0}, {});
-            const auto stepper = make_stepper("regional", {{"whole", "0"}, {"tolerance", "1e-4"}});
-            stepper->prepare(s.topology, s.materials);
-            Effect effect = test::empty_effect(s.topology);
-            std::vector<Wrench> reaction(1);
-            for (int tick = 0; tick < 400; ++tick) {
-                effect.clear();
-                effect.held_force.col(0) = size * Vector3(along, 0.0, -0.5);
-                LinearContact contact =
-                    test::plane_contact(0, Vector3::UnitZ(), s.frame.position(2, 0), 1e4 * size, 5.0 * size);
-                contact.friction = 0.4;
-                contact.tangent_k = 2000.0 * size;
-                contact.slip_key = 0;
-                effect.contacts.push_back(contact);
-                ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
-            }
-            const ContactLoad& load = stepper->loads()[0];
-            EXPECT_NEAR(load.normal, 0.5 * size, 1e-4 * size) << size;
-            EXPECT_NEAR(load.friction, std::min(along, 0.2) * size, 1e-3 * size) << size << ", " << along;
-            if (along < 0.2) {
-                EXPECT_NEAR(s.frame.position(0, 0), along / 2000.0, 1e-6) << size;
-            } else {
-                EXPECT_NEAR(s.frame.velocity(0, 0), 100.0 * 0.4, 0.4) << size;
-            }
+            hold(size, along, "0.002", 1e-3);  // the default
+            hold(size, along, "1e-4", 1e-4);
         }
     }
 }
