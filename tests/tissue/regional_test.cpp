@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <random>
 #include <string>
 #include <vector>
@@ -574,8 +575,8 @@ TEST(Regional, AFaceUnderASurfaceThatIsDrawnAwayRubsByCoulombsLaw) {
     test::TissueSample s = disc();
     const auto stepper = make_stepper("regional", with("0.05"));
     stepper->prepare(s.topology, s.materials);
-    std::vector<Index> near;
-    for (Index v = 0; v < s.topology.vertex_count; ++v) near.push_back(v);
+    std::vector<Index> near(static_cast<std::size_t>(s.topology.vertex_count));
+    std::iota(near.begin(), near.end(), 0);
     const auto distance = [](Index v) { return (disc().frame.position.col(v) - Vector3(0.02, 0.01, 0.0)).norm(); };
     std::sort(near.begin(), near.end(), [&](Index a, Index b) { return distance(a) < distance(b); });
     Effect effect = test::empty_effect(s.topology);
@@ -670,7 +671,7 @@ TEST(Regional, AsksForNoMemoryHoweverMuchIsPushedAtOnce) {
 }
 
 TEST(Regional, WhatCannotGoOnHasANameLeavesTheFrameAloneAndIsForgotten) {
-    const test::TissueSample s = disc();
+    const test::TissueSample& s = disc();
     const auto stepper = make_stepper("regional", with("0.05"));
     stepper->prepare(s.topology, s.materials);
     std::vector<Wrench> reaction(1);
