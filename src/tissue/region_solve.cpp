@@ -33,9 +33,12 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     residual_.leftCols(eigen_index(awake_)) = whole_right_side_.leftCols(eigen_index(awake_));
     acts_ = kernels_->improve(awake_, 0.0, direction_.data(), image_.data(), inverse_.data(), change_.data(),
                               residual_.data(), preconditioned_.data());
+    contacts.gather_grip();
     for (std::size_t c = 0; c < all.size(); ++c) {
         all[c].rubbed.setZero();
-        if (all[c].rubs && (known ? all[c].force > 0.0 : all[c].on)) hold_along(h, c, 1.0, contacts);
+        if (!all[c].rubs || !(known ? all[c].force > 0.0 : all[c].on)) continue;
+        const TickContacts::Grip& grip = contacts.grip(contacts.given(all[c]).slip_key);
+        if (grip.most == 0.0 || grip.firmest == c) stick(h, c, contacts);
     }
     const auto show_velocities = [&] {
         for (const Index local : contacts.touched()) {
@@ -93,17 +96,33 @@ void RegionSystem::take_laws(double h, bool known, TickContacts& contacts) {
     }
 }
 
-/// A contact holds what it touches along the surface by a spring with a critical damper; `part` of both where it
-/// slides, the one that pulls as much as friction allows.
-void RegionSystem::hold_along(double h, std::size_t c, double part, TickContacts& contacts) {
+/// N s/m, what the tangential spring of a contact, which has a critical damper, gives for the speed along the surface
+/// after the step.
+double RegionSystem::tangent_slope(double h, const TickContact& contact, const TickContacts& contacts) {
+    const double k = contacts.given(contact).tangent_k;
+    return 2.0 * std::sqrt(k / contact.mobility) + h * k;
+}
+
+/// A contact that sticks holds what it touches along the surface by its spring.
+void RegionSystem::stick(double h, std::size_t c, TickContacts& contacts) {
     const TickContact& contact = contacts.all()[c];
     const LinearContact& source = contacts.given(contact);
     Row& row = rows_[c];
-    const double damping = 2.0 * std::sqrt(source.tangent_k / contact.mobility);
-    row.slope = part * (damping + h * source.tangent_k);
-    row.rub = h * row.slope;
-    row.part = part;
-    row.stretched = part * source.tangent_k * along_surface(contacts.slip(source.slip_key), contact);
+    row.rubs = true;
+    row.slide.setZero();
+    row.slope = tangent_slope(h, contact, contacts);
+    row.stretched = source.tangent_k * along_surface(contacts.slip(source.slip_key), contact);
+}
+
+/// One that slides gives `most` (N) against `pull` (N), what its spring would give, and turns with it: the derivative
+/// of Coulomb's law there.
+void RegionSystem::slide(double h, std::size_t c, double most, const Vector3& pull, TickContacts& contacts) {
+    stick(h, c, contacts);
+    Row& row = rows_[c];
+    const double wanted = pull.norm();
+    row.slide = pull / wanted;
+    row.slope *= most / wanted;
+    row.stretched = most / wanted * row.held(row.stretched, contacts.all()[c].normal) + most * row.slide;
 }
 
 /// What the contacts that hold along the surface put on the right side.
@@ -112,10 +131,10 @@ void RegionSystem::take_rows(double h, const TickContacts& contacts) {
     for (std::size_t c = 0; c < rows_.size(); ++c) {
         const TickContact& contact = contacts.all()[c];
         const Row& row = rows_[c];
-        if (row.part == 0.0) continue;
+        if (!row.rubs) continue;
         const Vector3 speed =
             speed_of(contact, [&](Index local) -> const Vector3& { return start_[at(contacts.spot(local))]; });
-        const Vector3 push = -row.stretched - row.slope * along_surface(speed, contact);
+        const Vector3 push = -row.stretched - row.slope * row.held(speed, contact.normal);
         each_end(contact, [&](Eigen::Index n, double weight) { right_side_.col(n).head<3>() += h * weight * push; });
     }
 }
@@ -138,14 +157,16 @@ void RegionSystem::take_blocks(double h, const TickContacts& contacts) {
             row.square += impulse * impulse * contact.normal.dot(inverse * contact.normal);
         }
         row.press = row.pressing(h);
-        if (row.press == 0.0 && row.rub == 0.0) continue;
+        const double rub = h * row.slope;  // kg
+        if (row.press == 0.0 && rub == 0.0) continue;
         for (std::size_t i = 0; i < at(contact.count); ++i) {
             const double square = contact.weight[i] * contact.weight[i];
             Matrix3& block = near_block_[at(contacts.spot(contact.vertex[i]))];
             // What presses on one vertex is in its block; what spans several is put right after the blocks.
             const double press = contact.count == 1 ? row.press : 0.0;
-            block += square * (press - row.rub) * contact.normal * contact.normal.transpose();
-            block.diagonal().array() += square * row.rub;
+            block += square * (press - rub) * contact.normal * contact.normal.transpose();
+            block -= square * rub * row.slide * row.slide.transpose();
+            block.diagonal().array() += square * rub;
         }
     }
     for (const Index local : contacts.touched()) {
@@ -371,44 +392,46 @@ void RegionSystem::close_momentum() {
         [&](Eigen::Index n, Index piece) { change_.col(n).head<3>() += left_.col(piece) / piece_inertia_[at(piece)]; });
 }
 
-/// How much of its spring each contact that slides is left with, from the velocities that the last parts have led to.
-/// Gives the largest change of a force, N.
+/// What each contact gives along the surface at the velocities that the last laws have led to, and its law there for
+/// the next ones. Gives how far the last laws were from Coulomb's, N.
 double RegionSystem::rub(double h, TickContacts& contacts) {
-    contacts.gather_grip();
+    contacts.gather_grip(true);
     const std::span<TickContact> all = contacts.all();
     const TissueState& state = tissue_->state();
-    double change = 0.0;
+    double off = 0.0;
     for (std::size_t c = 0; c < all.size(); ++c) {
         TickContact& contact = all[c];
         if (!contact.rubs) continue;
         Row& row = rows_[c];
         const bool grips = contacts.grips(c);
-        if (!grips && row.part == 0.0) continue;
-        const double most = grips ? contacts.grip(contacts.given(contact).slip_key).most : 0.0;
-        if (row.part == 0.0) {
-            // Did not press before: holds from now on.
-            hold_along(h, c, 1.0, contacts);
-            change = std::max(change, most);
-            continue;
-        }
+        if (!grips && !row.rubs) continue;
+        const LinearContact& source = contacts.given(contact);
+        const double most = grips ? contacts.grip(source.slip_key).most : 0.0;
         const Vector3 speed =
             along_surface(speed_of(contact, [&](Index local) { return state.velocity.col(local).head<3>(); }), contact);
-        const double before = row.part;
-        contact.rubbed = -row.stretched - row.slope * speed;
-        const double wanted = contact.rubbed.norm() / before;  // by the whole spring
-        const double part = !grips ? 0.0 : wanted > most ? most / wanted : 1.0;
-        hold_along(h, c, part, contacts);
-        if (part == 0.0) contact.rubbed.setZero();
-        change = std::max(change, std::abs(part - before) * wanted);
+        contact.rubbed = -row.stretched - row.slope * row.held(speed, contact.normal);
+        const Vector3 pull = source.tangent_k * along_surface(contacts.slip(source.slip_key), contact) +
+                             tangent_slope(h, contact, contacts) * speed;
+        const double wanted = pull.norm();
+        const double part = wanted > most ? most / wanted : 1.0;
+        off = std::max(off, (part * pull + contact.rubbed).norm());
+        if (!grips) {
+            row.stop_rubbing();
+        } else if (part == 1.0 || pull.dot(row.slide) < 0.0) {
+            // What has been pushed back beyond its spring sticks: to slide the other way, it would be pushed on.
+            stick(h, c, contacts);
+        } else {
+            slide(h, c, most, pull, contacts);
+        }
         if (contact.rubbed.norm() > most) contact.rubbed *= most / contact.rubbed.norm();
     }
-    return change;
+    return off;
 }
 
 /// Tangential springs after the step: stretched by the way along the surface where they stick, as long as their force
 /// asks where they slide.
 void RegionSystem::stretch_slips(double h, TickContacts& contacts) {
-    contacts.gather_grip();
+    contacts.gather_grip(true);
     const TissueState& state = tissue_->state();
     for (std::size_t c = 0; c < contacts.all().size(); ++c) {
         TickContact& contact = contacts.all()[c];

@@ -312,11 +312,11 @@ void RegionSystem::multiply(const Part& part, const TickContacts& contacts) {
     if (with_ghosts) gather_up(image_);
     for (std::size_t c = 0; c < rows_.size(); ++c) {
         const Row& row = rows_[c];
-        if (row.rub == 0.0) continue;
+        if (!row.rubs) continue;
         const TickContact& contact = contacts.all()[c];
         Vector3 rate = Vector3::Zero();
         each_end(contact, [&](Eigen::Index n, double weight) { rate += weight * direction_.col(n).head<3>(); });
-        const Vector3 push = row.rub * (rate - rate.dot(contact.normal) * contact.normal);
+        const Vector3 push = listed_for_ * row.slope * row.held(rate, contact.normal);
         each_end(contact, [&](Eigen::Index n, double weight) { image_.col(n).head<3>() += weight * push; });
     }
 }

@@ -66,6 +66,16 @@ private:
         [[nodiscard]] bool gives_way() const { return gives_way(rate); }
         /// kg, what it adds along its normal to the matrix of a step of h (s).
         [[nodiscard]] double pressing(double h) const { return gives_way() ? h * yield : 0.0; }
+        /// Of a vector what is neither along the normal nor the way it slides.
+        [[nodiscard]] Vector3 held(const Vector3& vector, const Vector3& normal) const {
+            return vector - vector.dot(normal) * normal - vector.dot(slide) * slide;
+        }
+        void stop_rubbing() {
+            rubs = false;
+            slope = 0.0;
+            stretched.setZero();
+            slide.setZero();
+        }
 
         double given = 0.0;   ///< N, at rate 0
         double yield = 0.0;   ///< N s/m
@@ -76,10 +86,11 @@ private:
         double now = 0.0;     ///< N, at that rate
         double press = 0.0;   ///< kg, along its normal, in the preconditioner
         double square = 0.0;  ///< kg m²/s² per N², of its force as residuals are measured without contacts
-        double rub = 0.0;     ///< kg, along the surface while it sticks
-        double part = 0.0;    ///< of its tangential spring that acts: 1 sticks, less slides, 0 presses nowhere
-        double slope = 0.0;   ///< N s/m, of what sticks
-        Vector3 stretched = Vector3::Zero();  ///< N, of its tangential spring as the step begins
+        // Along the surface it gives -stretched - slope held(speed after the step).
+        bool rubs = false;
+        double slope = 0.0;                   ///< N s/m
+        Vector3 stretched = Vector3::Zero();  ///< N
+        Vector3 slide = Vector3::Zero();      ///< the way it slides; zero where it sticks
     };
     /// So many of the first nodes that are awake, and of the first edges those with an end among them.
     struct Part {
@@ -100,7 +111,9 @@ private:
     void stand_still();
     [[nodiscard]] bool is_settled(double rho, double tolerance) const;
     void close_momentum();
-    void hold_along(double h, std::size_t c, double part, TickContacts& contacts);
+    [[nodiscard]] static double tangent_slope(double h, const TickContact& contact, const TickContacts& contacts);
+    void stick(double h, std::size_t c, TickContacts& contacts);
+    void slide(double h, std::size_t c, double most, const Vector3& pull, TickContacts& contacts);
     void take_laws(double h, bool known, TickContacts& contacts);
     void take_rows(double h, const TickContacts& contacts);
     void take_blocks(double h, const TickContacts& contacts);

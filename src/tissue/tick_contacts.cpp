@@ -276,14 +276,22 @@ void TickContacts::take_weights(const TissueState& state, const Vector3& weights
     contact.fixed_rate = -contact.surface.dot(normal);
 }
 
-void TickContacts::gather_grip() {
-    for (const Index key : rubbing_) grip_[at(key)] = {};
+void TickContacts::gather_grip(bool keep) {
+    for (const Index key : rubbing_) {
+        Grip& grip = grip_[at(key)];
+        const auto presses = [&](const TickContact& firmest) {
+            return firmest.rubs && firmest.force > 0.0 && effect_->contacts[firmest.source].slip_key == key;
+        };
+        const bool stays = keep && presses(contacts_[grip.firmest]);
+        grip = {.most = 0.0, .firmest = stays ? grip.firmest : 0, .stays = stays};
+    }
     for (std::size_t a = 0; a < contacts_.size(); ++a) {
         const TickContact& contact = contacts_[a];
         if (!contact.rubs || contact.force <= 0.0) continue;
         const LinearContact& source = effect_->contacts[contact.source];
         Grip& grip = grip_[at(source.slip_key)];
-        if (grip.most == 0.0 || contact.force > contacts_[grip.firmest].force) grip.firmest = a;
+        const bool is_firmer = grip.most == 0.0 || contact.force > contacts_[grip.firmest].force;
+        if (!grip.stays && is_firmer) grip.firmest = a;
         grip.most += source.friction * contact.force;
     }
 }

@@ -73,9 +73,11 @@ public:
     struct Grip {
         double most = 0.0;        ///< N
         std::size_t firmest = 0;  ///< position in all()
+        bool stays = false;       ///< with the contact that was firmest before
     };
-    /// Grips of the contacts' forces as they are now.
-    void gather_grip();
+    /// Grips of the contacts' forces as they are now. `keep`: of the contacts that share a grip the one that was
+    /// firmest at the last call of this step stays it while it presses, else two that press alike take turns for ever.
+    void gather_grip(bool keep = false);
     [[nodiscard]] bool any_rubs() const { return !rubbing_.empty(); }
     [[nodiscard]] const Grip& grip(Index key) const { return grip_[static_cast<std::size_t>(key)]; }
     /// m, stretch of the tangential spring under a slip key.

@@ -158,9 +158,10 @@ Effect many_contacts(double k, bool damped, std::mt19937& random) {
     return effect;
 }
 
-/// N, what each of them gives in one tick from rest.
-std::vector<double> given_at_once(const std::string& name, const Settings& settings, const Effect& effect) {
-    test::TissueSample s = disc();
+/// What each of them gives in one tick from rest; `s` is as it is after that.
+std::vector<ContactLoad> given_at_once(const std::string& name, const Settings& settings, const Effect& effect,
+                                       test::TissueSample& s) {
+    s = disc();
     const auto stepper = make_stepper(name, settings);
     stepper->prepare(s.topology, s.materials);
     std::vector<Wrench> reaction(1);
@@ -171,10 +172,15 @@ std::vector<double> given_at_once(const std::string& name, const Settings& setti
         EXPECT_TRUE(stepper->advance(beyond, dt, s.frame, s.frame, reaction).ok());
     }
     EXPECT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
-    std::vector<double> given;
-    for (const ContactLoad& load : stepper->loads()) given.push_back(load.normal);
-    EXPECT_EQ(given.size(), effect.contacts.size());
-    return given;
+    EXPECT_EQ(stepper->loads().size(), effect.contacts.size());
+    return {stepper->loads().begin(), stepper->loads().end()};
+}
+
+std::vector<double> normals_at_once(const std::string& name, const Settings& settings, const Effect& effect) {
+    std::vector<double> normals;
+    test::TissueSample s;
+    for (const ContactLoad& load : given_at_once(name, settings, effect, s)) normals.push_back(load.normal);
+    return normals;
 }
 
 /// Of `implicit`, which solves for a guessed set with the whole compliance, and of the convex minimum here. Contact by
@@ -186,9 +192,9 @@ TEST(Regional, EveryContactGivesWhatItGivesInTheWholeTissue) {
     for (int round = 0; round < 16; ++round) {
         const double k = std::pow(10.0, 2.0 + round % 4);
         const Effect effect = many_contacts(k, round % 2 == 1, random);
-        const std::vector<double> whole = given_at_once("implicit", {{"tolerance", "1e-10"}}, effect);
+        const std::vector<double> whole = normals_at_once("implicit", {{"tolerance", "1e-10"}}, effect);
         const std::vector<double> given =
-            given_at_once("regional", {{"whole", "0"}, {"error", "0.001"}, {"tolerance", "1e-8"}}, effect);
+            normals_at_once("regional", {{"whole", "0"}, {"error", "0.001"}, {"tolerance", "1e-8"}}, effect);
         const double most = *std::max_element(whole.begin(), whole.end());
         for (std::size_t c = 0; c < whole.size(); ++c) {
             EXPECT_NEAR(given[c], whole[c], 1e-4 * most) << round << ", contact " << c << ", k " << k;
@@ -207,9 +213,9 @@ TEST(Regional, StiffContactsAreFoundAsExactlyAsSoftOnes) {
             for (int round = 0; round < 4; ++round) {
                 const Effect effect = many_contacts(k, false, random);
                 const std::vector<double> exact =
-                    given_at_once("regional", {{"whole", "0"}, {"tolerance", "1e-10"}}, effect);
+                    normals_at_once("regional", {{"whole", "0"}, {"tolerance", "1e-10"}}, effect);
                 const std::vector<double> given =
-                    given_at_once("regional", {{"whole", "0"}, {"tolerance", tolerance}}, effect);
+                    normals_at_once("regional", {{"whole", "0"}, {"tolerance", tolerance}}, effect);
                 double differ = 0.0;
                 double all = 0.0;
                 for (std::size_t c = 0; c < exact.size(); ++c) {
@@ -603,6 +609,52 @@ TEST(Regional, AFaceUnderASurfaceThatIsDrawnAwayRubsByCoulombsLaw) {
     EXPECT_NEAR(stepper->loads()[0].friction, 0.3 * normal, 2e-3 * normal);
     EXPECT_LT((reaction[0].force - Vector3(-0.3 * normal, 0.0, normal)).norm(), 0.01 * normal)
         << "drawn back, and pushed up: " << reaction[0].force.transpose();
+}
+
+/// In one tick from rest, whatever slides, sticks, lifts off or changes the face that presses most meanwhile.
+TEST(Regional, FacesThatShareAGripRubByCoulombsLaw) {
+    std::mt19937 random(9);
+    std::uniform_real_distribution<double> number(-1.0, 1.0);
+    int slides = 0;
+    int sticks = 0;
+    for (int round = 0; round < 40; ++round) {
+        const double k = std::pow(10.0, 2.0 + 0.1 * (round % 20));
+        Effect effect = many_contacts(k, false, random);
+        const std::size_t count = effect.contacts.size();
+        const double speed = std::pow(10.0, 1.5 * number(random) - 2.5);
+        for (std::size_t c = 0; c < count; ++c) {
+            LinearContact& contact = effect.contacts[c];
+            contact.friction = 0.3;
+            contact.tangent_k = k;
+            contact.slip_key = contact.vertices[0];
+            contact.surface_velocity = speed * Vector3(number(random), number(random), 0.0);
+            LinearContact other = contact;
+            other.normal = (contact.normal + 0.2 * Vector3(number(random), number(random), 0.0)).normalized();
+            effect.contacts.push_back(other);
+        }
+        test::TissueSample s;
+        const std::vector<ContactLoad> given =
+            given_at_once("regional", {{"whole", "0"}, {"tolerance", "1e-8"}}, effect, s);
+        double largest = 0.0;
+        for (const ContactLoad& load : given) largest = std::max(largest, load.normal);
+        for (std::size_t c = 0; c < count; ++c) {
+            const double most = 0.3 * (given[c].normal + given[c + count].normal);
+            if (most == 0.0) continue;
+            const std::size_t holds = given[c].friction > 0.0 ? c : c + count;
+            const LinearContact& contact = effect.contacts[holds];
+            const Index vertex = contact.vertices[0];
+            const Vector3 past = s.frame.velocity.col(vertex) - contact.surface_velocity;
+            const double along = (past - past.dot(contact.normal) * contact.normal).norm();
+            // A spring with a critical damper, stretched by this step alone.
+            const double sticking =
+                (2.0 * std::sqrt(k * s.materials.mass[static_cast<std::size_t>(vertex)]) + dt * k) * along;
+            EXPECT_NEAR(given[c].friction + given[c + count].friction, std::min(sticking, most), 1e-3 * largest)
+                << round << ", vertex " << vertex;
+            (sticking < most ? sticks : slides) += 1;
+        }
+    }
+    EXPECT_GT(sticks, 200);
+    EXPECT_GT(slides, 800);
 }
 
 /// The speed v of a mass of 1 g after a step against one plane is where m (v - u) = h F(v), with the law
