@@ -9,10 +9,6 @@
 namespace trocar {
 namespace {
 
-Vector3 along_surface(const Vector3& vector, const TickContact& contact) {
-    return vector - vector.dot(contact.normal) * contact.normal;
-}
-
 /// m/s, of P against the other side, with `velocity_of(end)` of its vertices.
 template <typename VelocityOf>
 Vector3 speed_of(const TickContact& contact, const VelocityOf& velocity_of) {
@@ -99,8 +95,7 @@ void RegionSystem::take_laws(double h, bool known, TickContacts& contacts) {
 /// N s/m, what the tangential spring of a contact, which has a critical damper, gives for the speed along the surface
 /// after the step.
 double RegionSystem::tangent_slope(double h, const TickContact& contact, const TickContacts& contacts) {
-    const double k = contacts.given(contact).tangent_k;
-    return 2.0 * std::sqrt(k / contact.mobility) + h * k;
+    return contacts.tangent_damping(contact) + h * contacts.given(contact).tangent_k;
 }
 
 /// A contact that sticks holds what it touches along the surface by its spring.
@@ -111,7 +106,7 @@ void RegionSystem::stick(double h, std::size_t c, TickContacts& contacts) {
     row.rubs = true;
     row.slide.setZero();
     row.slope = tangent_slope(h, contact, contacts);
-    row.stretched = source.tangent_k * along_surface(contacts.slip(source.slip_key), contact);
+    row.stretched = source.tangent_k * contact.along_surface(contacts.slip(source.slip_key));
 }
 
 /// One that slides gives `most` (N) against `pull` (N), what its spring would give, and turns with it: the derivative
@@ -122,7 +117,7 @@ void RegionSystem::slide(double h, std::size_t c, double most, const Vector3& pu
     const double wanted = pull.norm();
     row.slide = pull / wanted;
     row.slope *= most / wanted;
-    row.stretched = most / wanted * row.held(row.stretched, contacts.all()[c].normal) + most * row.slide;
+    row.stretched = most / wanted * row.held(row.stretched, contacts.all()[c]) + most * row.slide;
 }
 
 /// What the contacts that hold along the surface put on the right side.
@@ -134,7 +129,7 @@ void RegionSystem::take_rows(double h, const TickContacts& contacts) {
         if (!row.rubs) continue;
         const Vector3 speed =
             speed_of(contact, [&](Index local) -> const Vector3& { return start_[at(contacts.spot(local))]; });
-        const Vector3 push = -row.stretched - row.slope * row.held(speed, contact.normal);
+        const Vector3 push = -row.stretched - row.slope * row.held(speed, contact);
         each_end(contact, [&](Eigen::Index n, double weight) { right_side_.col(n).head<3>() += h * weight * push; });
     }
 }
@@ -408,9 +403,9 @@ double RegionSystem::rub(double h, TickContacts& contacts) {
         const LinearContact& source = contacts.given(contact);
         const double most = grips ? contacts.grip(source.slip_key).most : 0.0;
         const Vector3 speed =
-            along_surface(speed_of(contact, [&](Index local) { return state.velocity.col(local).head<3>(); }), contact);
-        contact.rubbed = -row.stretched - row.slope * row.held(speed, contact.normal);
-        const Vector3 pull = source.tangent_k * along_surface(contacts.slip(source.slip_key), contact) +
+            contact.along_surface(speed_of(contact, [&](Index local) { return state.velocity.col(local).head<3>(); }));
+        contact.rubbed = -row.stretched - row.slope * row.held(speed, contact);
+        const Vector3 pull = source.tangent_k * contact.along_surface(contacts.slip(source.slip_key)) +
                              tangent_slope(h, contact, contacts) * speed;
         const double wanted = pull.norm();
         const double part = wanted > most ? most / wanted : 1.0;
@@ -428,10 +423,9 @@ double RegionSystem::rub(double h, TickContacts& contacts) {
     return off;
 }
 
-/// Tangential springs after the step: stretched by the way along the surface where they stick, as long as their force
-/// asks where they slide.
+/// Tangential springs after the step and its last `rub`: stretched by the way along the surface where they stick, as
+/// long as their force asks where they slide.
 void RegionSystem::stretch_slips(double h, TickContacts& contacts) {
-    contacts.gather_grip(true);
     const TissueState& state = tissue_->state();
     for (std::size_t c = 0; c < contacts.all().size(); ++c) {
         TickContact& contact = contacts.all()[c];

@@ -316,7 +316,7 @@ void RegionSystem::multiply(const Part& part, const TickContacts& contacts) {
         const TickContact& contact = contacts.all()[c];
         Vector3 rate = Vector3::Zero();
         each_end(contact, [&](Eigen::Index n, double weight) { rate += weight * direction_.col(n).head<3>(); });
-        const Vector3 push = listed_for_ * row.slope * row.held(rate, contact.normal);
+        const Vector3 push = listed_for_ * row.slope * row.held(rate, contact);
         each_end(contact, [&](Eigen::Index n, double weight) { image_.col(n).head<3>() += weight * push; });
     }
 }

@@ -66,9 +66,9 @@ private:
         [[nodiscard]] bool gives_way() const { return gives_way(rate); }
         /// kg, what it adds along its normal to the matrix of a step of h (s).
         [[nodiscard]] double pressing(double h) const { return gives_way() ? h * yield : 0.0; }
-        /// Of a vector what is neither along the normal nor the way it slides.
-        [[nodiscard]] Vector3 held(const Vector3& vector, const Vector3& normal) const {
-            return vector - vector.dot(normal) * normal - vector.dot(slide) * slide;
+        /// Of a vector what is along the surface and not the way it slides.
+        [[nodiscard]] Vector3 held(const Vector3& vector, const TickContact& contact) const {
+            return contact.along_surface(vector) - vector.dot(slide) * slide;
         }
         void stop_rubbing() {
             rubs = false;

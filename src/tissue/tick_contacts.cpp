@@ -280,7 +280,7 @@ void TickContacts::gather_grip(bool keep) {
     for (const Index key : rubbing_) {
         Grip& grip = grip_[at(key)];
         const auto presses = [&](const TickContact& firmest) {
-            return firmest.rubs && firmest.force > 0.0 && effect_->contacts[firmest.source].slip_key == key;
+            return firmest.rubs && firmest.force > 0.0 && given(firmest).slip_key == key;
         };
         const bool stays = keep && presses(contacts_[grip.firmest]);
         grip = {.most = 0.0, .firmest = stays ? grip.firmest : 0, .stays = stays};
@@ -307,10 +307,9 @@ void TickContacts::rub(std::size_t number, double h, const Vector3& speed) {
     TickContact& contact = contacts_[number];
     const LinearContact& source = effect_->contacts[contact.source];
     const double most = grip_[at(source.slip_key)].most;
-    const auto across = [&contact](const Vector3& v) { return Vector3(v - v.dot(contact.normal) * contact.normal); };
-    const Vector3 flat = across(speed);
-    const Vector3 stretch = across(slip_.col(source.slip_key));
-    const double damping = 2.0 * std::sqrt(source.tangent_k / contact.mobility);
+    const Vector3 flat = contact.along_surface(speed);
+    const Vector3 stretch = contact.along_surface(slip_.col(source.slip_key));
+    const double damping = tangent_damping(contact);
     const Vector3 sticking = -(source.tangent_k * (stretch + h * flat) + damping * flat) /
                              (1.0 + h * contact.mobility * (damping + h * source.tangent_k));
     const double wanted = sticking.norm();
@@ -331,8 +330,7 @@ void TickContacts::stretch(std::size_t number, const Vector3& way) {
         slide(number);
         return;
     }
-    const Vector3 stretched = slip_.col(key) + way;
-    slip_.col(key) = stretched - stretched.dot(contact.normal) * contact.normal;
+    slip_.col(key) = contact.along_surface(slip_.col(key) + way);
 }
 
 void TickContacts::slide(std::size_t number) {

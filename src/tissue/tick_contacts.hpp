@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -39,6 +40,7 @@ struct TickContact {
     bool rubs = false;
     bool turns = false;
 
+    [[nodiscard]] Vector3 along_surface(const Vector3& vector) const { return vector - vector.dot(normal) * normal; }
     [[nodiscard]] double within_limit(double given) const { return std::clamp(given, -limit, limit); }
 };
 
@@ -78,6 +80,10 @@ public:
     /// Grips of the contacts' forces as they are now. `keep`: of the contacts that share a grip the one that was
     /// firmest at the last call of this step stays it while it presses, else two that press alike take turns for ever.
     void gather_grip(bool keep = false);
+    /// N s/m, critical, of the tangential spring of a contact that rubs.
+    [[nodiscard]] double tangent_damping(const TickContact& contact) const {
+        return 2.0 * std::sqrt(given(contact).tangent_k / contact.mobility);
+    }
     [[nodiscard]] bool any_rubs() const { return !rubbing_.empty(); }
     [[nodiscard]] const Grip& grip(Index key) const { return grip_[static_cast<std::size_t>(key)]; }
     /// m, stretch of the tangential spring under a slip key.

@@ -88,16 +88,18 @@ inline LinearContact plane_contact(Index vertex, const Vector3& normal, double g
 }
 
 /// 400 ticks of 1 ms in which 0.5 N press the one vertex of a sample on the plane z = 0 (10⁴ N/m, friction 0.4,
-/// tangential spring of 2000 N/m) and `along` N pull it along x. Whether all of them went on.
-inline bool press_and_pull(Stepper& stepper, TissueSample& sample, double along) {
+/// tangential spring of 2000 N/m) and `along` N pull it along x; forces and springs so many times larger. Whether all
+/// of them went on.
+inline bool press_and_pull(Stepper& stepper, TissueSample& sample, double along, double times = 1.0) {
     Effect effect = empty_effect(sample.topology);
     std::vector<Wrench> reaction(1);
     for (int tick = 0; tick < 400; ++tick) {
         effect.clear();
-        effect.held_force.col(0) = Vector3(along, 0.0, -0.5);
-        LinearContact contact = plane_contact(0, Vector3::UnitZ(), sample.frame.position(2, 0), 1e4, 5.0);
+        effect.held_force.col(0) = times * Vector3(along, 0.0, -0.5);
+        LinearContact contact =
+            plane_contact(0, Vector3::UnitZ(), sample.frame.position(2, 0), 1e4 * times, 5.0 * times);
         contact.friction = 0.4;
-        contact.tangent_k = 2000.0;
+        contact.tangent_k = 2000.0 * times;
         contact.slip_key = 0;
         effect.contacts.push_back(contact);
         if (!stepper.advance(effect, 1e-3, sample.frame, sample.frame, reaction).ok()) return false;

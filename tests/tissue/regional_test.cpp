@@ -882,19 +882,7 @@ TEST(Regional, CoulombsLawHoldsHoweverSmallTheForcesAre) {
         test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-3 * size}, {0}, {});
         const auto stepper = make_stepper("regional", {{"whole", "0"}, {"tolerance", tolerance}});
         stepper->prepare(s.topology, s.materials);
-        Effect effect = test::empty_effect(s.topology);
-        std::vector<Wrench> reaction(1);
-        for (int tick = 0; tick < 400; ++tick) {
-            effect.clear();
-            effect.held_force.col(0) = size * Vector3(along, 0.0, -0.5);
-            LinearContact contact =
-                test::plane_contact(0, Vector3::UnitZ(), s.frame.position(2, 0), 1e4 * size, 5.0 * size);
-            contact.friction = 0.4;
-            contact.tangent_k = 2000.0 * size;
-            contact.slip_key = 0;
-            effect.contacts.push_back(contact);
-            ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
-        }
+        ASSERT_TRUE(test::press_and_pull(*stepper, s, along, size));
         const ContactLoad& load = stepper->loads()[0];
         EXPECT_NEAR(load.normal, 0.5 * size, bound * size) << size << ", " << tolerance;
         EXPECT_NEAR(load.friction, std::min(along, 0.2) * size, 1e-3 * size) << size << ", " << along;
