@@ -120,9 +120,11 @@ void share_out(const RegionLevel& coarse, const Vector3& place, std::span<const 
 
 }  // namespace
 
-RegionTissue::RegionTissue(MovingTissue& tissue, WrittenVertices& written, const Matrix3X& rest, std::size_t fewest)
-    : tissue_(&tissue), written_(&written) {
+RegionTissue::RegionTissue(MovingTissue& tissue, WrittenVertices& written, BodyBoxes& boxes, const Topology& topology,
+                           const Matrix3X& rest, std::size_t fewest)
+    : tissue_(&tissue), written_(&written), boxes_(&boxes) {
     build_vertices(rest);
+    for (const Index vertex : tissue.state().vertex) body_of_.push_back(topology.body_of_vertex(vertex));
     std::size_t before = 0;
     while (levels_.size() < 2 || (levels_.back().size() > fewest && levels_.back().size() != before)) {
         before = levels_.back().size();
@@ -161,6 +163,7 @@ void RegionTissue::build_vertices(const Matrix3X& rest) {
     const SpringArrays& springs = tissue_->spring_arrays();
     vertices.i = springs.i;
     vertices.j = springs.j;
+    longest_edge_.assign(state.size(), 0.0);
     std::vector<double> lengths(state.size(), 0.0);
     std::vector<int> counts(state.size(), 0);
     for (std::size_t v = 0; v < state.size(); ++v) {
@@ -173,6 +176,7 @@ void RegionTissue::build_vertices(const Matrix3X& rest) {
     for (std::size_t s = 0; s < springs.size(); ++s) {
         const double length = (vertices.rest[at(springs.i[s])] - vertices.rest[at(springs.j[s])]).norm();
         for (const Index end : {springs.i[s], springs.j[s]}) {
+            longest_edge_[at(end)] = std::max(longest_edge_[at(end)], length);
             lengths[at(end)] += length;
             ++counts[at(end)];
         }

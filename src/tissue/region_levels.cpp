@@ -69,9 +69,9 @@ void RegionTissue::refresh(std::size_t level, Index node) {
         return;
     }
     auto place = tissue_->state().position.col(node);
-    const Eigen::Vector4d now = anchor_.col(node) + displacement;
-    furthest_ = std::max(furthest_, (now - place).norm());
-    place = now;
+    const Vector3 before = place.head<3>();
+    place = anchor_.col(node) + displacement;
+    furthest_ = further(node, before, furthest_);
     written_->mark(node);
     ++put_;
     tissue_->state().velocity.col(node) = velocity;
@@ -182,21 +182,22 @@ void RegionTissue::add_force(std::size_t level, Index node, const Eigen::Vector4
 
 /// A spring whose ends both sleep pulls that much more; the nodes of level 1 are told with `tell_pulls`.
 void RegionTissue::add_pull(std::uint32_t spring, const Eigen::Vector4d& pull) {
+    add_pull_at(levels_[0].i[spring], pull);
+    add_pull_at(levels_[0].j[spring], -pull);
+}
+
+void RegionTissue::add_pull_at(Index vertex, const Eigen::Vector4d& force) {
     const RegionLevel& vertices = levels_[0];
-    const auto pass_on = [&](Index vertex, const Eigen::Vector4d& force) {
-        for (std::size_t n = 0; n < 3; ++n) {
-            const double share = vertices.share[at(vertex)][n];
-            if (share == 0.0) continue;
-            const Index node = vertices.parent[at(vertex)][n];
-            if (is_pulled_[at(node)] == 0) {
-                is_pulled_[at(node)] = 1;
-                pulled_.push_back(node);
-            }
-            pulled_by_.col(node) += share * force;
+    for (std::size_t n = 0; n < 3; ++n) {
+        const double share = vertices.share[at(vertex)][n];
+        if (share == 0.0) continue;
+        const Index node = vertices.parent[at(vertex)][n];
+        if (is_pulled_[at(node)] == 0) {
+            is_pulled_[at(node)] = 1;
+            pulled_.push_back(node);
         }
-    };
-    pass_on(vertices.i[spring], pull);
-    pass_on(vertices.j[spring], -pull);
+        pulled_by_.col(node) += share * force;
+    }
 }
 
 void RegionTissue::tell_pulls() {
@@ -351,29 +352,57 @@ double RegionTissue::visit(Index vertex) {
     around_.clear();
     for (std::uint32_t e = vertices.first_edge[at(vertex)]; e < vertices.first_edge[at(vertex) + 1]; ++e) {
         const std::uint32_t spring = vertices.edge_at[e];
-        refresh(0, vertices.other_end(spring, vertex));
-        const Eigen::Vector4d way = state.position.col(springs.j[spring]) - state.position.col(springs.i[spring]);
+        const Index other = vertices.other_end(spring, vertex);
+        refresh(0, other);
+        const Eigen::Vector4d way = state.position.col(other) - state.position.col(vertex);
         const double length = way.norm();
         stretch = std::max(stretch, length * springs.inverse_rest[spring]);
         const double per_length = length == 0.0 ? 0.0 : springs.k[spring] + springs.offset[spring] / length;
-        force += (springs.i[spring] == vertex ? per_length : -per_length) * way;
-        around_.push_back(stiffness_of(0, spring));
-        for (std::size_t n = 0; n < 6; ++n) block[n] += around_.back()[n];
+        const SymmetricBlock now = length == 0.0
+                                       ? SymmetricBlock{}
+                                       : block_of(way.head<3>() / length, springs.k[spring], std::max(0.0, per_length));
+        around_.push_back({stiffness_of(0, spring), now, per_length * way});
+        force += around_.back().pull;
+        for (std::size_t n = 0; n < 6; ++n) block[n] += now[n];
     }
-    constexpr double damped = 0.5;
+    Eigen::Vector4d relaxed = Eigen::Vector4d::Zero();
+    constexpr double over = 1.7;  // successive over-relaxation; what is below 2 takes energy from springs at each visit
     const Matrix3 whole = full(block);
     if (whole.determinant() > 0.0) {
-        const Vector3 way = damped * whole.inverse() * force.head<3>();
-        anchor_.col(vertex).head<3>() += way;
-        state.position.col(vertex).head<3>() += way;
+        relaxed.head<3>() = over * whole.inverse() * force.head<3>();
+        const Vector3 before = state.position.col(vertex).head<3>();
+        anchor_.col(vertex) += relaxed;
+        state.position.col(vertex) += relaxed;
         written_->mark(vertex);
-        relaxed_ = std::max(relaxed_, way.norm());
+        relaxed_ = further(vertex, before, relaxed_);
     }
+    // What the springs that sleep pull from now on: that of before, less what the vertex has given way.
+    Eigen::Vector4d more = Eigen::Vector4d::Zero();
     for (std::size_t n = 0; n < around_.size(); ++n) {
         const std::uint32_t spring = vertices.edge_at[vertices.first_edge[at(vertex)] + n];
-        if (vertices.awake[at(vertices.other_end(spring, vertex))] == 0) take_pull(spring, around_[n]);
+        const Index other = vertices.other_end(spring, vertex);
+        if (vertices.awake[at(other)] != 0) continue;
+        const Eigen::Vector4d apart = vertices.displacement.col(other) - vertices.displacement.col(vertex);
+        const double sense = vertices.i[spring] == vertex ? 1.0 : -1.0;
+        const Eigen::Vector4d now =
+            sense * (around_[n].pull - multiply(around_[n].now, relaxed) - multiply(around_[n].at_rest, apart));
+        const Eigen::Vector4d change = sense * (now - pull_.col(spring));
+        pull_.col(spring) = now;
+        add_pull_at(other, -change);
+        more += change;
     }
+    add_pull_at(vertex, more);
     return stretch;
+}
+
+double RegionTissue::further(Index vertex, const Vector3& from, double way) {
+    const Vector3 now = tissue_->state().position.col(vertex).head<3>();
+    const Index body = body_of_[at(vertex)];
+    if (boxes_->has_opposite_tissue(body)) boxes_->extend(body, now);
+    const double square = (now - from).squaredNorm();
+    if (square <= way * way) return way;
+    // The surface between a vertex and its neighbours may meet what the vertex itself does not come near.
+    return boxes_->may_meet(body, from, now, 2.0 * longest_edge_[at(vertex)]) ? std::sqrt(square) : way;
 }
 
 double RegionTissue::take_way() {

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "tissue/body_boxes.hpp"
 #include "tissue/moving_tissue.hpp"
 #include "tissue/written_vertices.hpp"
 
@@ -62,9 +63,10 @@ struct RegionLevel {
 class RegionTissue {
 public:
     /// Builds the levels from the rest positions (3×N, of the frame): each has about a tenth of the nodes of the one
-    /// before; the last one `fewest` or less. The tissue outlives the object.
-    /// Vertices that are changed otherwise than by what is awake are marked in `written`, which outlives it too.
-    RegionTissue(MovingTissue& tissue, WrittenVertices& written, const Matrix3X& rest, std::size_t fewest);
+    /// before; the last one `fewest` or less. Vertices that are changed otherwise than by what is awake are marked in
+    /// `written`; `boxes` tell which of them can have met anything. Tissue, written and boxes outlive the object.
+    RegionTissue(MovingTissue& tissue, WrittenVertices& written, BodyBoxes& boxes, const Topology& topology,
+                 const Matrix3X& rest, std::size_t fewest);
 
     /// Everything sleeps, at the places of the state and at rest.
     void start();
@@ -77,8 +79,11 @@ public:
     }
     /// Vertices that have been put to new places in this moment.
     [[nodiscard]] std::size_t put() const { return put_; }
-    /// m, no vertex that sleeps has been put further from its place since the last call.
+    /// m, no vertex that sleeps and may have met another body on the way has been put further since the last call.
     double take_way();
+    /// m, how far a vertex has gone from there to where it is now if that is further than the way given and it may have
+    /// met another body; else that way.
+    [[nodiscard]] double further(Index vertex, const Vector3& from, double way);
     /// Brings a node that sleeps up to date, and what it moves with.
     void refresh(std::size_t level, Index node);
     /// Where everything that sleeps is now, into a frame; itself it stays as it is.
@@ -86,7 +91,7 @@ public:
     /// Neither changes a place; momentum goes to the nodes that the node moves with from now on.
     void wake(std::size_t level, Index node);
     void sleep(std::size_t level, Index node);
-    /// Looks at a vertex that sleeps: what its springs pull now, and a step of damped relaxation to where they balance,
+    /// Looks at a vertex that sleeps: what its springs pull now, and a step of over-relaxation to where they balance,
     /// so that what the nodes of the next level cannot do dies out. Gives the largest stretch of its springs. After the
     /// last of several visits, `tell_pulls`.
     double visit(Index vertex);
@@ -116,13 +121,24 @@ private:
     void add_mass(std::size_t level, Index node, double mass, double drag);
     void add_force(std::size_t level, Index node, const Eigen::Vector4d& force);
     void add_pull(std::uint32_t spring, const Eigen::Vector4d& pull);
+    void add_pull_at(Index vertex, const Eigen::Vector4d& force);
     void add_momentum(std::size_t level, Index node, const Eigen::Vector4d& momentum);
     /// The displacement of a node that sleeps has jumped; the vertices stay where they are.
     void carry_jump(std::size_t level, Index node, const Eigen::Vector4d& jump);
     void take_pull(std::uint32_t spring, const SymmetricBlock& stiffness);
 
+    /// A spring of a vertex that is visited.
+    struct Around {
+        SymmetricBlock at_rest{};  ///< N/m
+        SymmetricBlock now{};      ///< N/m
+        Eigen::Vector4d pull;      ///< N, on the vertex
+    };
+
     MovingTissue* tissue_;
     WrittenVertices* written_;
+    BodyBoxes* boxes_;
+    std::vector<Index> body_of_;        ///< per vertex
+    std::vector<double> longest_edge_;  ///< m, at rest, per vertex
     std::vector<RegionLevel> levels_;
     Matrix4X anchor_;                      ///< m, per vertex: its place less what the level above moves it by
     Matrix4X pulled_by_;                   ///< N, per node of level 1, not yet passed on
@@ -132,10 +148,10 @@ private:
     std::int64_t moment_ = 0;
     Index pieces_ = 0;
     std::size_t put_ = 0;
-    double furthest_ = 0.0;               ///< m, in this moment
-    double way_ = 0.0;                    ///< m, in those before
-    double relaxed_ = 0.0;                ///< m, furthest that a visit has moved a vertex
-    std::vector<SymmetricBlock> around_;  ///< N/m, of the springs of the vertex that is visited
+    double furthest_ = 0.0;       ///< m, in this moment
+    double way_ = 0.0;            ///< m, in those before
+    double relaxed_ = 0.0;        ///< m, furthest that a visit has moved a vertex
+    std::vector<Around> around_;  ///< the springs of the vertex that is visited
     bool changed_ = true;
 };
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "method/registry.hpp"
+#include "tissue/far_field.hpp"
 #include "tissue/region_levels.hpp"
 #include "tissue/region_system.hpp"
 #include "tissue/tick_contacts.hpp"
@@ -21,7 +22,7 @@ namespace {
 struct RegionalSettings {
     double error = 0.01;
     std::size_t slices = 16;
-    std::size_t visits = 1000;
+    std::size_t visits = 250;
     std::size_t whole = 2000;
     double tolerance = 0.002;
     int iterations = 1000;
@@ -32,13 +33,15 @@ public:
     explicit RegionalStepper(const RegionalSettings& settings)
         // A field that falls with the logarithm of the distance, linear between nodes: the error in its stiffness falls
         // with the square of the distance over their spacing; measured on sheets (METHODS §4).
-        : settings_(settings), rings_(static_cast<int>(std::ceil(3.2 * std::sqrt(0.042 / settings.error)))) {
+        : settings_(settings), rings_(static_cast<int>(std::ceil(2.3 * std::sqrt(0.042 / settings.error)))) {
         // What whole rings leave of the bound falls with its power 3/2; what a step leaves open stays within that.
         settings_.tolerance = std::min(settings.tolerance, 2.0 * std::pow(settings.error, 1.5));
     }
 
     void prepare(const Topology& topology, const Materials& materials) override {
         tissue_.emplace(topology, materials);
+        topology_ = &topology;
+        boxes_.emplace(topology);
         largest_move_ = 0.0;
         std::size_t moving = 0;
         for (const double inverse : tissue_->state().inverse_mass) moving += inverse != 0.0 ? 1 : 0;
@@ -56,8 +59,7 @@ public:
         is_trusted_ = false;
         is_filled_ = true;
         tick_ = 0;
-        shown_ = visited_ = 0;
-        far_stretch_ = last_far_stretch_ = max_strain_ = 0.0;
+        max_strain_ = 0.0;
         limited_edges_ = 0;
     }
 
@@ -87,10 +89,11 @@ public:
             tissue_->take_over(effect, from);
             begin_anew(from);
         }
+        boxes_->follow(from);
         region_->take_way();
         gather_seeds(effect);
         choose_region();
-        contacts_->collect(effect, from, state);
+        contacts_->collect(effect, from, state, late_);
         const bool known = effect.contact_timing != ContactTiming::implicit;
         contacts_->begin_substep(state);
         system_->prepare(dt);
@@ -100,7 +103,7 @@ public:
         Outcome outcome = tissue_->check(std::isfinite(furthest), furthest, effect, from);
         if (outcome.ok()) {
             limit_strain();
-            follow_slice();
+            far_field_->follow(std::min(settings_.visits, state.size() / settings_.slices));
         }
         tissue_->release(effect);
         if (!outcome.ok()) {
@@ -144,8 +147,9 @@ private:
     void build(const Frame& from) {
         tissue_->take_over(nothing_, from);
         constexpr std::size_t fewest = 300;
-        region_.emplace(*tissue_, *written_, from.position, fewest);
+        region_.emplace(*tissue_, *written_, *boxes_, *topology_, from.position, fewest);
         system_.emplace(*tissue_, *region_);
+        far_field_.emplace(*region_);
         for (const RegionLevel& level : region_->levels()) {
             Search& search = searches_.emplace_back();
             search.queue.reserve(level.size());
@@ -153,6 +157,9 @@ private:
             search.walk.assign(level.size(), never);
         }
         seeds_.reserve(tissue_->state().size());
+        late_.assign(tissue_->state().size(), Vector3::Zero());
+        is_late_.clear();
+        is_late_.reserve(tissue_->state().size());
     }
 
     /// The frame holds what this stepper has written last.
@@ -176,6 +183,8 @@ private:
     void begin_anew(const Frame& from) {
         const TissueState& state = tissue_->state();
         region_->start();
+        boxes_->start(from);
+        far_field_->start();
         for (std::size_t v = 0; v < state.size(); ++v) {
             if (from.velocity.col(state.vertex[v]).isZero(0.0)) continue;
             const auto local = static_cast<Index>(v);
@@ -189,6 +198,8 @@ private:
     void gather_seeds(const Effect& effect) {
         TissueState& state = tissue_->state();
         seeds_.clear();
+        for (const Index local : is_late_) late_[at(local)].setZero();
+        is_late_.clear();
         const auto take = [&](Index vertex) {
             const Index local = vertex < 0 ? -1 : state.place[at(vertex)];
             if (local < 0 || searches_[0].walk[at(local)] == tick_) return;
@@ -196,7 +207,10 @@ private:
             searches_[0].walk[at(local)] = tick_;
             seeds_.push_back(local);
             if (region_->levels()[0].awake[at(local)] != 0) return;
+            const Vector3 shown = state.position.col(local).head<3>();
             region_->wake(0, local);
+            late_[at(local)] = state.position.col(local).head<3>() - shown;
+            is_late_.push_back(local);
             is_filled_ = false;
         };
         for (const LinearContact& contact : effect.contacts) {
@@ -281,45 +295,20 @@ private:
         }
     }
 
-    /// A slice of the vertices that sleep: most are put where they are by now, a tenth is looked at closely.
-    void follow_slice() {
-        const std::size_t count = tissue_->state().size();
-        const std::size_t most = std::min(settings_.visits, count / settings_.slices);
-        const std::size_t close = std::max<std::size_t>(1, most / 10);
-        const auto next = [count](std::size_t& cursor) {
-            const auto vertex = static_cast<Index>(cursor);
-            cursor = cursor + 1 == count ? 0 : cursor + 1;
-            return vertex;
-        };
-        const std::size_t before = region_->put();  // beside what is awake
-        const auto left = [&](std::size_t of) { return region_->put() - before < of; };
-        // A close look puts the vertices around where they are, too.
-        for (std::size_t n = 0; n < close && left(most / 2); ++n) {
-            far_stretch_ = std::max(far_stretch_, region_->visit(next(visited_)));
-            if (visited_ != 0) continue;
-            last_far_stretch_ = far_stretch_;
-            far_stretch_ = 0.0;
-        }
-        region_->tell_pulls();
-        for (std::size_t n = 0; n < most && left(most); ++n) region_->refresh(0, next(shown_));
-    }
-
-    /// m, of the vertices that are awake.
-    [[nodiscard]] double longest_way(const Frame& from) const {
-        const TissueState& state = tissue_->state();
-        double square = 0.0;
+    /// m, of the vertices that are awake and may have met another body on the way.
+    [[nodiscard]] double longest_way(const Frame& from) {
+        double longest = 0.0;
         for (const Index local : region_->levels()[0].awake_nodes) {
-            const Vector3 way = state.position.col(local).head<3>() - from.position.col(state.vertex[at(local)]);
-            square = std::max(square, way.squaredNorm());
+            longest = region_->further(local, from.position.col(tissue_->state().vertex[at(local)]), longest);
         }
-        return std::sqrt(square);
+        return longest;
     }
 
     /// Strain limit (METHODS §4) on what is awake, and the strain that is left.
     void limit_strain() {
         TissueState& state = tissue_->state();
         const double longest = 1.0 + tissue_->materials().strain_limit;
-        double stretch = std::max(far_stretch_, last_far_stretch_);
+        const double stretch = far_field_->stretch();
         const std::span<const RegionSpring> springs = system_->springs();
         const auto stretch_of = [&](const RegionSpring& spring) {
             return (state.position.col(spring.j) - state.position.col(spring.i)).head<3>().norm() * spring.inverse_rest;
@@ -363,12 +352,17 @@ private:
     int rings_;
     std::unique_ptr<Stepper> whole_;  ///< where a region would not pay
     Effect nothing_;
+    const Topology* topology_ = nullptr;
     std::optional<MovingTissue> tissue_;
+    std::optional<BodyBoxes> boxes_;
     std::optional<RegionTissue> region_;
+    std::optional<FarField> far_field_;
     std::optional<RegionSystem> system_;
     std::optional<TickContacts> contacts_;
     std::vector<Search> searches_;  ///< per level
     std::vector<Index> seeds_;
+    std::vector<Vector3> late_;   ///< m, per vertex: how far it had been left behind when it woke in this tick
+    std::vector<Index> is_late_;  ///< those that had
     std::size_t seed_count_ = 0;
     std::optional<WrittenVertices> written_;
     bool is_known_ = false;
@@ -376,10 +370,6 @@ private:
     bool has_moved_ = false;   ///< `written_` has what the last advance moved
     bool is_filled_ = true;
     std::int64_t tick_ = 0;
-    std::size_t shown_ = 0;
-    std::size_t visited_ = 0;
-    double far_stretch_ = 0.0;
-    double last_far_stretch_ = 0.0;
     double max_strain_ = 0.0;
     std::int64_t limited_edges_ = 0;
     double largest_move_ = 0.0;
@@ -412,7 +402,8 @@ StepperEntry regional_stepper() {
          .maximum = 0.1,
          .meaning = "bound on the error of the force at a tool, as a part of it: sets how far the fine region reaches"},
         whole_number("slices", "16", 16, "a part of one over this many of all vertices is followed in a tick, at most"),
-        whole_number("visits", "1000", 3, "most vertices of the far field that are followed in a tick"),
+        whole_number("visits", "250", 3,
+                     "most vertices of the far field that are followed in a tick, those first that have gone furthest"),
         whole_number("whole", "2000", 0,
                      "tissue of up to so many moving vertices is stepped as a whole, by `implicit`"),
         {.name = "tolerance",

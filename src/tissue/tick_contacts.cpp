@@ -34,7 +34,8 @@ TickContacts::TickContacts(Index vertex_count, std::size_t moving) {
     touched_.reserve(moving);
 }
 
-void TickContacts::collect(const Effect& effect, const Frame& frame, const TissueState& state) {
+void TickContacts::collect(const Effect& effect, const Frame& frame, const TissueState& state,
+                           std::span<const Vector3> late) {
     effect_ = &effect;
     for (const Index v : touched_) spot_[at(v)] = -1;
     touched_.clear();
@@ -48,7 +49,7 @@ void TickContacts::collect(const Effect& effect, const Frame& frame, const Tissu
     for (std::size_t c = 0; c < effect.contacts.size(); ++c) {
         TickContact entry;
         entry.source = c;
-        if (!enter(effect.contacts[c], frame, state, entry)) continue;
+        if (!enter(effect.contacts[c], frame, state, late, entry)) continue;
         remember_slip(effect.contacts[c], entry);
         loads_[c].work = 0.0;
         const auto touch = [this](Index local) {
@@ -71,7 +72,7 @@ void TickContacts::collect(const Effect& effect, const Frame& frame, const Tissu
 
 /// False when nothing of the contact moves here.
 bool TickContacts::enter(const LinearContact& contact, const Frame& frame, const TissueState& state,
-                         TickContact& entry) {
+                         std::span<const Vector3> late, TickContact& entry) {
     entry.normal = contact.normal;
     entry.depth = -contact.gap;
     entry.stiffness = contact.k;
@@ -90,6 +91,7 @@ bool TickContacts::enter(const LinearContact& contact, const Frame& frame, const
             entry.mobility += weight * weight * state.inverse_mass[at(local)];
             ++entry.count;
             speed += weight * frame.velocity.col(vertex).dot(contact.normal);
+            if (!late.empty()) entry.depth -= weight * late[at(local)].dot(contact.normal);
         } else {
             const Vector3 velocity = local >= 0 ? Vector3(velocity_of(state, local)) : frame.velocity.col(vertex);
             entry.fixed_rate += weight * velocity.dot(contact.normal);

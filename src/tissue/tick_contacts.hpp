@@ -50,8 +50,10 @@ public:
     TickContacts(Index vertex_count, std::size_t moving);
 
     /// Takes over the effect's contacts that touch at least one vertex that moves; what does not move acts by its
-    /// velocity. The effect must live until `react` of the same tick.
-    void collect(const Effect& effect, const Frame& frame, const TissueState& state);
+    /// velocity. The effect must live until `react` of the same tick. `late`: m, per vertex of the state how far it had
+    /// been left behind in the frame that gaps are told for; empty: none was.
+    void collect(const Effect& effect, const Frame& frame, const TissueState& state,
+                 std::span<const Vector3> late = {});
     [[nodiscard]] std::span<TickContact> all() { return contacts_; }
     [[nodiscard]] std::span<const TickContact> all() const { return contacts_; }
     [[nodiscard]] const LinearContact& given(const TickContact& contact) const {
@@ -109,7 +111,8 @@ public:
     [[nodiscard]] std::span<const ContactLoad> loads() const { return loads_; }
 
 private:
-    bool enter(const LinearContact& contact, const Frame& frame, const TissueState& state, TickContact& entry);
+    bool enter(const LinearContact& contact, const Frame& frame, const TissueState& state,
+               std::span<const Vector3> late, TickContact& entry);
     void hold_current_force(const TissueState& state);
     void turn(const TissueState& state);
     void turn_tissues(const TissueState& state, TickContact& contact) const;
