@@ -87,9 +87,8 @@ void FarField::follow(std::size_t most) {
 
 /// What no node takes along is seen, too, and what is left of wrinkles.
 void FarField::go_around() {
-    const std::size_t count = region_->levels()[0].size();
-    for (std::size_t n = 0; n < count && look_at(static_cast<Index>(around_)); ++n) {
-        if (++around_ < count) continue;
+    for (std::size_t n = 0; n < std::min(most_, order_.size()) && look_at(order_[around_]); ++n) {
+        if (++around_ < order_.size()) continue;
         around_ = 0;
         last_stretch_ = stretch_;
         stretch_ = 0.0;

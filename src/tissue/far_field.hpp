@@ -56,7 +56,7 @@ private:
     std::int64_t turn_ = 0;  ///< of looking for late nodes
     std::size_t most_ = 0;   ///< that this tick may put
     std::size_t put_before_ = 0;
-    std::size_t around_ = 0;  ///< vertex that the slow round comes to next
+    std::size_t around_ = 0;  ///< into `order_`, where the slow round goes on
     double stretch_ = 0.0;    ///< in this round
     double last_stretch_ = 0.0;
 };
