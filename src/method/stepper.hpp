@@ -82,8 +82,9 @@ public:
     [[nodiscard]] virtual std::span<const ContactLoad> loads() const = 0;
     [[nodiscard]] virtual double max_strain() const = 0;           ///< largest of an edge, 1 = doubled length
     [[nodiscard]] virtual std::int64_t limited_edges() const = 0;  ///< edges that the strain limit acted on
-    /// m, no vertex that may have met another body on the way has gone further, placements included; 0 before the first.
-    /// What a stepper has left behind and puts far from all others is no reason to look further around the tools.
+    /// m, no vertex that may have met another body on the way has gone further, placements included; 0 before the
+    /// first. What a stepper has left behind and puts far from all others is no reason to look further around the
+    /// tools.
     [[nodiscard]] virtual double largest_move() const = 0;
 };
 

@@ -15,8 +15,9 @@ public:
     /// For a frame whose led bodies have moved, m: the margin, the furthest that any vertex of the led bodies, and of
     /// the tissue where it may have met another body, has come since the last frame, and what is deeper inside than its
     /// pairs would tell, rounded up to margin · 2ⁿ so that structures need not follow every tick. All three in m: no
-    /// vertex has gone further, nothing is deeper. Of the last two no more than two mean edges: what tissue goes beyond that in a tick, faster than what
-    /// leads it, has no neighbourhood left, and to ask for it would be to ask for every pair of triangles.
+    /// vertex has gone further, nothing is deeper. Of the last two no more than two mean edges: what tissue goes beyond
+    /// that in a tick, faster than what leads it, has no neighbourhood left, and to ask for it would be to ask for
+    /// every pair of triangles.
     [[nodiscard]] double of(double led_move, double tissue_move, double deep) const;
     /// True where of() has cut what these ask for: the tick is told as truncated.
     [[nodiscard]] bool is_cut(double led_move, double tissue_move, double deep) const {
