@@ -64,6 +64,7 @@ void FarField::start() {
             holding.seen = turn_;
         }
     }
+    late_.clear();
     stretch_ = last_stretch_ = 0.0;
     around_ = 0;
 }

@@ -18,7 +18,6 @@
 #include "support/random_vectors.hpp"
 #include "support/tissue_samples.hpp"
 #include "tissue/body_boxes.hpp"
-#include "tissue/far_field.hpp"
 #include "tissue/mass_spring.hpp"
 #include "tissue/moving_tissue.hpp"
 #include "tissue/region_levels.hpp"
@@ -272,7 +271,7 @@ TEST(Regional, AtMostASixteenthOfWhatIsFarMovesInATick) {
             continue;
         oldest = std::min(oldest, last[static_cast<std::size_t>(v)]);
     }
-    EXPECT_GT(oldest, 0) << "all of it is followed";
+    EXPECT_GT(oldest, 45) << "all of it is followed";
 }
 
 TEST(Regional, AContactPressesWhereAVertexThatWasLeftBehindIsByNow) {
@@ -597,8 +596,8 @@ TEST(Regional, TellsTheLargestStretchAlsoOfWhatNothingHasTouched) {
     stepper->prepare(s.topology, s.materials);
     const Effect effect = test::empty_effect(s.topology);
     std::vector<Wrench> reaction(1);
-    // Three of some 360 vertices are looked at in one tick of four.
-    for (int tick = 0; tick < 520; ++tick) {
+    // Two of some 360 vertices are looked at in a tick.
+    for (int tick = 0; tick < 420; ++tick) {
         ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
         EXPECT_LT(stepper->max_strain(), 0.5 + 1e-9);
     }
