@@ -44,7 +44,9 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     };
     constexpr int most_rounds = 20;
     constexpr double settled = 1e-4;  // of the largest force
-    first_ = -1.0;                    // nothing has changed yet
+    has_changed_ = false;
+    first_ = 0.0;
+    if (!known && vertices_.nodes > 0) begin_as_before(h, contacts);
     for (int round = 0; round < most_rounds; ++round) {
         take_rows(h, contacts);
         // Which contacts press is found out among the vertices, where an iteration costs a third; the coarser nodes
@@ -56,10 +58,49 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
         for (const TickContact& contact : all) largest = std::max(largest, std::abs(contact.force));
         if (!contacts.any_rubs() || rub(h, contacts) <= settled * largest) break;
     }
+    remember_forces(contacts);
     close_momentum();
     show_velocities();
     if (contacts.any_rubs()) stretch_slips(h, contacts);
     for (const Index local : contacts.touched()) state.velocity.col(local).head<3>() = start_[at(contacts.spot(local))];
+}
+
+/// Stiff contacts give hundreds of times too much at velocities that are hardly off, so that a step cannot begin at
+/// those of the last one. It begins where the contacts give what they gave in it, as far as one step of the
+/// preconditioner finds that, and knows from there which of them press.
+void RegionSystem::begin_as_before(double h, TickContacts& contacts) {
+    const std::span<const TickContact> all = contacts.all();
+    const auto count = eigen_index(vertices_.nodes);
+    residual_.leftCols(count).setZero();
+    bool any = false;
+    for (std::size_t c = 0; c < all.size(); ++c) {
+        const std::uint64_t id = contacts.given(all[c]).source_id;
+        Row& row = rows_[c];
+        row.rate = std::numeric_limits<double>::infinity();
+        if (id == 0 || row.yield == 0.0) continue;
+        const auto before =
+            std::lower_bound(pressed_.begin(), pressed_.end(), id,
+                             [](const Pressed& entry, std::uint64_t other) { return entry.id < other; });
+        if (before == pressed_.end() || before->id != id) continue;
+        any = true;
+        row.rate = (row.given - before->force) / row.yield;
+        push(all[c], h * row.yield * (row.rate - TickContacts::rate(all[c], tissue_->state())), residual_);
+    }
+    if (!any) return;
+    take_blocks(h, contacts);
+    precondition(0.0, vertices_, contacts);
+    change_.leftCols(count) = preconditioned_.leftCols(count);
+    first_ = acts_;
+    has_changed_ = true;
+}
+
+void RegionSystem::remember_forces(const TickContacts& contacts) {
+    pressed_.clear();
+    for (std::size_t c = 0; c < rows_.size(); ++c) {
+        const std::uint64_t id = contacts.given(contacts.all()[c]).source_id;
+        if (id != 0 && rows_[c].gives_way()) pressed_.push_back({id, rows_[c].now});
+    }
+    std::sort(pressed_.begin(), pressed_.end(), [](const Pressed& a, const Pressed& b) { return a.id < b.id; });
 }
 
 /// What each contact gives for the rate r that it has after the step: k (d - h r) - mu r, within bounds. That falls
@@ -294,23 +335,37 @@ void RegionSystem::stand_still() {
     for (Matrix4X* vector : {&direction_, &image_}) vector->leftCols(eigen_index(nodes_.size())).setZero();
 }
 
-/// Conjugate gradients on the convex function whose minimum the step is: quadratic but for the contacts, each of which
-/// gives way or not by where the change as it is takes it. Every step goes as far as the function falls, so that there
-/// are no circles; where no contact begins or ends to give way, it is the linear method. From the change as it is,
-/// which the first call of a step finds 0; what is not part of it keeps its change.
+/// The minimum of a convex function, which the step is: quadratic but for the contacts, each of which gives way or not
+/// by where the change as it is takes it. Newton's method: conjugate gradients on the function with what gives way held
+/// to be as it is, then as far along what they have found as the function itself falls, so that there are no circles.
+/// From the change as it is; what is not part of it keeps its change.
 void RegionSystem::find_change(double h, const Part& part, double tolerance, int iterations, TickContacts& contacts) {
+    take_residual(h, part, contacts);
+    take_blocks(h, contacts);
+    double rho = precondition(0.0, part, contacts);
+    first_ = std::max(first_, rho);
+    while (iterations > 0 && !is_settled(rho, tolerance)) {
+        bool strays = false;
+        iterations -= descend(part, rho, tolerance, iterations, contacts, strays);
+        if (!strays) break;
+        go_along(h, part, contacts);
+        rho = precondition(0.0, part, contacts);
+    }
+    for (std::size_t c = 0; c < rows_.size(); ++c) contacts.all()[c].force = rows_[c].now;
+}
+
+/// What the change as it is leaves open, and what the contacts give there.
+void RegionSystem::take_residual(double h, const Part& part, const TickContacts& contacts) {
     const auto count = eigen_index(part.nodes);
-    const std::span<TickContact> all = contacts.all();
-    const auto turn_from = [&](const Matrix4X& to, double by) {
-        kernels_->turn(part.nodes, by, to.data(), inertia_.data(), direction_.data(), image_.data());
-    };
+    const std::span<const TickContact> all = contacts.all();
     residual_.leftCols(count) = right_side_.leftCols(count);
     stand_still();
-    if (first_ >= 0.0) {
-        turn_from(change_, 0.0);
+    if (has_changed_) {
+        kernels_->turn(part.nodes, 0.0, change_.data(), inertia_.data(), direction_.data(), image_.data());
         multiply(part, contacts);
         residual_.leftCols(count) -= image_.leftCols(count);
     }
+    has_changed_ = true;
     for (std::size_t c = 0; c < all.size(); ++c) {
         Row& row = rows_[c];
         row.rate = all[c].fixed_rate;
@@ -320,52 +375,87 @@ void RegionSystem::find_change(double h, const Part& part, double tolerance, int
             row.rate += all[c].weight[i] * (start + change).dot(all[c].normal);
         }
         row.now = row.force(row.rate);
-        if (row.now == 0.0) continue;
-        each_end(all[c], [&](Eigen::Index n, double weight) {
-            residual_.col(n).head<3>() += h * weight * row.now * all[c].normal;
-        });
+        if (row.now != 0.0) push(all[c], h * row.now, residual_);
     }
-    take_blocks(h, contacts);
-    double rho = precondition(0.0, part, contacts);
-    first_ = std::max(first_, rho);
-    turn_from(preconditioned_, 0.0);
-    for (int iteration = 0; iteration < iterations && !is_settled(rho, tolerance); ++iteration) {
+}
+
+/// Conjugate gradients with the contacts that press held to do so at any force, the others not at all: until what is
+/// open is little, or little of what there was where a contact should have begun or ended to give way. Gives how many
+/// iterations that took.
+int RegionSystem::descend(const Part& part, double rho, double tolerance, int iterations, const TickContacts& contacts,
+                          bool& strays) {
+    constexpr double enough = 0.3 * 0.3;
+    const std::span<const TickContact> all = contacts.all();
+    const auto turn = [&](double by) {
+        kernels_->turn(part.nodes, by, preconditioned_.data(), inertia_.data(), direction_.data(), image_.data());
+    };
+    const auto count = eigen_index(part.nodes);
+    start_change_.leftCols(count) = change_.leftCols(count);
+    start_residual_.leftCols(count) = residual_.leftCols(count);
+    for (Row& row : rows_) {
+        row.start_rate = row.rate;
+        row.start_force = row.now;
+    }
+    const double first = rho;
+    turn(0.0);
+    int taken = 0;
+    for (; taken < iterations && !is_settled(rho, tolerance) && !(strays && rho <= enough * first); ++taken) {
         multiply(part, contacts);
-        const double curvature = kernels_->dot(part.nodes, direction_.data(), image_.data());
-        if (!(curvature > 0.0)) break;
-        moved_.clear();
         for (std::size_t c = 0; c < all.size(); ++c) {
             Row& row = rows_[c];
-            row.along = 0.0;
-            each_end(all[c], [&](Eigen::Index n, double weight) {
-                row.along += weight * direction_.col(n).head<3>().dot(all[c].normal);
-            });
-            if (row.yield > 0.0 && row.along != 0.0) moved_.push_back(c);
+            if (row.yield == 0.0) continue;
+            row.along = along(all[c], direction_);
+            if (row.press > 0.0) push(all[c], row.press * row.along, image_);
         }
-        // The residual has nothing left along the last direction: rho is what it has along this one.
-        const double step = step_length(h, rho, curvature);
-        bool has_changed = false;
-        for (const std::size_t c : moved_) {
-            Row& row = rows_[c];
-            const bool gave_way = row.gives_way();
+        const double curvature = kernels_->dot(part.nodes, direction_.data(), image_.data());
+        if (!(curvature > 0.0)) break;
+        const double step = rho / curvature;
+        strays = false;
+        for (Row& row : rows_) {
+            if (row.yield == 0.0) continue;
             row.rate += step * row.along;
-            const double force = row.force(row.rate);
-            if (row.gives_way() != gave_way) {
-                change_block(h, c, contacts);
-                has_changed = true;
-            }
-            if (force == row.now) continue;
-            const Vector3 push = h * (row.now - force) / step * all[c].normal;
-            each_end(all[c], [&](Eigen::Index n, double weight) { image_.col(n).head<3>() += weight * push; });
-            row.now = force;
+            if (row.press > 0.0) row.now = row.given - row.yield * row.rate;
+            strays = strays || (row.press > 0.0 ? !row.gives_way() : row.force(row.rate) != row.now);
         }
-        // A preconditioner that is off by one stiff contact costs more than a new one.
-        if (has_changed) couple(contacts);
         const double next = precondition(step, part, contacts);
-        turn_from(preconditioned_, has_changed ? 0.0 : next / rho);
+        turn(next / rho);
         rho = next;
     }
-    for (std::size_t c = 0; c < all.size(); ++c) all[c].force = rows_[c].now;
+    return taken;
+}
+
+/// As far along what `descend` has found as the function falls.
+void RegionSystem::go_along(double h, const Part& part, const TickContacts& contacts) {
+    const std::span<const TickContact> all = contacts.all();
+    const auto count = eigen_index(part.nodes);
+    auto way = change_.leftCols(count);
+    auto taken = residual_.leftCols(count);
+    way -= start_change_.leftCols(count);
+    taken = start_residual_.leftCols(count) - taken;
+    const double downhill = kernels_->dot(part.nodes, start_residual_.data(), change_.data());
+    double curvature = kernels_->dot(part.nodes, residual_.data(), change_.data());
+    moved_.clear();
+    for (std::size_t c = 0; c < all.size(); ++c) {
+        Row& row = rows_[c];
+        if (row.yield == 0.0) continue;
+        row.along = row.rate - row.start_rate;
+        row.rate = row.start_rate;
+        row.now = row.start_force;
+        curvature -= row.press * row.along * row.along;
+        if (row.along != 0.0) moved_.push_back(c);
+    }
+    const double step = step_length(h, downhill, curvature);
+    way = start_change_.leftCols(count) + step * way;
+    taken = start_residual_.leftCols(count) - step * taken;
+    for (const std::size_t c : moved_) {
+        Row& row = rows_[c];
+        row.rate += step * row.along;
+        const double force = row.force(row.rate);
+        push(all[c], h * (force - row.now) + step * row.press * row.along, residual_);
+        row.now = force;
+        if (row.gives_way() != (row.press > 0.0)) change_block(h, c, contacts);
+    }
+    couple(contacts);
 }
 
 /// Of pieces that nothing holds, what the iterations have left open of the momentum.

@@ -41,7 +41,7 @@ RegionSystem::RegionSystem(MovingTissue& tissue, RegionTissue& region)
     far_block_.assign(nodes, Matrix3::Zero());
     inverse_.assign(12 * nodes, 0.0);
     for (Matrix4X* vector : {&right_side_, &whole_right_side_, &change_, &residual_, &preconditioned_, &direction_,
-                             &image_, &place_, &speed_}) {
+                             &image_, &place_, &speed_, &start_change_, &start_residual_}) {
         vector->setZero(4, eigen_index(nodes));
     }
     left_.setZero(3, region.pieces());
@@ -49,6 +49,7 @@ RegionSystem::RegionSystem(MovingTissue& tissue, RegionTissue& region)
     constexpr std::size_t usual_contacts = 512;
     rows_.reserve(usual_contacts);
     moved_.reserve(usual_contacts);
+    pressed_.reserve(usual_contacts);
     coupled_.reserve(usual_contacts);
     constexpr Eigen::Index most_coupled = 256;
     coupling_.setZero(most_coupled, most_coupled);

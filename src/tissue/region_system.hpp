@@ -77,20 +77,26 @@ private:
             slide.setZero();
         }
 
-        double given = 0.0;   ///< N, at rate 0
-        double yield = 0.0;   ///< N s/m
-        double least = 0.0;   ///< N
-        double most = 0.0;    ///< N
-        double rate = 0.0;    ///< m/s, by the change as it is
-        double along = 0.0;   ///< m/s, what the direction adds to it
-        double now = 0.0;     ///< N, at that rate
-        double press = 0.0;   ///< kg, along its normal, in the preconditioner
-        double square = 0.0;  ///< kg m²/s² per N², of its force as residuals are measured without contacts
+        double given = 0.0;        ///< N, at rate 0
+        double yield = 0.0;        ///< N s/m
+        double least = 0.0;        ///< N
+        double most = 0.0;         ///< N
+        double rate = 0.0;         ///< m/s, by the change as it is
+        double along = 0.0;        ///< m/s, what the direction adds to it
+        double start_rate = 0.0;   ///< m/s, where a search along a direction begins
+        double start_force = 0.0;  ///< N, there
+        double now = 0.0;          ///< N, at that rate
+        double press = 0.0;        ///< kg, along its normal, in the preconditioner
+        double square = 0.0;       ///< kg m²/s² per N², of its force as residuals are measured without contacts
         // Along the surface it gives -stretched - slope held(speed after the step).
         bool rubs = false;
         double slope = 0.0;                   ///< N s/m
         Vector3 stretched = Vector3::Zero();  ///< N
         Vector3 slide = Vector3::Zero();      ///< the way it slides; zero where it sticks
+    };
+    struct Pressed {
+        std::uint64_t id = 0;  ///< of the contact
+        double force = 0.0;    ///< N
     };
     /// So many of the first nodes that are awake, and of the first edges those with an end among them.
     struct Part {
@@ -109,6 +115,12 @@ private:
     [[nodiscard]] double step_length(double h, double downhill, double curvature) const;
     void find_change(double h, const Part& part, double tolerance, int iterations, TickContacts& contacts);
     void stand_still();
+    void begin_as_before(double h, TickContacts& contacts);
+    void remember_forces(const TickContacts& contacts);
+    void take_residual(double h, const Part& part, const TickContacts& contacts);
+    int descend(const Part& part, double rho, double tolerance, int iterations, const TickContacts& contacts,
+                bool& strays);
+    void go_along(double h, const Part& part, const TickContacts& contacts);
     [[nodiscard]] bool is_settled(double rho, double tolerance) const;
     void close_momentum();
     [[nodiscard]] static double tangent_slope(double h, const TickContact& contact, const TickContacts& contacts);
@@ -126,6 +138,18 @@ private:
         for (std::size_t i = 0; i < static_cast<std::size_t>(contact.count); ++i) {
             act(number_[0][static_cast<std::size_t>(contact.vertex[i])], contact.weight[i]);
         }
+    }
+    /// N s, of a contact along its normal on what it touches.
+    void push(const TickContact& contact, double impulse, Matrix4X& vector) const {
+        each_end(contact,
+                 [&](Eigen::Index n, double weight) { vector.col(n).head<3>() += weight * impulse * contact.normal; });
+    }
+    /// What a vector is along a contact's normal at P.
+    [[nodiscard]] double along(const TickContact& contact, const Matrix4X& vector) const {
+        double sum = 0.0;
+        each_end(contact,
+                 [&](Eigen::Index n, double weight) { sum += weight * vector.col(n).head<3>().dot(contact.normal); });
+        return sum;
     }
 
     MovingTissue* tissue_;
@@ -148,8 +172,10 @@ private:
     std::vector<Matrix3> far_block_;         ///< without these springs
     std::vector<double> inverse_;            ///< 12 a node
     Matrix4X right_side_, whole_right_side_, change_, residual_, preconditioned_, direction_, image_;
-    Matrix4X place_, speed_;  ///< m and m/s, of nodes that are no vertices
+    Matrix4X start_change_, start_residual_;  ///< where a search along a direction begins
+    Matrix4X place_, speed_;                  ///< m and m/s, of nodes that are no vertices
     std::vector<Row> rows_;
+    std::vector<Pressed> pressed_;        ///< in the last step and gave way, by id
     std::vector<std::size_t> moved_;      ///< contacts whose force the direction may change
     std::vector<Vector3> start_;          ///< m/s, as the step begins, of touched vertices
     std::vector<Matrix3> near_block_;     ///< likewise, with what contacts add
@@ -160,10 +186,11 @@ private:
     Matrix3X left_;  ///< N s, per free piece
     std::vector<double> piece_inertia_;
     // Of the residual with itself, preconditioned, kg m²/s².
-    double first_ = -1.0;      ///< the largest that iterations of this step began with; < 0: nothing has changed yet
-    double acts_ = 0.0;        ///< of the right side, without contacts
-    double open_ = 0.0;        ///< as it is, by the blocks without contacts
-    double listed_for_ = 0.0;  ///< s
+    double first_ = 0.0;        ///< the largest that iterations of this step began with
+    double acts_ = 0.0;         ///< of the right side, without contacts
+    double open_ = 0.0;         ///< as it is, by the blocks without contacts
+    double listed_for_ = 0.0;   ///< s
+    bool has_changed_ = false;  ///< `change_` is not 0
 };
 
 }  // namespace trocar

@@ -13,6 +13,7 @@
 #include "tissue/far_field.hpp"
 #include "tissue/region_levels.hpp"
 #include "tissue/region_system.hpp"
+#include "tissue/side_thread.hpp"
 #include "tissue/tick_contacts.hpp"
 #include "tissue/written_vertices.hpp"
 
@@ -26,6 +27,7 @@ struct RegionalSettings {
     std::size_t whole = 2000;
     double tolerance = 0.002;
     int iterations = 1000;
+    std::size_t threads = 1;
 };
 
 class RegionalStepper final : public Stepper {
@@ -78,6 +80,7 @@ public:
                     std::vector<Wrench>& reaction) override {
         if (whole_) return whole_->advance(effect, dt, from, to, reaction);
         if (!region_) build(from);
+        if (beside_) beside_->rouse();
         TissueState& state = tissue_->state();
         const bool ours = is_known_ && (is_trusted_ || is_ours(from));
         has_moved_ = false;
@@ -97,14 +100,19 @@ public:
         const bool known = effect.contact_timing != ContactTiming::implicit;
         contacts_->begin_substep(state);
         system_->prepare(dt);
+        // What sleeps and what is awake stand where the tick began until `move`: they may go on side by side.
+        const auto follow = [&] { far_field_->follow(std::min(settings_.visits, state.size() / settings_.slices)); };
+        if (beside_) {
+            beside_->start(follow);
+        } else {
+            follow();
+        }
         system_->solve(dt, known, settings_.tolerance, settings_.iterations, *contacts_);
+        if (beside_) beside_->join();
         const double furthest = system_->move(dt);
         if (!contacts_->all().empty()) contacts_->finish_substep(dt, 1, state);
         Outcome outcome = tissue_->check(std::isfinite(furthest), furthest, effect, from);
-        if (outcome.ok()) {
-            limit_strain();
-            far_field_->follow(std::min(settings_.visits, state.size() / settings_.slices));
-        }
+        if (outcome.ok()) limit_strain();
         tissue_->release(effect);
         if (!outcome.ok()) {
             is_known_ = false;
@@ -150,6 +158,7 @@ private:
         region_.emplace(*tissue_, *written_, *boxes_, *topology_, from.position, fewest);
         system_.emplace(*tissue_, *region_);
         far_field_.emplace(*region_);
+        if (settings_.threads > 1 && !beside_) beside_.emplace();
         for (const RegionLevel& level : region_->levels()) {
             Search& search = searches_.emplace_back();
             search.queue.reserve(level.size());
@@ -365,6 +374,7 @@ private:
     std::vector<Index> is_late_;  ///< those that had
     std::size_t seed_count_ = 0;
     std::optional<WrittenVertices> written_;
+    std::optional<SideThread> beside_;
     bool is_known_ = false;
     bool is_trusted_ = false;  ///< frames are as this stepper has left them
     bool has_moved_ = false;   ///< `written_` has what the last advance moved
@@ -420,7 +430,14 @@ StepperEntry regional_stepper() {
          .default_value = "1000",
          .minimum = 1,
          .maximum = 100000,
-         .meaning = "most iterations of conjugate gradients for one system"}};
+         .meaning = "most iterations of conjugate gradients for one system"},
+        {.name = "threads",
+         .type = Parameter::Type::integer,
+         .unit = "1",
+         .default_value = "1",
+         .minimum = 1,
+         .maximum = 2,
+         .meaning = "2: the far field is followed in a thread of its own beside the solve; the same bits"}};
     entry.make = [](const ParameterValues& values) {
         const auto count = [&values](const char* name) { return static_cast<std::size_t>(values.integer(name)); };
         return std::make_unique<RegionalStepper>(
@@ -429,7 +446,8 @@ StepperEntry regional_stepper() {
                              .visits = count("visits"),
                              .whole = count("whole"),
                              .tolerance = values.number("tolerance"),
-                             .iterations = static_cast<int>(values.integer("iterations"))});
+                             .iterations = static_cast<int>(values.integer("iterations")),
+                             .threads = count("threads")});
     };
     return entry;
 }

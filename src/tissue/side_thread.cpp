@@ -1,0 +1,65 @@
+#include "tissue/side_thread.hpp"
+
+#include <hwy/cache_control.h>
+
+#include <utility>
+
+namespace trocar {
+
+SideThread::SideThread() : thread_([this] { serve(); }) {}
+
+SideThread::~SideThread() {
+    change(State::over);
+    thread_.join();
+}
+
+void SideThread::rouse() {
+    State idle = State::idle;
+    if (state_.compare_exchange_strong(idle, State::roused)) state_.notify_one();
+}
+
+void SideThread::begin(void (*act)(const void*), const void* what) {
+    act_ = act;
+    what_ = what;
+    change(State::working);
+}
+
+void SideThread::join() {
+    wait_awake_while(State::working);
+    state_.store(State::idle);
+    if (thrown_) std::rethrow_exception(std::exchange(thrown_, nullptr));
+}
+
+void SideThread::serve() {
+    for (State now = state_.load(); now != State::over; now = state_.load()) {
+        if (now == State::roused) {
+            wait_awake_while(now);
+        } else if (now != State::working) {
+            state_.wait(now);
+        } else {
+            try {
+                act_(what_);
+            } catch (...) {
+                thrown_ = std::current_exception();
+            }
+            change(State::done);
+        }
+    }
+}
+
+void SideThread::change(State to) {
+    state_.store(to);
+    state_.notify_one();
+}
+
+/// Asleep after a while: a machine with a single processor has to let the other thread on.
+void SideThread::wait_awake_while(State now) const {
+    constexpr int looks = 4000;
+    for (int n = 0; n < looks; ++n) {
+        if (state_.load() != now) return;
+        hwy::Pause();
+    }
+    state_.wait(now);
+}
+
+}  // namespace trocar
