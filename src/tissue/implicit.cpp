@@ -133,7 +133,7 @@ private:
     /// force asks where they slide.
     void stretch_slips(double h) {
         if (!contacts().any_rubs()) return;
-        contacts().gather_grip();
+        contacts().gather_grip(true);
         const TissueState& state = tissue().state();
         for (std::size_t c = 0; c < contacts().all().size(); ++c) {
             const TickContact& contact = contacts().all()[c];

@@ -50,7 +50,7 @@ void ImplicitContacts::solve(double h, bool known, const SpringArrays& springs, 
         contact.rubbed.setZero();
     }
     // Normal forces with friction as it is, then friction with those: each changes the other through the tissue.
-    constexpr int most_rounds = 20;
+    constexpr int most_rounds = 200;
     constexpr double settled = 1e-6;  // of the largest force
     for (int round = 0; round < most_rounds; ++round) {
         if (!known) find_pressing(h, all);
@@ -60,7 +60,7 @@ void ImplicitContacts::solve(double h, bool known, const SpringArrays& springs, 
             largest = std::max(largest, std::abs(force_[c]));
         }
         if (rows_.size() > all.size()) answer_to(0, all.size(), [&](std::size_t c) { return force_[c] != 0.0; });
-        if (rows_.size() == all.size() || rub(h, contacts) <= settled * largest) break;
+        if (rows_.size() == all.size() || rub(h, round > 0, contacts) <= settled * largest) break;
     }
 }
 
@@ -273,9 +273,10 @@ bool ImplicitContacts::solve_pressing(double h, std::span<TickContact> contacts)
 }
 
 /// One round over the contacts that rub: a tangential spring with a critical damper, implicit, that slides at friction
-/// × normal force. Gives the largest change of a force, N.
-double ImplicitContacts::rub(double h, TickContacts& contacts) {
-    contacts.gather_grip();
+/// × normal force. `keep`: of contacts that share a grip it stays with the one that had it in the round before. Gives
+/// the largest change of a force, N.
+double ImplicitContacts::rub(double h, bool keep, TickContacts& contacts) {
+    contacts.gather_grip(keep);
     const std::span<TickContact> all = contacts.all();
     const auto rubs = [&](std::size_t c) {
         const TickContacts::Grip& grip = contacts.grip(contacts.given(all[c]).slip_key);

@@ -49,7 +49,7 @@ private:
     bool solve_pressing(double h, std::span<TickContact> contacts);
     void guess_pressing(double h, std::span<TickContact> contacts);
     void find_pressing(double h, std::span<TickContact> contacts);
-    double rub(double h, TickContacts& contacts);
+    double rub(double h, bool keep, TickContacts& contacts);
 
     Compliance compliance_;
     std::vector<double> swell_;          ///< m³/(N s) per row and enclosure: what a push on it does to the volume

@@ -53,6 +53,8 @@ struct Press {
     Effect effect = test::empty_effect(s.topology);
     std::vector<Wrench> reaction{1};
     double friction = 0.0;
+    /// > 0: two faces press each vertex, tilted by so much (rad) along and against the way; they stay with it.
+    double tilt = 0.0;
     int placed_from = -1;  ///< tick in which a vertex far from the tool is put somewhere, and held for two more
     int tick = 0;
 
@@ -69,7 +71,7 @@ struct Press {
         for (Index v = 0; v < s.topology.vertex_count; ++v) {
             const Vector3 rest = disc().frame.position.col(v);
             if (s.materials.pinned[static_cast<std::size_t>(v)] != 0) continue;
-            if ((rest - Vector3(along(tick), 0.0, 0.0)).norm() > tool) continue;
+            if ((rest - Vector3(tilt > 0.0 ? 0.0 : along(tick), 0.0, 0.0)).norm() > tool) continue;
             const double gap = -depth(tick) - s.frame.position(2, v);
             LinearContact contact = test::plane_contact(v, -Vector3::UnitZ(), gap, 140.0, 0.0);
             contact.face_velocity = sinks;
@@ -78,7 +80,11 @@ struct Press {
             contact.tangent_k = friction > 0.0 ? 140.0 : 0.0;
             contact.surface_velocity = Vector3(goes, 0.0, -sinks);
             if (friction > 0.0) contact.slip_key = v;
-            effect.contacts.push_back(contact);
+            for (const double by : {-tilt, tilt}) {
+                contact.normal = Vector3(std::sin(by), 0.0, -std::cos(by));
+                effect.contacts.push_back(contact);
+                if (tilt == 0.0) break;
+            }
         }
         if (placed_from >= 0 && tick >= placed_from && tick < placed_from + 3) {
             const Index v = s.topology.vertex_count / 3;
@@ -136,6 +142,26 @@ TEST(Regional, FrictionIsThatOfTheWholeTissue) {
     // While it takes hold the two differ by what they take for the critical damper of a sticking contact.
     EXPECT_LT(error.sideways, 0.02);
     EXPECT_LT(error.last_sideways, 0.005) << "it slides";
+}
+
+/// Two faces that press a vertex alike share one tangential spring: which of them has it must not change from round to
+/// round of one step, or the last round decides what friction is, and single ticks have a third of it.
+TEST(Regional, FrictionDoesNotJumpWhereTwoFacesPressAlike) {
+    for (const auto& [name, settings] :
+         {std::pair<std::string, Settings>{"implicit", {}}, {"regional", with("0.01")}}) {
+        Press p(name, settings);
+        p.friction = 0.3;
+        p.tilt = 0.2;
+        double jump = 0.0;
+        Vector3 before = Vector3::Zero();
+        for (int tick = 0; tick < 300; ++tick) {
+            p.step();
+            if (tick > 230) jump = std::max(jump, (p.force() - before).norm());
+            before = p.force();
+        }
+        EXPECT_GT(std::abs(p.force().x()), 0.2 * p.force().z()) << name << ": it slides";
+        EXPECT_LT(jump, 0.05 * p.force().norm()) << name;
+    }
 }
 
 /// Sixty contacts on the disc's middle, every fifth from the other side; those that only come near have no damper in
@@ -204,6 +230,84 @@ TEST(Regional, EveryContactGivesWhatItGivesInTheWholeTissue) {
     }
     EXPECT_GT(pressing, 300);
     EXPECT_GT(left, 100);
+}
+
+/// A contact that gives nothing where a step begins and its limit where it ends does not give way at either.
+TEST(Regional, AContactMayGoFromNothingToItsLimitInOneStep) {
+    std::mt19937 random(8);
+    int at_limit = 0;
+    int nothing = 0;
+    int between = 0;
+    for (int round = 0; round < 12; ++round) {
+        Effect effect = many_contacts(1e6, false, random);
+        const double limit = std::pow(10.0, -1.0 - round % 3);  // N
+        for (LinearContact& contact : effect.contacts) contact.limit = limit;
+        const std::vector<double> whole = normals_at_once("implicit", {{"tolerance", "1e-10"}}, effect);
+        const std::vector<double> given =
+            normals_at_once("regional", {{"whole", "0"}, {"error", "0.001"}, {"tolerance", "1e-8"}}, effect);
+        for (std::size_t c = 0; c < whole.size(); ++c) {
+            EXPECT_NEAR(given[c], whole[c], 1e-3 * limit) << round << ", contact " << c << ", limit " << limit;
+            (given[c] > 0.999 * limit ? at_limit : given[c] == 0.0 ? nothing : between) += 1;
+        }
+    }
+    EXPECT_GT(at_limit, 50);
+    EXPECT_GT(nothing, 50);
+    EXPECT_GT(between, 50);
+}
+
+/// What a contact gave in the last step is where the next one begins, whatever it was: not what it finds.
+TEST(Regional, WhatContactsGaveBeforeHasNoPartInWhatTheyGive) {
+    std::mt19937 random(9);
+    const Settings exact{{"whole", "0"}, {"tolerance", "1e-9"}};
+    int other = 0;
+    for (int round = 0; round < 6; ++round) {
+        Effect first = many_contacts(1e5, round % 2 == 1, random);
+        Effect second = many_contacts(1e5, round % 2 == 1, random);
+        std::array<std::vector<double>, 2> given;
+        for (const bool known : {false, true}) {
+            // The contacts of the second step have nothing but their numbers from the first.
+            for (Effect* effect : {&first, &second}) {
+                for (std::size_t c = 0; c < effect->contacts.size(); ++c) {
+                    effect->contacts[c].source_id = known ? c + 1 : 0;
+                }
+            }
+            test::TissueSample s = disc();
+            const auto stepper = make_stepper("regional", exact);
+            stepper->prepare(s.topology, s.materials);
+            std::vector<Wrench> reaction(1);
+            for (const Effect* effect : {&first, &first, &second}) {
+                ASSERT_TRUE(stepper->advance(*effect, dt, s.frame, s.frame, reaction).ok());
+                for (const ContactLoad& load : stepper->loads()) given[known ? 1 : 0].push_back(load.normal);
+            }
+        }
+        const double most = *std::max_element(given[0].begin(), given[0].end());
+        for (std::size_t c = 0; c < given[0].size(); ++c) {
+            EXPECT_NEAR(given[1][c], given[0][c], 1e-6 * most) << round << ", contact " << c;
+            other += given[1][c] != given[0][c] ? 1 : 0;
+        }
+    }
+    EXPECT_GT(other, 100) << "it does begin elsewhere";
+}
+
+TEST(Regional, GivesTheSameBitsWithASecondThread) {
+    Settings two = with("0.01");
+    two["threads"] = "2";
+    Press alone("regional", with("0.01"));
+    Press beside("regional", two);
+    alone.friction = beside.friction = 0.2;
+    for (int tick = 0; tick < 260; ++tick) {
+        alone.step();
+        beside.step();
+        ASSERT_EQ(beside.s.frame.hash(), alone.s.frame.hash()) << tick;
+        ASSERT_EQ(beside.force(), alone.force()) << tick;
+    }
+    // From frames of others, and after them, too.
+    for (Press* one : {&alone, &beside}) one->s.frame.position.col(0) += Vector3(0.0, 0.0, 1e-5);
+    for (int tick = 0; tick < 20; ++tick) {
+        alone.step();
+        beside.step();
+        ASSERT_EQ(beside.s.frame.hash(), alone.s.frame.hash()) << tick;
+    }
 }
 
 /// The stiffer a contact, the less of what is open shows in the rate at which it gives way.

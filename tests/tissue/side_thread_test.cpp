@@ -1,0 +1,67 @@
+// The second thread of a stepper: does what it is given, once, and hands back what went wrong.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <stdexcept>
+#include <thread>
+
+#include "tissue/side_thread.hpp"
+
+namespace trocar {
+namespace {
+
+TEST(SideThread, DoesEachWorkOnceInAnotherThread) {
+    SideThread side;
+    int done = 0;
+    std::thread::id where;
+    const auto work = [&] {
+        ++done;
+        where = std::this_thread::get_id();
+    };
+    for (int n = 1; n <= 2000; ++n) {
+        if (n % 3 != 0) side.rouse();
+        if (n % 100 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));  // long enough to fall asleep
+        side.start(work);
+        side.join();
+        ASSERT_EQ(done, n);
+    }
+    EXPECT_NE(where, std::this_thread::get_id());
+}
+
+TEST(SideThread, IsWaitedForHoweverLongTheWorkTakes) {
+    SideThread side;
+    bool done = false;
+    const auto work = [&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        done = true;
+    };
+    side.start(work);
+    side.join();
+    EXPECT_TRUE(done);
+}
+
+TEST(SideThread, ThrowsWhatTheWorkHasThrownAndGoesOn) {
+    SideThread side;
+    const auto fails = [] { throw std::runtime_error("no more"); };
+    bool done = false;
+    const auto works = [&] { done = true; };
+    side.start(fails);
+    EXPECT_THROW(side.join(), std::runtime_error);
+    side.start(works);
+    EXPECT_NO_THROW(side.join());
+    EXPECT_TRUE(done);
+}
+
+TEST(SideThread, EndsWithoutWork) {
+    SideThread never_asked;
+    SideThread roused;
+    roused.rouse();
+    SideThread worked;
+    const auto work = [] {};
+    worked.start(work);
+    worked.join();
+    worked.rouse();
+}
+
+}  // namespace
+}  // namespace trocar
