@@ -112,10 +112,11 @@ if [ "$mode" = full ]; then
     build clang
     run_tests clang
     configure tsan
-    # The one thread that trocar starts is the empty loop beside a paced one. What else may race is a handler of signals
-    # with the run that it ends, a child with its start, and what the libraries of methods keep for each thread.
-    build tsan trocar_program contract_test run_command_test simulate_test study_command_test study_test
-    run_tests tsan -R '^(PacedLoop|StudyCommand|RunCommand|RunnerTest|Every/(Detector|Reach)Contract)[.]'
+    # The threads that trocar starts are the empty loop beside a paced one and the second one of a stepper. What else may
+    # race is a handler of signals with the run that it ends, a child with its start, and what the libraries of methods
+    # keep for each thread.
+    build tsan trocar_program contract_test run_command_test simulate_test study_command_test study_test tissue_test
+    run_tests tsan -R '^((PacedLoop|StudyCommand|RunCommand|RunnerTest|SideThread|Every/(Detector|Reach)Contract)[.]|.*SecondThread$)'
     fuzz 1
 fi
 

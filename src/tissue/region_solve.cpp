@@ -345,9 +345,9 @@ void RegionSystem::find_change(double h, const Part& part, double tolerance, int
     double rho = precondition(0.0, part, contacts);
     first_ = std::max(first_, rho);
     while (iterations > 0 && !is_settled(rho, tolerance)) {
-        bool strays = false;
-        iterations -= descend(part, rho, tolerance, iterations, contacts, strays);
-        if (!strays) break;
+        const Descent descent = descend(part, rho, tolerance, iterations, contacts);
+        iterations -= descent.iterations;
+        if (!descent.strays) break;
         go_along(h, part, contacts);
         rho = precondition(0.0, part, contacts);
     }
@@ -380,10 +380,9 @@ void RegionSystem::take_residual(double h, const Part& part, const TickContacts&
 }
 
 /// Conjugate gradients with the contacts that press held to do so at any force, the others not at all: until what is
-/// open is little, or little of what there was where a contact should have begun or ended to give way. Gives how many
-/// iterations that took.
-int RegionSystem::descend(const Part& part, double rho, double tolerance, int iterations, const TickContacts& contacts,
-                          bool& strays) {
+/// open is little, or is a part of what there was and a contact should have begun or ended to give way by then.
+RegionSystem::Descent RegionSystem::descend(const Part& part, double rho, double tolerance, int iterations,
+                                            const TickContacts& contacts) {
     constexpr double enough = 0.3 * 0.3;
     const std::span<const TickContact> all = contacts.all();
     const auto turn = [&](double by) {
@@ -398,8 +397,10 @@ int RegionSystem::descend(const Part& part, double rho, double tolerance, int it
     }
     const double first = rho;
     turn(0.0);
-    int taken = 0;
-    for (; taken < iterations && !is_settled(rho, tolerance) && !(strays && rho <= enough * first); ++taken) {
+    Descent descent;
+    while (descent.iterations < iterations && !is_settled(rho, tolerance) &&
+           !(descent.strays && rho <= enough * first)) {
+        ++descent.iterations;
         multiply(part, contacts);
         for (std::size_t c = 0; c < all.size(); ++c) {
             Row& row = rows_[c];
@@ -410,18 +411,20 @@ int RegionSystem::descend(const Part& part, double rho, double tolerance, int it
         const double curvature = kernels_->dot(part.nodes, direction_.data(), image_.data());
         if (!(curvature > 0.0)) break;
         const double step = rho / curvature;
-        strays = false;
+        descent.strays = false;
         for (Row& row : rows_) {
             if (row.yield == 0.0) continue;
             row.rate += step * row.along;
             if (row.press > 0.0) row.now = row.given - row.yield * row.rate;
-            strays = strays || (row.press > 0.0 ? !row.gives_way() : row.force(row.rate) != row.now);
+            // From nothing to its limit it does not give way at either.
+            const bool goes = row.press > 0.0 ? !row.gives_way() : row.force(row.rate) != row.now;
+            descent.strays = descent.strays || goes;
         }
         const double next = precondition(step, part, contacts);
         turn(next / rho);
         rho = next;
     }
-    return taken;
+    return descent;
 }
 
 /// As far along what `descend` has found as the function falls.

@@ -98,6 +98,10 @@ private:
         std::uint64_t id = 0;  ///< of the contact
         double force = 0.0;    ///< N
     };
+    struct Descent {
+        int iterations = 0;
+        bool strays = false;  ///< a contact does not give what it was held to give
+    };
     /// So many of the first nodes that are awake, and of the first edges those with an end among them.
     struct Part {
         std::size_t nodes = 0;
@@ -118,8 +122,7 @@ private:
     void begin_as_before(double h, TickContacts& contacts);
     void remember_forces(const TickContacts& contacts);
     void take_residual(double h, const Part& part, const TickContacts& contacts);
-    int descend(const Part& part, double rho, double tolerance, int iterations, const TickContacts& contacts,
-                bool& strays);
+    Descent descend(const Part& part, double rho, double tolerance, int iterations, const TickContacts& contacts);
     void go_along(double h, const Part& part, const TickContacts& contacts);
     [[nodiscard]] bool is_settled(double rho, double tolerance) const;
     void close_momentum();
