@@ -382,10 +382,12 @@ double ConjugateGradients::multiply(const SpringArrays& springs, const SpringSys
     return curvature;
 }
 
+bool ConjugateGradients::has_factor() const { return factor_ != nullptr && factor_->is_ready(); }
+
 /// A step along the direction, as the kernel of this name; the factor does anew what the blocks have preconditioned.
 double ConjugateGradients::advance(const SpringSystem& system, double step, Matrix4X& solution) {
     const double product = kernels_->advance(system, step, solution, vectors_);
-    if (factor_ == nullptr || !factor_->is_ready()) return product;
+    if (!has_factor()) return product;
     return factor_->precondition(system, vectors_.residual, vectors_.preconditioned);
 }
 
@@ -413,11 +415,14 @@ int ConjugateGradients::improve(const SpringArrays& springs, const SpringSystem&
     solution.setZero();
     vectors_.image.setZero();
     vectors_.residual = right_side;
-    const double own = advance(system, 0.0, solution);
-    size_ = std::max(own, size);
-    multiply(springs, system);
+    double own = has_factor() ? 0.0 : advance(system, 0.0, solution);
+    const double curvature = multiply(springs, system);
     double rho = advance(system, 1.0, solution);
-    if (!(rho < own)) rho = start_from_nothing(system, right_side, solution);
+    // Of b = r + A x, with P the factor's inverse: r·Pr + 2 Ax·Pr + Ax·P(Ax). The last is nearly x·Ax, since P nearly
+    // is A's inverse, and solving once more to know it better would cost as much as an iteration.
+    if (has_factor()) own = rho + 2.0 * vectors_.image.cwiseProduct(vectors_.preconditioned).sum() + curvature;
+    if (!(rho < own)) own = rho = start_from_nothing(system, right_side, solution);
+    size_ = std::max(own, size);
     return iterate(springs, system, rho, tolerance * tolerance * size_, iterations, solution);
 }
 

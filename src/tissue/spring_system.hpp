@@ -77,12 +77,13 @@ public:
     /// held against `size`, where that is more than the right side's own.
     int improve(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& right_side, double tolerance,
                 int iterations, Matrix4X& solution, double size = 0.0);
-    /// How large the last right side was, measured by the preconditioner: the larger of it and what it was held
-    /// against.
+    /// How large the last right side was, measured by the preconditioner (where that is a factor, nearly so): the
+    /// larger of it and what it was held against.
     [[nodiscard]] double size() const { return size_; }
 
 private:
     double start_from_nothing(const SpringSystem& system, const Matrix4X& right_side, Matrix4X& solution);
+    [[nodiscard]] bool has_factor() const;
     double multiply(const SpringArrays& springs, const SpringSystem& system);
     double advance(const SpringSystem& system, double step, Matrix4X& solution);
     int iterate(const SpringArrays& springs, const SpringSystem& system, double rho, double small, int iterations,
