@@ -27,12 +27,12 @@ inline TissueSample tangle(unsigned seed, bool bends) {
     std::vector<Spring> springs;
     for (Index v = 0; v < vertices; ++v) {
         for (const Index step : {1, 3}) {
-            if (v + step >= vertices) continue;
+            const Index other = v + step;
+            if (other >= vertices) continue;
             Spring spring;
             spring.i = v;
-            spring.j = v + step;
-            spring.rest =
-                0.9 * (points[static_cast<std::size_t>(v)] - points[static_cast<std::size_t>(v + step)]).norm();
+            spring.j = other;
+            spring.rest = 0.9 * (points[at(v)] - points[at(other)]).norm();
             spring.k = 50.0 * (0.5 + unit(random));
             spring.damping = 0.01 * unit(random);
             springs.push_back(spring);

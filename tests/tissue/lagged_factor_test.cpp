@@ -217,7 +217,7 @@ TEST(ImplicitFactor, IsTakenOverAfterThatManyTicksWhateverTheStepsOfATick) {
     }
 }
 
-TEST(ImplicitFactor, EndsOnTheSameBitsTwice) {
+TEST(ImplicitFactor, EndsOnTheSameBitsTwiceBesideASecondThread) {
     PressedDisc one({{"factor", "2"}}, 100.0);
     PressedDisc two({{"factor", "2"}}, 100.0);
     for (int tick = 0; tick < ticks; ++tick) {
