@@ -3,6 +3,7 @@
 // damping: a motion that is faster than the step dies away instead of swinging.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "method/entry.hpp"
 #include "tissue/free_pieces.hpp"
 #include "tissue/implicit_contacts.hpp"
+#include "tissue/lagged_factor.hpp"
 #include "tissue/shape_system.hpp"
 #include "tissue/spring_system.hpp"
 #include "tissue/tissue_stepper.hpp"
@@ -43,6 +45,7 @@ struct ImplicitSettings {
     int steps = 1;
     double tolerance = 1e-4;
     int iterations = 200;
+    int factor = 0;  ///< ticks
 };
 
 class ImplicitStepper final : public TissueStepper {
@@ -57,6 +60,10 @@ private:
         system_.emplace(springs, vertices, hinges);
         shape_.emplace(tissue());
         gradients_.emplace(vertices);
+        factor_.reset();
+        if (settings_.factor > 0)
+            gradients_->precondition_by(&factor_.emplace(tissue().spring_arrays(), *system_, tissue().state()));
+        tick_ = 0;
         solver_.emplace(springs, vertices, hinges.size());
         pieces_.emplace(tissue().springs(), tissue().state());
         change_.setZero(4, static_cast<Eigen::Index>(vertices));
@@ -65,12 +72,16 @@ private:
         pushed_.start(change_.cols());
     }
 
+    void begin_tick() override { factor_is_due_ = factor_ && tick_++ % settings_.factor == 0; }
+
     double step(double h, bool known) override {
         TissueState& state = tissue().state();
         const SpringArrays& springs = tissue().spring_arrays();
         tissue().add_shape_force();
         system_kernels().front().linearise(h, springs, state, *system_);
         shape_->add_to(h, *system_);
+        if (factor_is_due_) factor_->renew(*system_);
+        factor_is_due_ = false;
         system_kernels().front().invert_blocks(springs, *system_);
         shape_->prepare_enclosures(h, *system_, settings_.tolerance, settings_.iterations, *gradients_);
         if (!pieces_->empty()) pieces_->begin(*system_, state);
@@ -152,6 +163,9 @@ private:
     std::optional<SpringSystem> system_;
     std::optional<ShapeSystem> shape_;
     std::optional<ConjugateGradients> gradients_;
+    std::optional<LaggedFactor> factor_;
+    std::int64_t tick_ = 0;
+    bool factor_is_due_ = false;  ///< in the next step
     std::optional<ImplicitContacts> solver_;
     std::optional<FreePieces> pieces_;
     Trail free_;       ///< without contacts and enclosures
@@ -189,12 +203,22 @@ StepperEntry implicit_stepper() {
                          .default_value = "200",
                          .minimum = 1,
                          .maximum = 100000,
-                         .meaning = "most iterations of conjugate gradients for one system"}};
+                         .meaning = "most iterations of conjugate gradients for one system"},
+                        {.name = "factor",
+                         .type = Parameter::Type::integer,
+                         .unit = "1",
+                         .default_value = "0",
+                         .minimum = 0,
+                         .maximum = 1000,
+                         .meaning = "ticks after which a sparse Cholesky factor of a step's system, made in a second "
+                                    "thread, is taken over as preconditioner of the steps from then on; 0: none, "
+                                    "3×3 blocks"}};
     entry.make = [](const ParameterValues& values) {
         return std::make_unique<ImplicitStepper>(
             ImplicitSettings{.steps = static_cast<int>(values.integer("steps")),
                              .tolerance = values.number("tolerance"),
-                             .iterations = static_cast<int>(values.integer("iterations"))});
+                             .iterations = static_cast<int>(values.integer("iterations")),
+                             .factor = static_cast<int>(values.integer("factor"))});
     };
     return entry;
 }

@@ -9,6 +9,7 @@ namespace trocar {
 SideThread::SideThread() : thread_([this] { serve(); }) {}
 
 SideThread::~SideThread() {
+    wait_awake_while(State::working);
     change(State::over);
     thread_.join();
 }

@@ -13,6 +13,7 @@
 
 #include "geometry/simd_targets.hpp"
 #include "tissue/four_points-inl.hpp"
+#include "tissue/lagged_factor.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace trocar::HWY_NAMESPACE {
@@ -381,13 +382,22 @@ double ConjugateGradients::multiply(const SpringArrays& springs, const SpringSys
     return curvature;
 }
 
+bool ConjugateGradients::has_factor() const { return factor_ != nullptr && factor_->is_ready(); }
+
+/// A step along the direction, as the kernel of this name; the factor does anew what the blocks have preconditioned.
+double ConjugateGradients::advance(const SpringSystem& system, double step, Matrix4X& solution) {
+    const double product = kernels_->advance(system, step, solution, vectors_);
+    if (!has_factor()) return product;
+    return factor_->precondition(system, vectors_.residual, vectors_.preconditioned);
+}
+
 /// Gives the product of the right side and what it is preconditioned.
 double ConjugateGradients::start_from_nothing(const SpringSystem& system, const Matrix4X& right_side,
                                               Matrix4X& solution) {
     // Cleared, not scaled by zero: numbers that were not finite would stay.
     for (Matrix4X* vector : {&solution, &vectors_.direction, &vectors_.image}) vector->setZero();
     vectors_.residual = right_side;
-    return kernels_->advance(system, 0.0, solution, vectors_);
+    return advance(system, 0.0, solution);
 }
 
 int ConjugateGradients::solve(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& right_side,
@@ -405,11 +415,14 @@ int ConjugateGradients::improve(const SpringArrays& springs, const SpringSystem&
     solution.setZero();
     vectors_.image.setZero();
     vectors_.residual = right_side;
-    const double own = kernels_->advance(system, 0.0, solution, vectors_);
+    double own = has_factor() ? 0.0 : advance(system, 0.0, solution);
+    const double curvature = multiply(springs, system);
+    double rho = advance(system, 1.0, solution);
+    // Of b = r + A x, with P the factor's inverse: r·Pr + 2 Ax·Pr + Ax·P(Ax). The last is nearly x·Ax, since P nearly
+    // is A's inverse, and solving once more to know it better would cost as much as an iteration.
+    if (has_factor()) own = rho + 2.0 * vectors_.image.cwiseProduct(vectors_.preconditioned).sum() + curvature;
+    if (!(rho < own)) own = rho = start_from_nothing(system, right_side, solution);
     size_ = std::max(own, size);
-    multiply(springs, system);
-    double rho = kernels_->advance(system, 1.0, solution, vectors_);
-    if (!(rho < own)) rho = start_from_nothing(system, right_side, solution);
     return iterate(springs, system, rho, tolerance * tolerance * size_, iterations, solution);
 }
 
@@ -422,7 +435,7 @@ int ConjugateGradients::iterate(const SpringArrays& springs, const SpringSystem&
         ++taken;
         const double curvature = multiply(springs, system);
         if (!(curvature > 0.0)) break;
-        const double next = kernels_->advance(system, rho / curvature, solution, vectors_);
+        const double next = advance(system, rho / curvature, solution);
         kernels_->turn(next / rho, vectors_);
         rho = next;
     }

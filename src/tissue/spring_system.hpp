@@ -13,6 +13,8 @@
 
 namespace trocar {
 
+class LaggedFactor;
+
 /// A hinge in the system: stiffness · slope slopeᵀ over its four vertices, slopes of held ones 0.
 struct SystemHinge {
     std::array<Index, 4> vertex{};   ///< of the state
@@ -60,10 +62,13 @@ struct SystemKernels {
 /// One version per instruction set of this CPU, the best one first; all give the same bits.
 const std::vector<SystemKernels>& system_kernels();
 
-/// Preconditioned conjugate gradients with the 3×3 blocks as preconditioner.
+/// Preconditioned conjugate gradients with the 3×3 blocks as preconditioner, or a factor in their place once it is
+/// ready.
 class ConjugateGradients {
 public:
     explicit ConjugateGradients(std::size_t vertex_count);
+    /// From now on; the factor outlives its use. nullptr: the blocks.
+    void precondition_by(LaggedFactor* factor) { factor_ = factor; }
     /// Solves until the residual, measured by the preconditioner, is below `tolerance` times that of the right side,
     /// for at most `iterations`. Gives how many it took.
     int solve(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& right_side, double tolerance,
@@ -72,17 +77,20 @@ public:
     /// held against `size`, where that is more than the right side's own.
     int improve(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& right_side, double tolerance,
                 int iterations, Matrix4X& solution, double size = 0.0);
-    /// How large the last right side was, measured by the preconditioner: the larger of it and what it was held
-    /// against.
+    /// How large the last right side was, measured by the preconditioner (where that is a factor, nearly so): the
+    /// larger of it and what it was held against.
     [[nodiscard]] double size() const { return size_; }
 
 private:
     double start_from_nothing(const SpringSystem& system, const Matrix4X& right_side, Matrix4X& solution);
+    [[nodiscard]] bool has_factor() const;
     double multiply(const SpringArrays& springs, const SpringSystem& system);
+    double advance(const SpringSystem& system, double step, Matrix4X& solution);
     int iterate(const SpringArrays& springs, const SpringSystem& system, double rho, double small, int iterations,
                 Matrix4X& solution);
 
     const SystemKernels* kernels_;
+    LaggedFactor* factor_ = nullptr;
     GradientVectors vectors_;
     double size_ = 0.0;
 };

@@ -35,6 +35,7 @@ Outcome TissueStepper::advance(const Effect& effect, double dt, const Frame& fro
 }
 
 Outcome TissueStepper::take_steps(const Effect& effect, double dt, const Frame& from) {
+    begin_tick();
     const double h = dt / steps_;
     const bool known = effect.contact_timing != ContactTiming::implicit;
     double bound = 0.0;  // m, no coordinate has gone further in this tick

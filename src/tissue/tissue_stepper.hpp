@@ -31,6 +31,8 @@ protected:
     virtual void prepare_steps() = 0;
     /// Once per run, in the first tick: the tissue stands where `start` has it, placements done.
     virtual void begin_run(const Frame& /*start*/) {}
+    /// Once per tick, before its first step.
+    virtual void begin_tick() {}
     /// Takes the tissue over h (s). `known`: every contact gives what it holds; nothing has to be found. Gives the
     /// furthest that a coordinate has gone, m; not finite where the numbers are not.
     virtual double step(double h, bool known) = 0;

@@ -63,5 +63,18 @@ TEST(SideThread, EndsWithoutWork) {
     worked.rouse();
 }
 
+TEST(SideThread, EndsAfterTheWorkThatNobodyWaitsFor) {
+    bool done = false;
+    const auto work = [&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        done = true;
+    };
+    {
+        SideThread side;
+        side.start(work);
+    }
+    EXPECT_TRUE(done);
+}
+
 }  // namespace
 }  // namespace trocar
