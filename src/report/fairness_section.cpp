@@ -47,7 +47,8 @@ void add_fairness(Draft& draft) {
     draft.heading(2, "Fairness manifest");
     draft.paragraph(
         "Every method of this study with every setting it ran with. Methods run in an order shuffled by the seed, "
-        "interleaved, each run in a fresh process, one thread.");
+        "interleaved, each run in a fresh process, one thread but for a stepper whose parameters (`threads`, `factor`) "
+        "start a second.");
     struct Method {
         std::string kind;
         std::string text;

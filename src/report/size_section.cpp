@@ -89,12 +89,18 @@ std::map<Family, std::vector<Size>> families_of(const Draft& draft) {
     return families;
 }
 
+/// A stepper's name has every parameter that is not at its default, those that start a second thread among them.
+std::string threads_of(const std::string& stepper) {
+    const bool two = stepper.find("threads=2") != std::string::npos || stepper.find("factor=") != std::string::npos;
+    return two ? "two threads" : "one thread";
+}
+
 std::string median_key(const std::string& stage) { return stage + "_median_ns"; }
 
 ScatterChart drawing_of(const Family& family, const std::vector<Size>& sizes) {
     ScatterChart chart;
     chart.x_title = fmt::format("tissue triangles, {}, {}", family.scenes, family.stepper);
-    chart.y_title = "median time per tick (µs), one thread";
+    chart.y_title = "median time per tick (µs), " + threads_of(family.stepper);
     std::vector<std::string> stages{"total"};
     stages.insert(stages.end(), stage_names.begin(), stage_names.end());
     for (const std::string& stage : stages) {
@@ -119,7 +125,7 @@ ScatterChart drawing_of(const Family& family, const std::vector<Size>& sizes) {
 
 Table table_of(const std::map<Family, std::vector<Size>>& families) {
     Table table;
-    table.caption = "Median time per tick and stage against size, one thread";
+    table.caption = "Median time per tick and stage against size, one thread where the stepper's name tells no more";
     table.columns = {{"scene", false},           {"detector + response", false}, {"stepper", false},
                      {"tissue triangles", true}, {"sub-steps per tick", true},   {"n per process (ticks)", true},
                      {"whole tick (µs)", true}};
@@ -154,7 +160,7 @@ Table size_page(const Draft& draft) {
     std::set<std::string> steppers;
     for (const auto& [family, sizes] : families) steppers.insert(family.stepper);
     Table table;
-    table.caption = "Whole tick against size, median (µs), one thread";
+    table.caption = "Whole tick against size, median (µs), one thread where the stepper's name tells no more";
     table.columns = {{"scene", false}, {"detector + response", false}, {"tissue triangles", true}};
     for (const std::string& stepper : steppers) table.columns.push_back({code(stepper), true});
     struct Row {
@@ -187,15 +193,15 @@ void add_cost_by_size(Draft& draft) {
     if (families.empty()) return;
     draft.heading(2, "Cost by size");
     draft.paragraph(
-        "What a tick costs against the number of tissue triangles, stages apart, both axes logarithmic. One thread. "
+        "What a tick costs against the number of tissue triangles, stages apart, both axes logarithmic. "
         "Scenes of a family have the same content on finer and finer meshes.");
     int number = 0;
     for (const auto& [family, sizes] : families) {
         draft.figure(
             fmt::format("cost_by_size_{}", ++number), drawing_of(family, sizes),
             fmt::format("Median time per stage against the number of tissue triangles: {} with {}, stepper {}; "
-                        "one thread.",
-                        family.scenes, code(family.methods), code(family.stepper)));
+                        "{}.",
+                        family.scenes, code(family.methods), code(family.stepper), threads_of(family.stepper)));
     }
     draft.add(table_of(families));
 }
