@@ -286,7 +286,7 @@ LaggedFactor::LaggedFactor(const SpringArrays& springs, const SpringSystem& syst
     numbers_.assign(3 * factorization_->vertex().size(), 0.0);
 }
 
-LaggedFactor::~LaggedFactor() { thread_.join(); }
+LaggedFactor::~LaggedFactor() = default;
 
 void LaggedFactor::renew(const SpringSystem& system) {
     thread_.join();

@@ -67,7 +67,7 @@ private:
     bool is_ready_ = false;        ///< `used_` may be used
     std::vector<double> numbers_;  ///< 3 per place
     Work work_{this};
-    SideThread thread_;
+    SideThread thread_;  ///< last: it ends before what it works on
 };
 
 }  // namespace trocar

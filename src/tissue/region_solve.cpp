@@ -270,11 +270,7 @@ double RegionSystem::precondition(double by, const Part& part, const TickContact
         auto push = coupled_push_.head(count);
         for (Eigen::Index a = 0; a < count; ++a) {
             const TickContact& contact = contacts.all()[coupled_[static_cast<std::size_t>(a)]];
-            double rate = 0.0;
-            each_end(contact, [&](Eigen::Index n, double weight) {
-                rate += weight * preconditioned_.col(n).head<3>().dot(contact.normal);
-            });
-            push[a] = rate;
+            push[a] = along(contact, preconditioned_);
         }
         const auto factor = coupling_.topLeftCorner(count, count).triangularView<Eigen::Lower>();
         factor.solveInPlace(push);

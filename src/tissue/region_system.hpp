@@ -86,7 +86,7 @@ private:
         double start_rate = 0.0;   ///< m/s, where a search along a direction begins
         double start_force = 0.0;  ///< N, there
         double now = 0.0;          ///< N, at that rate
-        double press = 0.0;        ///< kg, along its normal, in the preconditioner
+        double press = 0.0;        ///< kg, along its normal, in the preconditioner and while a direction is searched
         double square = 0.0;       ///< kg m²/s² per N², of its force as residuals are measured without contacts
         // Along the surface it gives -stretched - slope held(speed after the step).
         bool rubs = false;

@@ -10,6 +10,7 @@ namespace trocar {
 class SideThread {
 public:
     SideThread();
+    /// Waits for work that is still done.
     ~SideThread();
     SideThread(const SideThread&) = delete;
     SideThread& operator=(const SideThread&) = delete;
