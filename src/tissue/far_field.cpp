@@ -67,6 +67,7 @@ void FarField::start() {
     late_.clear();
     stretch_ = last_stretch_ = 0.0;
     around_ = 0;
+    tick_ = 0;
 }
 
 void FarField::follow(std::size_t most) {

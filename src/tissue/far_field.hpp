@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
 #include <vector>
 
 #include "tissue/region_levels.hpp"
@@ -39,7 +40,9 @@ private:
         double square = 0.0;  ///< m²
         std::uint32_t level = 0;
         Index node = -1;
-        bool operator<(const Late& other) const { return square < other.square; }
+        bool operator<(const Late& other) const {
+            return std::tie(square, level, node) < std::tie(other.square, other.level, other.node);
+        }
     };
     void find_late();
     void go_around();

@@ -148,14 +148,7 @@ private:
         const TissueState& state = tissue().state();
         for (std::size_t c = 0; c < contacts().all().size(); ++c) {
             const TickContact& contact = contacts().all()[c];
-            if (!contact.rubs) continue;
-            if (!contacts().grips(c)) continue;
-            Vector3 way = -h * contact.surface;
-            for (int i = 0; i < contact.count; ++i) {
-                const std::size_t place = static_cast<std::size_t>(i);
-                way += h * contact.weight[place] * state.velocity.col(contact.vertex[place]).head<3>();
-            }
-            contacts().stretch(c, way);
+            if (contact.rubs && contacts().grips(c)) contacts().stretch(c, h * TickContacts::speed(contact, state));
         }
     }
 

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <exception>
 #include <limits>
 #include <span>
 #include <utility>
@@ -309,7 +308,7 @@ void LaggedFactor::renew(const SpringSystem& system) {
 void LaggedFactor::make() {
     try {
         is_made_ = factorization_->make(snapshot_, pattern_, made_);
-    } catch (const std::exception&) {
+    } catch (...) {
         is_made_ = false;
     }
 }

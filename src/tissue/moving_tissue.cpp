@@ -225,32 +225,36 @@ void MovingTissue::limit_strain() {
     max_strain_ = std::max(0.0, stretch - 1.0);
 }
 
-/// Two passes of Provot's correction: an edge that is too long is brought back to the limit by its ends' inverse
-/// masses, and the part of their relative velocity that would lengthen it again is taken away.
 void MovingTissue::limit_every_spring(double longest) {
     std::fill(limited_.begin(), limited_.end(), std::uint8_t{0});
-    for (int pass = 0; pass < 2; ++pass) {
+    for (int pass = 0; pass < limit_passes; ++pass) {
         for (std::size_t s = 0; s < arrays_.size(); ++s) {
             const Index i = arrays_.i[s];
             const Index j = arrays_.j[s];
             const double limit = longest * springs_[s].rest;
-            const double sum = state_.inverse_mass[at(i)] + state_.inverse_mass[at(j)];
-            if (limit <= 0.0 || sum == 0.0) continue;
-            const Vector3 d = (state_.position.col(j) - state_.position.col(i)).head<3>();
-            const double length = d.norm();
-            if (length <= limit) continue;
-            limited_[s] = 1;
-            const Vector3 u = d / length;
-            const Vector3 correction = (length - limit) / sum * u;
-            state_.position.col(i).head<3>() += state_.inverse_mass[at(i)] * correction;
-            state_.position.col(j).head<3>() -= state_.inverse_mass[at(j)] * correction;
-            const double opening = (state_.velocity.col(j) - state_.velocity.col(i)).head<3>().dot(u);
-            if (opening <= 0.0) continue;
-            state_.velocity.col(i).head<3>() += state_.inverse_mass[at(i)] / sum * opening * u;
-            state_.velocity.col(j).head<3>() -= state_.inverse_mass[at(j)] / sum * opening * u;
+            if (limit <= 0.0) continue;
+            if (shorten(i, j, limit, state_.inverse_mass[at(i)], state_.inverse_mass[at(j)], state_)) limited_[s] = 1;
         }
     }
     limited_edges_ = std::count(limited_.begin(), limited_.end(), std::uint8_t{1});
+}
+
+bool shorten(Index i, Index j, double limit, double inverse_mass_i, double inverse_mass_j, TissueState& state) {
+    const double sum = inverse_mass_i + inverse_mass_j;
+    if (sum == 0.0) return false;
+    const Vector3 d = (state.position.col(j) - state.position.col(i)).head<3>();
+    const double length = d.norm();
+    if (length <= limit) return false;
+    const Vector3 u = d / length;
+    const Vector3 correction = (length - limit) / sum * u;
+    state.position.col(i).head<3>() += inverse_mass_i * correction;
+    state.position.col(j).head<3>() -= inverse_mass_j * correction;
+    const double opening = (state.velocity.col(j) - state.velocity.col(i)).head<3>().dot(u);
+    if (opening > 0.0) {
+        state.velocity.col(i).head<3>() += inverse_mass_i / sum * opening * u;
+        state.velocity.col(j).head<3>() -= inverse_mass_j / sum * opening * u;
+    }
+    return true;
 }
 
 }  // namespace trocar

@@ -13,6 +13,13 @@
 
 namespace trocar {
 
+/// Passes over all springs in which the strain limit shortens those that are too long.
+constexpr int limit_passes = 2;
+/// Provot's correction of one spring: where it is longer than `limit` (m) its ends are brought back to that by their
+/// inverse masses (1/kg; 0: stays), and lose the part of their relative velocity that would lengthen it again. Says
+/// whether it was too long and could be shortened.
+bool shorten(Index i, Index j, double limit, double inverse_mass_i, double inverse_mass_j, TissueState& state);
+
 class MovingTissue {
 public:
     /// Materials outlive the object.

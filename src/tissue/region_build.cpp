@@ -107,6 +107,7 @@ void share_out(const RegionLevel& coarse, const Vector3& place, std::span<const 
     for (std::size_t a = 0; a < count; ++a) {
         for (std::size_t b = a + 1; b < count; ++b) {
             const Vector3 along = coarse.rest[at(candidates[b].second)] - coarse.rest[at(candidates[a].second)];
+            if (along.isZero(0.0)) continue;  // tissue folded onto itself
             const Vector3 way = place - coarse.rest[at(candidates[a].second)];
             const double part = std::clamp(way.dot(along) / along.squaredNorm(), 0.0, 1.0);
             const double cost = (way - part * along).squaredNorm();
@@ -292,26 +293,11 @@ void RegionTissue::project(const RegionLevel& fine, RegionLevel& coarse) const {
     for (std::uint32_t edge = 0; edge < fine.i.size(); ++edge) {
         const SymmetricBlock stiffness = stiffness_of(level, edge);
         const SymmetricBlock damping = damping_of(level, edge);
-        std::array<std::pair<Index, double>, 6> ends{};
-        std::size_t ends_count = 0;
-        for (const auto& [node, sign] : {std::pair{fine.i[edge], 1.0}, std::pair{fine.j[edge], -1.0}}) {
-            for (std::size_t n = 0; n < 3; ++n) {
-                const double share = sign * fine.share[at(node)][n];
-                if (share == 0.0) continue;
-                const Index parent = fine.parent[at(node)][n];
-                const auto same = std::find_if(ends.begin(), ends.begin() + static_cast<std::ptrdiff_t>(ends_count),
-                                               [&](const auto& end) { return end.first == parent; });
-                if (same == ends.begin() + static_cast<std::ptrdiff_t>(ends_count)) {
-                    ends[ends_count++] = {parent, share};
-                } else {
-                    same->second += share;
-                }
-            }
-        }
-        for (std::size_t a = 0; a < ends_count; ++a) {
-            for (std::size_t b = a + 1; b < ends_count; ++b) {
-                const Index low = std::min(ends[a].first, ends[b].first);
-                const Index high = std::max(ends[a].first, ends[b].first);
+        const EdgeShares shares(fine, edge);
+        for (std::size_t a = 0; a < shares.count; ++a) {
+            for (std::size_t b = a + 1; b < shares.count; ++b) {
+                const Index low = std::min(shares.node[a], shares.node[b]);
+                const Index high = std::max(shares.node[a], shares.node[b]);
                 auto& row = rows[at(low)];
                 auto known =
                     std::find_if(row.begin(), row.end(), [&](const auto& entry) { return entry.first == high; });
@@ -323,7 +309,7 @@ void RegionTissue::project(const RegionLevel& fine, RegionLevel& coarse) const {
                     coarse.stiffness.emplace_back();
                     coarse.damping.emplace_back();
                 }
-                const double factor = -ends[a].second * ends[b].second;
+                const double factor = -shares.factor[a] * shares.factor[b];
                 for (std::size_t n = 0; n < 6; ++n) {
                     coarse.stiffness[known->second][n] += factor * stiffness[n];
                     coarse.damping[known->second][n] += factor * damping[n];

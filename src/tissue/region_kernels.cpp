@@ -70,17 +70,26 @@ HWY_INLINE double sum_of(Four number) {
 }
 
 void multiply_edges(std::span<const RegionEdge> edges, const double* direction, double* image) {
-    for (const RegionEdge& edge : edges) {
-        const std::size_t i = 4 * static_cast<std::size_t>(edge.own);
-        const std::size_t j = 4 * static_cast<std::size_t>(edge.other);
-        double apart[4];
-        store(sub(load(direction + i), load(direction + j)), apart);
-        const Four along_x = mul(load_column(edge.block.data()), all(apart[0]));
-        const Four along_y = mul(load_column(edge.block.data() + 4), all(apart[1]));
-        const Four along_z = mul(load_column(edge.block.data() + 8), all(apart[2]));
-        const Four push = add(add(along_x, along_y), along_z);
-        store(add(load(image + i), push), image + i);
-        store(sub(load(image + j), push), image + j);
+    std::size_t e = 0;
+    while (e < edges.size()) {
+        // One node's edges: what they do to it stays in a register.
+        const Index own = edges[e].own;
+        const std::size_t i = 4 * static_cast<std::size_t>(own);
+        const Four here = load(direction + i);
+        Four sum = load(image + i);
+        do {
+            const RegionEdge& edge = edges[e];
+            const std::size_t j = 4 * static_cast<std::size_t>(edge.other);
+            double apart[4];
+            store(sub(here, load(direction + j)), apart);
+            const Four along_x = mul(load_column(edge.block.data()), all(apart[0]));
+            const Four along_y = mul(load_column(edge.block.data() + 4), all(apart[1]));
+            const Four along_z = mul(load_column(edge.block.data() + 8), all(apart[2]));
+            const Four push = add(add(along_x, along_y), along_z);
+            sum = add(sum, push);
+            store(sub(load(image + j), push), image + j);
+        } while (++e < edges.size() && edges[e].own == own);
+        store(sum, image + i);
     }
 }
 

@@ -11,7 +11,7 @@
 
 namespace trocar {
 
-/// An edge of the system: block (4×3 by columns, kg) between two nodes. Edges of one `own` follow each other.
+/// An edge of the system: block (4×3 by columns, kg) between two nodes. Those of one `own` are best side by side.
 struct RegionEdge {
     Index own = -1;  ///< awake
     Index other = -1;

@@ -6,28 +6,6 @@
 namespace trocar {
 namespace {
 
-/// Which coarse nodes an edge acts on, and by how much: its two ends' shares, those of the second end negative.
-struct Shares {
-    std::array<Index, 6> node{};
-    std::array<double, 6> factor{};
-    std::size_t count = 0;
-
-    Shares(const RegionLevel& level, std::uint32_t edge) {
-        for (std::size_t n = 0; n < 3; ++n) add(level.parent[at(level.i[edge])][n], level.share[at(level.i[edge])][n]);
-        for (std::size_t n = 0; n < 3; ++n) add(level.parent[at(level.j[edge])][n], -level.share[at(level.j[edge])][n]);
-    }
-    void add(Index to, double by) {
-        if (by == 0.0) return;
-        for (std::size_t n = 0; n < count; ++n) {
-            if (node[n] != to) continue;
-            factor[n] += by;
-            return;
-        }
-        node[count] = to;
-        factor[count++] = by;
-    }
-};
-
 Eigen::Vector4d multiply(const SymmetricBlock& block, const Eigen::Vector4d& by) {
     return {block[0] * by[0] + block[1] * by[1] + block[2] * by[2],
             block[1] * by[0] + block[3] * by[1] + block[4] * by[2],
@@ -141,7 +119,7 @@ Eigen::Vector4d RegionTissue::pull(std::uint32_t spring) const {
 void RegionTissue::add_edge(std::size_t level, std::uint32_t edge, const SymmetricBlock& stiffness,
                             const SymmetricBlock& damping, double sign) {
     RegionLevel& coarse = levels_[level + 1];
-    const Shares shares(levels_[level], edge);
+    const EdgeShares shares(levels_[level], edge);
     for (std::size_t a = 0; a < shares.count; ++a) {
         for (std::size_t b = a + 1; b < shares.count; ++b) {
             const double factor = -sign * shares.factor[a] * shares.factor[b];

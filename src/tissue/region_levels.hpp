@@ -60,6 +60,31 @@ struct RegionLevel {
     [[nodiscard]] Index other_end(std::uint32_t edge, Index node) const { return i[edge] == node ? j[edge] : i[edge]; }
 };
 
+/// Which nodes of the next level an edge acts on, and by how much: its two ends' shares, those of the second end
+/// negative. Each pair of them has an edge there.
+struct EdgeShares {
+    std::array<Index, 6> node{};
+    std::array<double, 6> factor{};
+    std::size_t count = 0;
+
+    EdgeShares(const RegionLevel& level, std::uint32_t edge) {
+        for (std::size_t n = 0; n < 3; ++n) add(level.parent[at(level.i[edge])][n], level.share[at(level.i[edge])][n]);
+        for (std::size_t n = 0; n < 3; ++n) add(level.parent[at(level.j[edge])][n], -level.share[at(level.j[edge])][n]);
+    }
+
+private:
+    void add(Index to, double by) {
+        if (by == 0.0) return;
+        for (std::size_t n = 0; n < count; ++n) {
+            if (node[n] != to) continue;
+            factor[n] += by;
+            return;
+        }
+        node[count] = to;
+        factor[count++] = by;
+    }
+};
+
 class RegionTissue {
 public:
     /// Builds the levels from the rest positions (3×N, of the frame): each has about a tenth of the nodes of the one

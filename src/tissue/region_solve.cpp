@@ -3,21 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "tissue/region_system.hpp"
 
 namespace trocar {
-namespace {
-
-/// m/s, of P against the other side, with `velocity_of(end)` of its vertices.
-template <typename VelocityOf>
-Vector3 speed_of(const TickContact& contact, const VelocityOf& velocity_of) {
-    Vector3 speed = -contact.surface;
-    for (std::size_t i = 0; i < at(contact.count); ++i) speed += contact.weight[i] * velocity_of(contact.vertex[i]);
-    return speed;
-}
-
-}  // namespace
 
 void RegionSystem::solve(double h, bool known, double tolerance, int iterations, TickContacts& contacts) {
     const std::span<TickContact> all = contacts.all();
@@ -100,7 +90,8 @@ void RegionSystem::remember_forces(const TickContacts& contacts) {
         const std::uint64_t id = contacts.given(contacts.all()[c]).source_id;
         if (id != 0 && rows_[c].gives_way()) pressed_.push_back({id, rows_[c].now});
     }
-    std::sort(pressed_.begin(), pressed_.end(), [](const Pressed& a, const Pressed& b) { return a.id < b.id; });
+    std::sort(pressed_.begin(), pressed_.end(),
+              [](const Pressed& a, const Pressed& b) { return std::tie(a.id, a.force) < std::tie(b.id, b.force); });
 }
 
 /// What each contact gives for the rate r that it has after the step: k (d - h r) - mu r, within bounds. That falls
@@ -109,6 +100,7 @@ void RegionSystem::remember_forces(const TickContacts& contacts) {
 void RegionSystem::take_laws(double h, bool known, TickContacts& contacts) {
     const TissueState& state = tissue_->state();
     rows_.assign(contacts.all().size(), {});
+    std::size_t spanning = 0;
     for (std::size_t c = 0; c < rows_.size(); ++c) {
         TickContact& contact = contacts.all()[c];
         Row& row = rows_[c];
@@ -130,6 +122,7 @@ void RegionSystem::take_laws(double h, bool known, TickContacts& contacts) {
             row.yield = may_leave ? h * contact.stiffness : 0.0;
         }
         contact.force = row.force(rate);
+        row.couples = contact.count > 1 && spanning++ < most_coupled;
     }
 }
 
@@ -168,8 +161,10 @@ void RegionSystem::take_rows(double h, const TickContacts& contacts) {
         const TickContact& contact = contacts.all()[c];
         const Row& row = rows_[c];
         if (!row.rubs) continue;
-        const Vector3 speed =
-            speed_of(contact, [&](Index local) -> const Vector3& { return start_[at(contacts.spot(local))]; });
+        Vector3 speed = -contact.surface;  // as the step begins
+        for (std::size_t i = 0; i < at(contact.count); ++i) {
+            speed += contact.weight[i] * start_[at(contacts.spot(contact.vertex[i]))];
+        }
         const Vector3 push = -row.stretched - row.slope * row.held(speed, contact);
         each_end(contact, [&](Eigen::Index n, double weight) { right_side_.col(n).head<3>() += h * weight * push; });
     }
@@ -198,8 +193,9 @@ void RegionSystem::take_blocks(double h, const TickContacts& contacts) {
         for (std::size_t i = 0; i < at(contact.count); ++i) {
             const double square = contact.weight[i] * contact.weight[i];
             Matrix3& block = near_block_[at(contacts.spot(contact.vertex[i]))];
-            // What presses on one vertex is in its block; what spans several is put right after the blocks.
-            const double press = contact.count == 1 ? row.press : 0.0;
+            // What presses on one vertex is in its block; what spans several is put right after the blocks, as far as
+            // there is room for it.
+            const double press = row.couples ? 0.0 : row.press;
             block += square * (press - rub) * contact.normal * contact.normal.transpose();
             block -= square * rub * row.slide * row.slide.transpose();
             block.diagonal().array() += square * rub;
@@ -217,11 +213,13 @@ void RegionSystem::change_block(double h, std::size_t c, const TickContacts& con
     Row& row = rows_[c];
     const double before = row.press;
     row.press = row.pressing(h);
-    if (contact.count > 1) return;
-    Matrix3& block = near_block_[at(contacts.spot(contact.vertex[0]))];
-    const double square = contact.weight[0] * contact.weight[0];
-    block += square * (row.press - before) * contact.normal * contact.normal.transpose();
-    invert(at(number_[0][at(contact.vertex[0])]), block);
+    if (row.couples) return;
+    for (std::size_t i = 0; i < at(contact.count); ++i) {
+        Matrix3& block = near_block_[at(contacts.spot(contact.vertex[i]))];
+        const double square = contact.weight[i] * contact.weight[i];
+        block += square * (row.press - before) * contact.normal * contact.normal.transpose();
+        invert(at(number_[0][at(contact.vertex[i])]), block);
+    }
 }
 
 /// For the preconditioner: (B + Jᵀ D J)⁻¹ with the blocks B and the contacts J that press on several vertices, by
@@ -229,9 +227,8 @@ void RegionSystem::change_block(double h, std::size_t c, const TickContacts& con
 void RegionSystem::couple(const TickContacts& contacts) {
     coupled_.clear();
     for (std::size_t c = 0; c < rows_.size(); ++c) {
-        if (contacts.all()[c].count > 1 && rows_[c].press > 0.0) coupled_.push_back(c);
+        if (rows_[c].couples && rows_[c].press > 0.0) coupled_.push_back(c);
     }
-    if (coupled_.size() > at(static_cast<Index>(coupling_.rows()))) coupled_.clear();
     const auto count = eigen_index(coupled_.size());
     for (Eigen::Index a = 0; a < count; ++a) {
         const TickContact& one = contacts.all()[coupled_[static_cast<std::size_t>(a)]];
@@ -457,7 +454,8 @@ void RegionSystem::go_along(double h, const Part& part, const TickContacts& cont
     couple(contacts);
 }
 
-/// Of pieces that nothing holds, what the iterations have left open of the momentum.
+/// Of pieces that nothing holds, what the iterations have left open of the momentum. One with a vertex that is held for
+/// the tick has what holds it to push against.
 void RegionSystem::close_momentum() {
     if (piece_inertia_.empty()) return;
     left_.setZero();
@@ -469,8 +467,11 @@ void RegionSystem::close_momentum() {
         }
     };
     each([&](Eigen::Index n, Index piece) {
+        const Node& node = nodes_[static_cast<std::size_t>(n)];
+        const bool held = node.level == 0 && !tissue_->state().moves(node.node);
         left_.col(piece) += residual_.col(n).head<3>();
-        piece_inertia_[at(piece)] += inertia_[at(static_cast<Index>(n))];
+        piece_inertia_[at(piece)] +=
+            held ? std::numeric_limits<double>::infinity() : inertia_[static_cast<std::size_t>(n)];
     });
     each(
         [&](Eigen::Index n, Index piece) { change_.col(n).head<3>() += left_.col(piece) / piece_inertia_[at(piece)]; });
@@ -491,8 +492,7 @@ double RegionSystem::rub(double h, TickContacts& contacts) {
         if (!grips && !row.rubs) continue;
         const LinearContact& source = contacts.given(contact);
         const double most = grips ? contacts.grip(source.slip_key).most : 0.0;
-        const Vector3 speed =
-            contact.along_surface(speed_of(contact, [&](Index local) { return state.velocity.col(local).head<3>(); }));
+        const Vector3 speed = contact.along_surface(TickContacts::speed(contact, state));
         contact.rubbed = -row.stretched - row.slope * row.held(speed, contact);
         const Vector3 pull = source.tangent_k * contact.along_surface(contacts.slip(source.slip_key)) +
                              tangent_slope(h, contact, contacts) * speed;
@@ -521,7 +521,7 @@ void RegionSystem::stretch_slips(double h, TickContacts& contacts) {
         if (!contact.rubs || !contacts.grips(c)) continue;
         const double most = contacts.grip(contacts.given(contact).slip_key).most;
         if (contact.rubbed.norm() > most) contact.rubbed *= most / contact.rubbed.norm();
-        contacts.stretch(c, h * speed_of(contact, [&](Index local) { return state.velocity.col(local).head<3>(); }));
+        contacts.stretch(c, h * TickContacts::speed(contact, state));
     }
 }
 

@@ -51,9 +51,8 @@ RegionSystem::RegionSystem(MovingTissue& tissue, RegionTissue& region)
     moved_.reserve(usual_contacts);
     pressed_.reserve(usual_contacts);
     coupled_.reserve(usual_contacts);
-    constexpr Eigen::Index most_coupled = 256;
-    coupling_.setZero(most_coupled, most_coupled);
-    coupled_push_.setZero(most_coupled);
+    coupling_.setZero(eigen_index(most_coupled), eigen_index(most_coupled));
+    coupled_push_.setZero(eigen_index(most_coupled));
     start_.reserve(region.levels().front().size());
     near_block_.reserve(region.levels().front().size());
     loose_inverse_.reserve(region.levels().front().size());

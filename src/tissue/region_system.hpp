@@ -32,13 +32,15 @@ public:
 
     /// Linearises what is awake for a step of h (s).
     void prepare(double h);
-    /// Finds the change of all velocities and what every contact gives, to `tolerance` of what contacts give or a
-    /// tenth of that, of all that acts. `known`:
-    /// the normal forces are what the contacts hold.
+    /// Finds the change of all velocities and what every contact gives: what is left open is at most `tolerance` of
+    /// what the contacts give, or a tenth of that of all that acts. `known`: the normal forces are what the contacts
+    /// hold.
     void solve(double h, bool known, double tolerance, int iterations, TickContacts& contacts);
     /// Moves what is awake by its new velocities. Gives the furthest that a coordinate has gone, m; not finite where
     /// the numbers are not.
     double move(double h);
+    /// What contacts gave in the last step has no part in the next one.
+    void forget() { pressed_.clear(); }
 
     /// Springs of vertices that are awake.
     [[nodiscard]] std::span<const RegionSpring> springs() const { return springs_; }
@@ -87,6 +89,7 @@ private:
         double start_force = 0.0;  ///< N, there
         double now = 0.0;          ///< N, at that rate
         double press = 0.0;        ///< kg, along its normal, in the preconditioner and while a direction is searched
+        bool couples = false;      ///< presses on several vertices, which the preconditioner knows
         double square = 0.0;       ///< kg m²/s² per N², of its force as residuals are measured without contacts
         // Along the surface it gives -stretched - slope held(speed after the step).
         bool rubs = false;
@@ -107,6 +110,7 @@ private:
         std::size_t nodes = 0;
         std::size_t edges = 0;
     };
+    static constexpr std::size_t most_coupled = 256;  ///< a larger matrix takes longer to factor than a tick
     void list(double h);
     void sort_blocks();
     Index number_of(std::size_t level, Index node);

@@ -49,6 +49,7 @@ public:
         for (const double inverse : tissue_->state().inverse_mass) moving += inverse != 0.0 ? 1 : 0;
         whole_.reset();
         region_.reset();
+        has_moved_ = false;
         if (moving <= settings_.whole || !tissue_->shape().none()) {
             whole_ = make_stepper("implicit");
             whole_->prepare(topology, materials);
@@ -102,14 +103,15 @@ public:
         system_->prepare(dt);
         // What sleeps and what is awake stand where the tick began until `move`: they may go on side by side.
         const auto follow = [&] { far_field_->follow(std::min(settings_.visits, state.size() / settings_.slices)); };
+        const auto solve = [&] { system_->solve(dt, known, settings_.tolerance, settings_.iterations, *contacts_); };
         if (beside_) {
-            beside_->start(follow);
+            beside_->run(follow, solve);
         } else {
             follow();
+            solve();
         }
-        system_->solve(dt, known, settings_.tolerance, settings_.iterations, *contacts_);
-        if (beside_) beside_->join();
         const double furthest = system_->move(dt);
+        ++tick_;  // also after one that fails: what has been walked over in it is not what the next one meets
         if (!contacts_->all().empty()) contacts_->finish_substep(dt, 1, state);
         Outcome outcome = tissue_->check(std::isfinite(furthest), furthest, effect, from);
         if (outcome.ok()) limit_strain();
@@ -123,7 +125,6 @@ public:
         written_->give_back(*tissue_, effect, from, to);
         has_moved_ = true;
         contacts_->react(reaction);
-        ++tick_;
         return outcome;
     }
 
@@ -166,6 +167,7 @@ private:
             search.walk.assign(level.size(), never);
         }
         seeds_.reserve(tissue_->state().size());
+        limited_.reserve(tissue_->spring_arrays().size());
         late_.assign(tissue_->state().size(), Vector3::Zero());
         is_late_.clear();
         is_late_.reserve(tissue_->state().size());
@@ -194,6 +196,7 @@ private:
         region_->start();
         boxes_->start(from);
         far_field_->start();
+        system_->forget();
         for (std::size_t v = 0; v < state.size(); ++v) {
             if (from.velocity.col(state.vertex[v]).isZero(0.0)) continue;
             const auto local = static_cast<Index>(v);
@@ -232,6 +235,7 @@ private:
             take(placement.vertex);
             state.position.col(local).head<3>() = placement.position;
             state.velocity.col(local).head<3>() = placement.velocity;
+            late_[at(local)].setZero();  // it stands where it has been put, and contacts are told for the frame
         }
         for (Index v = 0; tissue_->is_pushed() && v < effect.held_force.cols(); ++v) {
             if (!effect.held_force.col(v).isZero(0.0)) take(v);
@@ -268,10 +272,11 @@ private:
             for (const Index node : search.queue) {
                 search.marked[at(node)] = tick_;
                 if (here.awake[at(node)] != 0 || here.fixed[at(node)] != 0) continue;
-                if (wakes-- == 0) {
+                if (wakes == 0) {
                     is_filled_ = false;
-                    break;
+                    continue;
                 }
+                --wakes;
                 region_->wake(level, node);
             }
             constexpr std::int64_t patience = 64;  // ticks
@@ -327,30 +332,19 @@ private:
         limited_edges_ = 0;
         constexpr double rounding = 1e-12;
         if (near > longest * (1.0 - rounding)) {
-            // Provot's correction, two passes, as on the whole tissue; what sleeps stays.
+            // As on the whole tissue; what sleeps stays.
             const std::vector<std::uint8_t>& awake = region_->levels()[0].awake;
-            for (int pass = 0; pass < 2; ++pass) {
-                for (const RegionSpring& spring : springs) {
-                    if (spring.inverse_rest == 0.0 || stretch_of(spring) <= longest) continue;
-                    const Index i = spring.i;
-                    const Index j = spring.j;
-                    const double by_i = awake[at(i)] != 0 ? state.inverse_mass[at(i)] : 0.0;
-                    const double by_j = awake[at(j)] != 0 ? state.inverse_mass[at(j)] : 0.0;
-                    if (by_i + by_j == 0.0) continue;
-                    if (pass == 0) ++limited_edges_;
-                    const Vector3 way = (state.position.col(j) - state.position.col(i)).head<3>();
-                    const double length = way.norm();
-                    const Vector3 u = way / length;
-                    const Vector3 back = (length - longest / spring.inverse_rest) / (by_i + by_j) * u;
-                    state.position.col(i).head<3>() += by_i * back;
-                    state.position.col(j).head<3>() -= by_j * back;
-                    const double opening = (state.velocity.col(j) - state.velocity.col(i)).head<3>().dot(u);
-                    if (opening <= 0.0) continue;
-                    const Vector3 impulse = opening / (by_i + by_j) * u;
-                    state.velocity.col(i).head<3>() += by_i * impulse;
-                    state.velocity.col(j).head<3>() -= by_j * impulse;
+            const auto gives = [&](Index local) { return awake[at(local)] != 0 ? state.inverse_mass[at(local)] : 0.0; };
+            limited_.assign(springs.size(), 0);
+            for (int pass = 0; pass < limit_passes; ++pass) {
+                for (std::size_t s = 0; s < springs.size(); ++s) {
+                    const RegionSpring& spring = springs[s];
+                    if (spring.inverse_rest == 0.0) continue;
+                    const double limit = longest / spring.inverse_rest;
+                    if (shorten(spring.i, spring.j, limit, gives(spring.i), gives(spring.j), state)) limited_[s] = 1;
                 }
             }
+            limited_edges_ = std::count(limited_.begin(), limited_.end(), std::uint8_t{1});
             near = 0.0;
             for (const RegionSpring& spring : springs) near = std::max(near, stretch_of(spring));
         }
@@ -382,6 +376,7 @@ private:
     std::int64_t tick_ = 0;
     double max_strain_ = 0.0;
     std::int64_t limited_edges_ = 0;
+    std::vector<std::uint8_t> limited_;  ///< per spring of the system
     double largest_move_ = 0.0;
 };
 

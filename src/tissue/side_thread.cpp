@@ -26,9 +26,14 @@ void SideThread::begin(void (*act)(const void*), const void* what) {
 }
 
 void SideThread::join() {
+    if (const std::exception_ptr thrown = finish()) std::rethrow_exception(thrown);
+}
+
+/// Waits until the work is done. Gives what it has thrown.
+std::exception_ptr SideThread::finish() {
     wait_awake_while(State::working);
     state_.store(State::idle);
-    if (thrown_) std::rethrow_exception(std::exchange(thrown_, nullptr));
+    return std::exchange(thrown_, nullptr);
 }
 
 void SideThread::serve() {

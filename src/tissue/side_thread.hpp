@@ -26,10 +26,24 @@ public:
     }
     /// Waits until the work is done, and throws what it has thrown.
     void join();
+    /// Calls work() in the thread and meanwhile() here; ends when both have ended, and throws what either has thrown,
+    /// of both that of `meanwhile`.
+    template <typename Work, typename Meanwhile>
+    void run(const Work& work, const Meanwhile& meanwhile) {
+        start(work);
+        try {
+            meanwhile();
+        } catch (...) {
+            finish();
+            throw;
+        }
+        join();
+    }
 
 private:
     enum class State { idle, roused, working, done, over };
     void begin(void (*act)(const void*), const void* what);
+    std::exception_ptr finish();
     void serve();
     void change(State to);
     void wait_awake_while(State now) const;

@@ -46,6 +46,7 @@ void TickContacts::collect(const Effect& effect, const Frame& frame, const Tissu
     mean_friction_.assign(effect.contacts.size(), Vector3::Zero());
     // A contact that was not in the last tick's effect starts with an unstretched tangential spring.
     std::erase_if(rubbing_, [this](Index v) { return --rubbed_[at(v)] == 0; });
+    for (const Index key : rubbing_) grip_[at(key)] = {};
     for (std::size_t c = 0; c < effect.contacts.size(); ++c) {
         TickContact entry;
         entry.source = c;
@@ -278,13 +279,19 @@ void TickContacts::take_weights(const TissueState& state, const Vector3& weights
     contact.fixed_rate = -contact.surface.dot(normal);
 }
 
+Vector3 TickContacts::speed(const TickContact& contact, const TissueState& state) {
+    Vector3 sum = -contact.surface;
+    for (int i = 0; i < contact.count; ++i) sum += contact.weight[at(i)] * velocity_of(state, contact.vertex[at(i)]);
+    return sum;
+}
+
 void TickContacts::gather_grip(bool keep) {
     for (const Index key : rubbing_) {
         Grip& grip = grip_[at(key)];
         const auto presses = [&](const TickContact& firmest) {
             return firmest.rubs && firmest.force > 0.0 && given(firmest).slip_key == key;
         };
-        const bool stays = keep && presses(contacts_[grip.firmest]);
+        const bool stays = keep && grip.most > 0.0 && presses(contacts_[grip.firmest]);
         grip = {.most = 0.0, .firmest = stays ? grip.firmest : 0, .stays = stays};
     }
     for (std::size_t a = 0; a < contacts_.size(); ++a) {

@@ -71,6 +71,8 @@ public:
     void begin_substep(const TissueState& state);
     /// m/s, at which the gap opens.
     [[nodiscard]] static double rate(const TickContact& contact, const TissueState& state);
+    /// m/s, of P against the other side.
+    [[nodiscard]] static Vector3 speed(const TickContact& contact, const TissueState& state);
 
     /// The contacts that share one tangential spring: a vertex that several faces hold has one stretch, at the face
     /// that presses most, and slides at the sum of what all of them allow.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "contract/stepper_contestants.hpp"
 #include "measure/allocations.hpp"
 #include "method/registry.hpp"
 #include "support/tissue_samples.hpp"
@@ -14,15 +15,9 @@ namespace {
 
 constexpr double dt = 1e-3;  // s
 
-std::vector<std::string> stepper_names() {
-    std::vector<std::string> names;
-    for (const StepperEntry& entry : registry().steppers()) names.push_back(entry.name);
-    return names;
-}
-
 class StepperContract : public ::testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(Every, StepperContract, ::testing::ValuesIn(stepper_names()),
-                         [](const auto& one) { return one.param; });
+INSTANTIATE_TEST_SUITE_P(Every, StepperContract, ::testing::ValuesIn(test::stepper_contestants()),
+                         [](const auto& one) { return test::test_name(one.param); });
 
 /// A pinned disc that three contacts press on; all react on body 0.
 struct Pressed {
@@ -33,7 +28,7 @@ struct Pressed {
     Matrix3X start = s.frame.position;
     std::vector<Index> free;  ///< vertices that are not pinned
 
-    explicit Pressed(const std::string& name) : stepper(make_stepper(name)) {
+    explicit Pressed(const std::string& name) : stepper(test::stepper_of(name)) {
         s.materials.substeps = 4;
         s.materials.strain_limit = 0.1;
         stepper->prepare(s.topology, s.materials);
@@ -108,7 +103,7 @@ TEST_P(StepperContract, TheTissueGetsWhatALimitLeaves) {
     // A free vertex without springs: all that moves it is the contact.
     test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
     s.materials.substeps = 4;
-    const auto stepper = make_stepper(GetParam());
+    const auto stepper = test::stepper_of(GetParam());
     stepper->prepare(s.topology, s.materials);
     for (const bool held : {false, true}) {
         Effect effect = test::empty_effect(s.topology);
@@ -131,7 +126,7 @@ TEST_P(StepperContract, TheForceOfAContactIsTakenFromTheStateThatTheEffectNames)
     const auto rate_after_a_tick = [&](ContactTiming timing) {
         test::TissueSample s = test::make_tissue({Vector3::Zero()}, {m}, {0}, {});
         s.materials.substeps = 4;
-        const auto stepper = make_stepper(GetParam());
+        const auto stepper = test::stepper_of(GetParam());
         stepper->prepare(s.topology, s.materials);
         Effect effect = test::empty_effect(s.topology);
         effect.contact_timing = timing;
@@ -169,7 +164,7 @@ TEST_P(StepperContract, AnEdgeHeldAgainstAnEdgeIsPushedWhereTheyCross) {
     // Two free vertices of 1 g, 1 cm apart; an edge along y crosses theirs at 0, a quarter, a half and beyond its end.
     for (const double place : {0.0, 0.25, 0.5, 1.5}) {
         test::TissueSample s = test::make_tissue({Vector3::Zero(), Vector3(0.01, 0.0, 0.0)}, {1e-3, 1e-3}, {0, 0}, {});
-        const auto stepper = make_stepper(GetParam());
+        const auto stepper = test::stepper_of(GetParam());
         stepper->prepare(s.topology, s.materials);
         Effect effect = test::empty_effect(s.topology);
         const double way = std::min(place, 1.0);
@@ -194,7 +189,7 @@ TEST_P(StepperContract, BetweenTwoContactsTheOneWithTheLimitGivesWay) {
     // A vertex that a plane from below and one from above press together by 2 mm: the first yields at 0.3 N, so that
     // the other is left 0.3 N / 1000 N/m deep.
     test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-4}, {0}, {});
-    const auto stepper = make_stepper(GetParam());
+    const auto stepper = test::stepper_of(GetParam());
     stepper->prepare(s.topology, s.materials);
     Effect effect = test::empty_effect(s.topology);
     std::vector<Wrench> reaction(1);
@@ -220,7 +215,7 @@ TEST_P(StepperContract, AFaceHeldAgainstTissueThatNothingMovesIsPushedByItsWeigh
     test::TissueSample s =
         test::make_tissue({Vector3(0.02, 0.03, 0.0), Vector3(0.03, 0.03, 0.0), Vector3(0.02, 0.04, 0.0), foot},
                           {1e-3, 1e-3, 1e-3, 1e-3}, {0, 0, 0, 1}, {});
-    const auto stepper = make_stepper(GetParam());
+    const auto stepper = test::stepper_of(GetParam());
     stepper->prepare(s.topology, s.materials);
     Effect effect = test::empty_effect(s.topology);
     LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 100.0, 0.0);
@@ -341,7 +336,7 @@ std::vector<Carried> carried_loads() {
 
 TEST_P(StepperContract, WhatASceneNamesBeyondLinearSpringsCarriesItsLoad) {
     for (Carried& one : carried_loads()) {
-        const auto stepper = make_stepper(GetParam());
+        const auto stepper = test::stepper_of(GetParam());
         stepper->prepare(one.s.topology, one.s.materials);
         Effect effect = test::empty_effect(one.s.topology);
         effect.held_force(2, one.vertex) = one.load;
@@ -359,7 +354,7 @@ TEST_P(StepperContract, WhatASceneNamesBeyondLinearSpringsCarriesItsLoad) {
 TEST_P(StepperContract, WhatASceneNamesBeyondLinearSpringsBearsWhatPressesOnIt) {
     // The same loads by a plane, ten times as stiff as what it presses on is on the whole way.
     for (Carried& one : carried_loads()) {
-        const auto stepper = make_stepper(GetParam());
+        const auto stepper = test::stepper_of(GetParam());
         stepper->prepare(one.s.topology, one.s.materials);
         Effect effect = test::empty_effect(one.s.topology);
         const double way = one.z - one.s.frame.position(2, one.vertex);
@@ -387,7 +382,7 @@ TEST_P(StepperContract, AFaceHeldAgainstWhatIsLedIsPushedAlongItsNormalAtTheNear
     const Vector3 foot = weights[0] * first + weights[1] * second + weights[2] * third;
     for (const bool turned : {false, true}) {  // either order of the corners
         test::TissueSample s = test::make_tissue({first, second, third}, {1e-3, 1e-3, 1e-3}, {0, 0, 0}, {});
-        const auto stepper = make_stepper(GetParam());
+        const auto stepper = test::stepper_of(GetParam());
         stepper->prepare(s.topology, s.materials);
         Effect effect = test::empty_effect(s.topology);
         LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 1.0, 0.0);
@@ -414,7 +409,7 @@ TEST_P(StepperContract, SaysHowFarTheTangentialSpringOfAContactIsStretched) {
     for (const double along : {0.15, 0.3}) {
         test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
         s.materials.substeps = 4;
-        const auto stepper = make_stepper(GetParam());
+        const auto stepper = test::stepper_of(GetParam());
         stepper->prepare(s.topology, s.materials);
         ASSERT_TRUE(test::press_and_pull(*stepper, s, along));
         EXPECT_NEAR(stepper->loads()[0].slip, std::min(along, 0.4 * 0.5) / 2000.0, 1e-7) << along;
@@ -423,11 +418,11 @@ TEST_P(StepperContract, SaysHowFarTheTangentialSpringOfAContactIsStretched) {
 
 TEST_P(StepperContract, SaysOfContactsPlacementsAndHeldForcesWhetherItTakesThem) {
     // A free vertex at rest that each of the three would bring away from where it is.
-    const StepperEntry& entry = registry().stepper(GetParam());
+    const StepperEntry& entry = registry().stepper(parse_method(GetParam()).name);
     const test::TissueSample still = test::make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
     const auto moves_it = [&](const Effect& effect) {
         test::TissueSample s = still;
-        const auto stepper = make_stepper(GetParam());
+        const auto stepper = test::stepper_of(GetParam());
         stepper->prepare(s.topology, s.materials);
         std::vector<Wrench> reaction(1);
         EXPECT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());

@@ -52,6 +52,28 @@ TEST(SideThread, ThrowsWhatTheWorkHasThrownAndGoesOn) {
     EXPECT_TRUE(done);
 }
 
+TEST(SideThread, RunsWorkBesideWhatIsDoneMeanwhileAndLeavesWhenBothHaveEnded) {
+    SideThread side;
+    bool worked = false;
+    bool done = false;
+    const auto works = [&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        worked = true;
+    };
+    side.run(works, [&] { done = true; });
+    EXPECT_TRUE(worked && done);
+    // What is thrown here waits for the work as well, and comes before what the work throws.
+    worked = false;
+    EXPECT_THROW(side.run(works, [] { throw std::invalid_argument("here"); }), std::invalid_argument);
+    EXPECT_TRUE(worked);
+    const auto fails = [] { throw std::runtime_error("there"); };
+    EXPECT_THROW(side.run(fails, [] { throw std::invalid_argument("here"); }), std::invalid_argument);
+    EXPECT_THROW(side.run(fails, [] {}), std::runtime_error);
+    worked = false;
+    EXPECT_NO_THROW(side.run(works, [] {})) << "nothing of before is left";
+    EXPECT_TRUE(worked);
+}
+
 TEST(SideThread, EndsWithoutWork) {
     SideThread never_asked;
     SideThread roused;
