@@ -32,6 +32,13 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
             state.velocity.col(local).head<3>() = start_[at(contacts.spot(local))] + change;
         }
     };
+    const auto find = [&](const Part& part) {
+        constexpr int most_joins = 8;
+        find_change(h, part, tolerance, iterations, contacts);
+        for (int n = 0; n < most_joins && !known && let_join(h, contacts); ++n) {
+            find_change(h, part, tolerance, iterations, contacts);
+        }
+    };
     constexpr int most_rounds = 20;
     constexpr double settled = 1e-4;  // of the largest force
     has_changed_ = false;
@@ -41,13 +48,6 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
         take_rows(h, contacts);
         // Which contacts press is found out among the vertices, where an iteration costs a third; the coarser nodes
         // hardly change it then. Only while these are at rest: what they have changed by is no part of that search.
-        const auto find = [&](const Part& part) {
-            constexpr int most_joins = 8;
-            find_change(h, part, tolerance, iterations, contacts);
-            for (int n = 0; n < most_joins && !known && let_join(h, contacts); ++n) {
-                find_change(h, part, tolerance, iterations, contacts);
-            }
-        };
         if (round == 0 && vertices_.nodes > 0) find(vertices_);
         find(everything_);
         show_velocities();
