@@ -216,11 +216,7 @@ void ContactSolver::rub(double h, TissueState& state) {
         if (!contact.rubs) continue;
         contact.rubbed.setZero();
         if (!contacts_.grips(a)) continue;
-        Vector3 speed = -contact.surface;
-        for (int i = 0; i < contact.count; ++i) {
-            speed += contact.weight[at(i)] * velocity_of(state, contact.vertex[at(i)]);
-        }
-        contacts_.rub(a, h, speed);
+        contacts_.rub(a, h, TickContacts::speed(contact, state));
         for (int i = 0; i < contact.count; ++i) {
             const Index v = contact.vertex[at(i)];
             velocity_of(state, v) += h * contact.weight[at(i)] * state.inverse_mass[at(v)] * contact.rubbed;

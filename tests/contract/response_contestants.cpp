@@ -10,16 +10,11 @@
 #include "contract/shipped_folder.hpp"
 #include "method/outside.hpp"
 #include "support/program.hpp"
+#include "support/test_name.hpp"
 
 namespace trocar::test {
 
-std::string ResponseContestant::name() const {
-    std::string text = method + "_" + source;
-    for (char& c : text) {
-        if (c == ':' || c == '=' || c == ',') c = '_';
-    }
-    return text;
-}
+std::string ResponseContestant::name() const { return test_name(method + "_" + source); }
 
 std::string detector_for(const SourceEntry& source) {
     std::string found;  // of ours the last, which is the fastest

@@ -2,12 +2,12 @@
 // another one once more where they step it themselves, so that the contract's samples are not the other one's.
 #pragma once
 
-#include <cctype>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "method/registry.hpp"
+#include "support/test_name.hpp"
 
 namespace trocar::test {
 
@@ -21,14 +21,6 @@ inline std::vector<std::string> stepper_contestants() {
         }
     }
     return methods;
-}
-
-/// "regional_whole_0_tolerance_1e_13": as tests are called.
-inline std::string test_name(std::string method) {
-    for (char& letter : method) {
-        if (std::isalnum(static_cast<unsigned char>(letter)) == 0) letter = '_';
-    }
-    return method;
 }
 
 inline std::unique_ptr<Stepper> stepper_of(const std::string& method) {

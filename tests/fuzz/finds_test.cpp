@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <map>
 #include <sstream>
@@ -13,6 +12,7 @@
 
 #include "fuzz_target.hpp"
 #include "support/program.hpp"
+#include "support/test_name.hpp"
 
 namespace trocar::fuzz {
 namespace {
@@ -70,12 +70,8 @@ TEST_P(Find, EndsAsPromised) {
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
 }
 
-INSTANTIATE_TEST_SUITE_P(Fuzz, Find, testing::ValuesIn(finds()), [](const auto& parameter) {
-    std::string name = parameter.param;
-    std::replace_if(
-        name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
-    return name;
-});
+INSTANTIATE_TEST_SUITE_P(Fuzz, Find, testing::ValuesIn(finds()),
+                         [](const auto& parameter) { return test::test_name(parameter.param); });
 
 TEST(FuzzTarget, ARefusalIsNoFindAndEverythingElseThrownIs) {
     EXPECT_TRUE(taken([] {}));

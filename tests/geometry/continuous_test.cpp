@@ -17,6 +17,7 @@
 #include "geometry/exact.hpp"
 #include "support/data.hpp"
 #include "support/random_vectors.hpp"
+#include "support/test_name.hpp"
 
 namespace trocar {
 namespace {
@@ -488,12 +489,7 @@ INSTANTIATE_TEST_SUITE_P(Files, QueryData,
                                          "unit-tests/vertex-face/data_0_0.csv", "unit-tests/vertex-face/data_0_1.csv",
                                          "erleben-sliding-spike/edge-edge/data_0_0.csv",
                                          "erleben-sliding-spike/vertex-face/data_0_0.csv"),
-                         [](const auto& file) {
-                             std::string name = file.param;
-                             std::ranges::replace_if(
-                                 name, [](char c) { return std::isalnum(c) == 0; }, '_');
-                             return name;
-                         });
+                         [](const auto& file) { return test::test_name(file.param); });
 
 }  // namespace
 }  // namespace trocar

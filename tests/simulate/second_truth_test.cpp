@@ -15,6 +15,7 @@
 #include "simulate/simulation.hpp"
 #include "support/data.hpp"
 #include "support/second_truth.hpp"
+#include "support/test_name.hpp"
 
 namespace trocar {
 namespace {
@@ -174,10 +175,7 @@ TEST_P(ShippedScenes, SecondTruthAgreesOnSidesAndDepthAndNeitherNeedsTheFramesBe
 
 INSTANTIATE_TEST_SUITE_P(AllScenes, ShippedScenes, testing::ValuesIn(all_cases()),
                          [](const testing::TestParamInfo<Case>& one) {
-                             std::string name = one.param.scene + "_" + one.param.response;
-                             std::replace_if(
-                                 name.begin(), name.end(), [](char c) { return std::isalnum(c) == 0; }, '_');
-                             return name;
+                             return test::test_name(one.param.scene + "_" + one.param.response);
                          });
 
 }  // namespace

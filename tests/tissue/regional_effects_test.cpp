@@ -4,9 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <memory>
-#include <string>
+#include <utility>
 #include <vector>
 
 #include "method/registry.hpp"
