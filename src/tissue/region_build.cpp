@@ -143,6 +143,7 @@ RegionTissue::RegionTissue(MovingTissue& tissue, WrittenVertices& written, BodyB
             if (level.fixed[at(node)] == 0) level.awake_nodes.push_back(node);
         }
         level.displacement.setZero(4, columns);
+        level.offset.setZero(4, &level == &levels_.front() ? 0 : columns);
         level.velocity.setZero(4, &level == &levels_.front() ? 0 : columns);
         level.force.setZero(4, columns);
     }
@@ -271,23 +272,14 @@ void RegionTissue::project(const RegionLevel& fine, RegionLevel& coarse) const {
     const std::size_t level = levels_.size() - 1;
     coarse.mass.assign(count, 0.0);
     coarse.drag.assign(count, 0.0);
-    coarse.first_child.assign(count + 1, 0);
-    const auto each_share = [&](const auto& act) {
-        for (Index node = 0; at(node) < fine.size(); ++node) {
-            for (std::size_t n = 0; n < 3; ++n) {
-                if (fine.share[at(node)][n] != 0.0) act(node, fine.parent[at(node)][n], fine.share[at(node)][n]);
-            }
+    for (Index node = 0; at(node) < fine.size(); ++node) {
+        for (std::size_t n = 0; n < 3; ++n) {
+            const double share = fine.share[at(node)][n];
+            if (share == 0.0) continue;
+            coarse.mass[at(fine.parent[at(node)][n])] += share * fine.mass[at(node)];
+            coarse.drag[at(fine.parent[at(node)][n])] += share * fine.drag[at(node)];
         }
-    };
-    each_share([&](Index node, Index parent, double share) {
-        coarse.mass[at(parent)] += share * fine.mass[at(node)];
-        coarse.drag[at(parent)] += share * fine.drag[at(node)];
-        ++coarse.first_child[at(parent) + 1];
-    });
-    std::partial_sum(coarse.first_child.begin(), coarse.first_child.end(), coarse.first_child.begin());
-    coarse.children.resize(coarse.first_child.back());
-    std::vector<std::uint32_t> next = coarse.first_child;
-    each_share([&](Index node, Index parent, double share) { coarse.children[next[at(parent)]++] = {node, share}; });
+    }
 
     std::vector<std::vector<std::pair<Index, std::uint32_t>>> rows(count);  // edges by their first end
     for (std::uint32_t edge = 0; edge < fine.i.size(); ++edge) {
@@ -310,10 +302,8 @@ void RegionTissue::project(const RegionLevel& fine, RegionLevel& coarse) const {
                     coarse.damping.emplace_back();
                 }
                 const double factor = -shares.factor[a] * shares.factor[b];
-                for (std::size_t n = 0; n < 6; ++n) {
-                    coarse.stiffness[known->second][n] += factor * stiffness[n];
-                    coarse.damping[known->second][n] += factor * damping[n];
-                }
+                add_scaled(factor, stiffness, coarse.stiffness[known->second]);
+                add_scaled(factor, damping, coarse.damping[known->second]);
             }
         }
     }

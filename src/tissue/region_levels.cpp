@@ -12,13 +12,6 @@ Eigen::Vector4d multiply(const SymmetricBlock& block, const Eigen::Vector4d& by)
             block[2] * by[0] + block[4] * by[1] + block[5] * by[2], 0.0};
 }
 
-/// along u uᵀ + across (1 - u uᵀ).
-SymmetricBlock block_of(const Vector3& u, double along, double across) {
-    const double d = along - across;
-    return {d * u.x() * u.x() + across, d * u.x() * u.y(), d * u.x() * u.z(),
-            d * u.y() * u.y() + across, d * u.y() * u.z(), d * u.z() * u.z() + across};
-}
-
 std::uint32_t edge_between(const RegionLevel& level, Index a, Index b) {
     std::uint32_t at_edge = level.first_edge[at(a)];
     while (level.other_end(level.edge_at[at_edge], a) != b) ++at_edge;
@@ -43,6 +36,7 @@ void RegionTissue::refresh(std::size_t level, Index node) {
     }
     fine.displacement.col(node) = displacement;
     if (level > 0) {
+        fine.displacement.col(node) += fine.offset.col(node);
         fine.velocity.col(node) = velocity;
         return;
     }
@@ -66,6 +60,7 @@ void RegionTissue::complete(Frame& frame) const {
             if (fine.awake[node] != 0 || fine.fixed[node] != 0) continue;
             const auto to = static_cast<Eigen::Index>(node);
             fine_displacement.col(to).setZero();
+            if (level > 0) fine_displacement.col(to) = fine.offset.col(to);
             fine_velocity.col(to).setZero();
             for (std::size_t n = 0; n < 3; ++n) {
                 const double share = fine.share[node][n];
@@ -115,21 +110,30 @@ Eigen::Vector4d RegionTissue::pull(std::uint32_t spring) const {
     return (springs.k[spring] + springs.offset[spring] / length) * way;
 }
 
-/// What an edge whose ends both sleep is for the next level, and on from there.
+/// What an edge whose ends both sleep is for the next level, and on from there. Above level 0 it pulls by the offsets of
+/// its ends besides.
 void RegionTissue::add_edge(std::size_t level, std::uint32_t edge, const SymmetricBlock& stiffness,
                             const SymmetricBlock& damping, double sign) {
+    const RegionLevel& fine = levels_[level];
     RegionLevel& coarse = levels_[level + 1];
-    const EdgeShares shares(levels_[level], edge);
+    if (level > 0) {
+        const Index i = fine.i[edge];
+        const Index j = fine.j[edge];
+        const Eigen::Vector4d force = sign * multiply(stiffness, fine.offset.col(j) - fine.offset.col(i));
+        add_force(level, i, force);
+        add_force(level, j, -force);
+    }
+    const EdgeShares shares(fine, edge);
     for (std::size_t a = 0; a < shares.count; ++a) {
         for (std::size_t b = a + 1; b < shares.count; ++b) {
             const double factor = -sign * shares.factor[a] * shares.factor[b];
             const std::uint32_t into = edge_between(coarse, shares.node[a], shares.node[b]);
             SymmetricBlock more{};
             SymmetricBlock damped{};
-            for (std::size_t n = 0; n < 6; ++n) {
-                coarse.stiffness[into][n] += more[n] = factor * stiffness[n];
-                coarse.damping[into][n] += damped[n] = factor * damping[n];
-            }
+            add_scaled(factor, stiffness, more);
+            add_scaled(factor, damping, damped);
+            add(more, coarse.stiffness[into]);
+            add(damped, coarse.damping[into]);
             if (coarse.awake[at(shares.node[a])] == 0 && coarse.awake[at(shares.node[b])] == 0) {
                 add_edge(level + 1, into, more, damped, 1.0);
             }
@@ -214,13 +218,6 @@ void RegionTissue::wake(std::size_t level, Index node) {
     RegionLevel& fine = levels_[level];
     if (fine.awake[at(node)] != 0 || fine.fixed[at(node)] != 0) return;
     refresh(level, node);
-    for (std::size_t n = 0; n < 3; ++n) {
-        const double share = fine.share[at(node)][n];
-        if (share == 0.0) continue;
-        const Index parent = fine.parent[at(node)][n];
-        add_mass(level + 1, parent, -share * fine.mass[at(node)], -share * fine.drag[at(node)]);
-        add_force(level + 1, parent, -share * fine.force.col(node));
-    }
     for (std::uint32_t e = fine.first_edge[at(node)]; e < fine.first_edge[at(node) + 1]; ++e) {
         const std::uint32_t edge = fine.edge_at[e];
         if (fine.awake[at(fine.other_end(edge, node))] != 0) continue;
@@ -228,6 +225,13 @@ void RegionTissue::wake(std::size_t level, Index node) {
         if (level > 0) continue;
         add_pull(edge, -pull_.col(edge));
         pull_.col(edge).setZero();
+    }
+    for (std::size_t n = 0; n < 3; ++n) {
+        const double share = fine.share[at(node)][n];
+        if (share == 0.0) continue;
+        const Index parent = fine.parent[at(node)][n];
+        add_mass(level + 1, parent, -share * fine.mass[at(node)], -share * fine.drag[at(node)]);
+        add_force(level + 1, parent, -share * fine.force.col(node));
     }
     fine.awake[at(node)] = 1;
     fine.awake_at[at(node)] = static_cast<Index>(fine.awake_nodes.size());
@@ -271,12 +275,12 @@ void RegionTissue::sleep(std::size_t level, Index node) {
     if (level == 0) {
         anchor_.col(node) = state.position.col(node) - displacement;
         state.velocity.col(node) = velocity;
+        fine.displacement.col(node) = displacement;
         written_->mark(node);
     } else {
         fine.velocity.col(node) = velocity;
+        fine.offset.col(node) = fine.displacement.col(node) - displacement;
     }
-    const Eigen::Vector4d jump = displacement - fine.displacement.col(node);
-    fine.displacement.col(node) = displacement;
     for (std::uint32_t e = fine.first_edge[at(node)]; e < fine.first_edge[at(node) + 1]; ++e) {
         const std::uint32_t edge = fine.edge_at[e];
         const Index other = fine.other_end(edge, node);
@@ -287,35 +291,9 @@ void RegionTissue::sleep(std::size_t level, Index node) {
         refresh(0, other);
         take_pull(edge, stiffness);
     }
-    if (level > 0) carry_jump(level, node, jump);
     tell_pulls();
     ++moment_;  // other nodes have taken the momentum: what moves with them is no longer up to date
     changed_ = true;
-}
-
-void RegionTissue::carry_jump(std::size_t level, Index node, const Eigen::Vector4d& jump) {
-    const RegionLevel& here = levels_[level];
-    RegionLevel& below = levels_[level - 1];
-    for (std::uint32_t c = here.first_child[at(node)]; c < here.first_child[at(node) + 1]; ++c) {
-        const Index child = here.children[c].node;
-        if (below.awake[at(child)] != 0 || below.fixed[at(child)] != 0) continue;
-        const Eigen::Vector4d by = here.children[c].share * jump;
-        if (level > 1) {
-            below.displacement.col(child) += by;
-            carry_jump(level - 1, child, by);
-            continue;
-        }
-        anchor_.col(child) -= by;
-        below.displacement.col(child) += by;
-        for (std::uint32_t e = below.first_edge[at(child)]; e < below.first_edge[at(child) + 1]; ++e) {
-            const std::uint32_t spring = below.edge_at[e];
-            if (below.awake[at(below.other_end(spring, child))] != 0) continue;
-            const double sign = below.j[spring] == child ? -1.0 : 1.0;
-            const Eigen::Vector4d more = sign * multiply(stiffness_of(0, spring), by);
-            pull_.col(spring) += more;
-            add_pull(spring, more);
-        }
-    }
 }
 
 double RegionTissue::visit(Index vertex) {
@@ -341,7 +319,7 @@ double RegionTissue::visit(Index vertex) {
                                        : block_of(way.head<3>() / length, springs.k[spring], std::max(0.0, per_length));
         around_.push_back({stiffness_of(0, spring), now, per_length * way});
         force += around_.back().pull;
-        for (std::size_t n = 0; n < 6; ++n) block[n] += now[n];
+        add(now, block);
     }
     Eigen::Vector4d relaxed = Eigen::Vector4d::Zero();
     constexpr double over = 1.7;  // successive over-relaxation; what is below 2 takes energy from springs at each visit
@@ -412,6 +390,7 @@ void RegionTissue::start() {
     for (std::size_t level = 1; level < levels_.size(); ++level) {
         RegionLevel& here = levels_[level];
         here.displacement.setZero();
+        here.offset.setZero();
         here.velocity.setZero();
         here.force.setZero();
     }

@@ -24,11 +24,22 @@ inline Matrix3 full(const SymmetricBlock& block) {
     return result;
 }
 
+/// along u uᵀ + across (1 - u uᵀ).
+inline SymmetricBlock block_of(const Vector3& u, double along, double across) {
+    const double d = along - across;
+    return {d * u.x() * u.x() + across, d * u.x() * u.y(), d * u.x() * u.z(),
+            d * u.y() * u.y() + across, d * u.y() * u.z(), d * u.z() * u.z() + across};
+}
+
+inline void add(const SymmetricBlock& more, SymmetricBlock& to) {
+    for (std::size_t n = 0; n < 6; ++n) to[n] += more[n];
+}
+
+inline void add_scaled(double factor, const SymmetricBlock& more, SymmetricBlock& to) {
+    for (std::size_t n = 0; n < 6; ++n) to[n] += factor * more[n];
+}
+
 struct RegionLevel {
-    struct Child {
-        Index node = -1;
-        double share = 0.0;
-    };
     // Edges and what they are of the part that sleeps below; springs at level 0, where the blocks are not kept.
     std::vector<Index> i, j;
     std::vector<SymmetricBlock> stiffness;  ///< N/m
@@ -38,8 +49,6 @@ struct RegionLevel {
     // The way to the next level; empty at the last one.
     std::vector<std::array<Index, 3>> parent;
     std::vector<std::array<double, 3>> share;  ///< 0 for unused entries
-    std::vector<std::uint32_t> first_child;    ///< per node + 1, into `children`; empty at level 0
-    std::vector<Child> children;
     // Per node.
     std::vector<Vector3> rest;        ///< m
     std::vector<double> spacing;      ///< m, to the nodes around
@@ -53,6 +62,8 @@ struct RegionLevel {
     std::vector<Index> piece;         ///< connected piece of tissue that nothing holds; -1: held
     std::vector<std::int64_t> stamp;  ///< when what sleeps was last brought up to date
     Matrix4X displacement;            ///< m, since the start
+    Matrix4X offset;                  ///< m, of what sleeps: displacement less what the next level moves it by; not of
+                                      ///< level 0, where it is part of the place
     Matrix4X velocity;                ///< m/s; of level 0 it is the state's
     Matrix4X force;                   ///< N, of what sleeps below at displacement 0; level 0: rest bias
 
@@ -148,8 +159,6 @@ private:
     void add_pull(std::uint32_t spring, const Eigen::Vector4d& pull);
     void add_pull_at(Index vertex, const Eigen::Vector4d& force);
     void add_momentum(std::size_t level, Index node, const Eigen::Vector4d& momentum);
-    /// The displacement of a node that sleeps has jumped; the vertices stay where they are.
-    void carry_jump(std::size_t level, Index node, const Eigen::Vector4d& jump);
     void take_pull(std::uint32_t spring, const SymmetricBlock& stiffness);
 
     /// A spring of a vertex that is visited.

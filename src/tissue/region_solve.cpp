@@ -205,7 +205,7 @@ void RegionSystem::take_blocks(double h, const TickContacts& contacts) {
     near_block_.clear();
     loose_inverse_.clear();
     for (const Index local : contacts.touched()) {
-        near_block_.push_back(block_[at(number_[0][at(local)])]);
+        near_block_.push_back(full(block_[at(number_[0][at(local)])]));
         loose_inverse_.emplace_back(near_block_.back().inverse());
     }
     for (std::size_t c = 0; c < rows_.size(); ++c) {

@@ -7,13 +7,18 @@
 namespace trocar {
 namespace {
 
-void take(const Matrix3& block, RegionEdge& edge) {
-    for (Eigen::Index c = 0; c < 3; ++c) {
-        for (Eigen::Index r = 0; r < 3; ++r) {
-            edge.block[static_cast<std::size_t>(4 * c + r)] = static_cast<float>(block(r, c));
-        }
-        edge.block[static_cast<std::size_t>(4 * c + 3)] = 0.0F;
-    }
+void take(const SymmetricBlock& block, RegionEdge& edge) {
+    const auto xx = static_cast<float>(block[0]);
+    const auto xy = static_cast<float>(block[1]);
+    const auto xz = static_cast<float>(block[2]);
+    const auto yy = static_cast<float>(block[3]);
+    const auto yz = static_cast<float>(block[4]);
+    const auto zz = static_cast<float>(block[5]);
+    edge.block = {xx, xy, xz, 0.0F, xy, yy, yz, 0.0F, xz, yz, zz, 0.0F};
+}
+
+void add_inertia(double inertia, SymmetricBlock& to) {
+    for (const std::size_t n : {0U, 3U, 5U}) to[n] += inertia;
 }
 
 }  // namespace
@@ -37,8 +42,8 @@ RegionSystem::RegionSystem(MovingTissue& tissue, RegionTissue& region)
     pulled_nodes_.reserve(nodes);
     is_pulled_.reserve(nodes);
     inertia_.reserve(nodes);
-    block_.assign(nodes, Matrix3::Zero());
-    far_block_.assign(nodes, Matrix3::Zero());
+    block_.assign(nodes, {});
+    far_block_.assign(nodes, {});
     inverse_.assign(12 * nodes, 0.0);
     for (Matrix4X* vector : {&right_side_, &whole_right_side_, &change_, &residual_, &preconditioned_, &direction_,
                              &image_, &place_, &speed_, &start_change_, &start_residual_}) {
@@ -126,9 +131,8 @@ void RegionSystem::list(double h) {
         const RegionLevel& here = levels[nodes_[n].level];
         const Index node = nodes_[n].node;
         inertia_.push_back(here.mass[at(node)] + h * here.drag[at(node)]);
-        far_block_[n].setZero();
     }
-    for (std::size_t n = awake_; n <= still; ++n) far_block_[n].setZero();
+    std::fill_n(far_block_.begin(), still + 1, SymmetricBlock{});
     for (std::size_t n = 0; n < awake_; ++n) {
         const std::size_t level = nodes_[n].level;
         const RegionLevel& here = levels[level];
@@ -139,7 +143,7 @@ void RegionSystem::list(double h) {
             const bool no_part = here.fixed[at(other)] != 0 || number_[level][at(other)] < 0;
             const std::size_t to = no_part ? still : at(number_[level][at(other)]);
             if (to < n) continue;  // listed from there
-            RegionEdge entry;
+            RegionEdge& entry = edges_.emplace_back();
             entry.own = static_cast<Index>(n);
             entry.other = static_cast<Index>(to);
             if (level == 0) {
@@ -152,15 +156,19 @@ void RegionSystem::list(double h) {
                                     .inverse_rest = all.inverse_rest[edge],
                                     .sense = all.i[edge] == node ? 1.0 : -1.0});
             } else {
-                const Matrix3 stiffness = h * full(here.stiffness[edge]);
-                const Matrix3 block = h * full(here.damping[edge]) + h * stiffness;
-                stiff_edges_.push_back(entry);
-                take(stiffness, stiff_edges_.back());
+                SymmetricBlock stiffness{};
+                SymmetricBlock block{};
+                add_scaled(h, here.stiffness[edge], stiffness);
+                add_scaled(h, here.damping[edge], block);
+                add_scaled(h, stiffness, block);
+                RegionEdge& stiff = stiff_edges_.emplace_back();
+                stiff.own = entry.own;
+                stiff.other = entry.other;
+                take(stiffness, stiff);
                 take(block, entry);
-                far_block_[at(entry.own)] += block;
-                far_block_[at(entry.other)] += block;
+                add(block, far_block_[n]);
+                add(block, far_block_[to]);
             }
-            edges_.push_back(entry);
         }
     }
     for (Matrix4X* vector : {&change_, &direction_, &place_, &speed_}) vector->col(eigen_index(still)).setZero();
@@ -185,7 +193,7 @@ void RegionSystem::sort_blocks() {
             if (pulled) {
                 is_pulled_[ghost.parent[p]] = 1;
             } else {
-                far_block_[ghost.parent[p]] += ghost.share[p] * ghost.share[p] * far_block_[ghost.number];
+                add_scaled(ghost.share[p] * ghost.share[p], far_block_[ghost.number], far_block_[ghost.parent[p]]);
             }
         }
     }
@@ -194,9 +202,9 @@ void RegionSystem::sort_blocks() {
         if (is_pulled_[n] != 0) {
             pulled_nodes_.push_back(n);
         } else {
-            Matrix3 block = far_block_[n];
-            block.diagonal().array() += inertia_[n];
-            invert(n, block);
+            SymmetricBlock block = far_block_[n];
+            add_inertia(inertia_[n], block);
+            invert(n, full(block));
         }
     }
 }
@@ -228,7 +236,7 @@ void RegionSystem::prepare(double h) {
     right.leftCols(columns) -= image_.leftCols(columns);
     for (const std::size_t n : pulled_nodes_) block_[n] = far_block_[n];
     for (const Ghost& ghost : pulled_ghosts_) block_[ghost.number] = far_block_[ghost.number];
-    block_[nodes_.size()].setZero();
+    block_[nodes_.size()] = {};
     for (std::size_t s = 0; s < springs_.size(); ++s) {
         const RegionSpring& spring = springs_[s];
         const Index i = spring.i;
@@ -252,15 +260,15 @@ void RegionSystem::prepare(double h) {
         RegionEdge& edge = edges_[s];
         right.col(edge.own).head<3>() += spring.sense * push;
         right.col(edge.other).head<3>() -= spring.sense * push;
-        const Matrix3 block = alpha * u * u.transpose() + beta * Matrix3::Identity();
+        const SymmetricBlock block = block_of(u, alpha + beta, beta);
         take(block, edge);
-        block_[at(edge.own)] += block;
-        block_[at(edge.other)] += block;
+        add(block, block_[at(edge.own)]);
+        add(block, block_[at(edge.other)]);
     }
     gather_up(right);
     for (const Ghost& ghost : pulled_ghosts_) {
         for (std::size_t p = 0; p < 3; ++p) {
-            block_[ghost.parent[p]] += ghost.share[p] * ghost.share[p] * block_[ghost.number];
+            add_scaled(ghost.share[p] * ghost.share[p], block_[ghost.number], block_[ghost.parent[p]]);
         }
     }
     for (const std::size_t n : pulled_nodes_) {
@@ -269,8 +277,8 @@ void RegionSystem::prepare(double h) {
             right.col(eigen_index(n)).setZero();
             continue;
         }
-        block_[n].diagonal().array() += inertia_[n];
-        invert(n, block_[n]);
+        add_inertia(inertia_[n], block_[n]);
+        invert(n, full(block_[n]));
     }
     change_.leftCols(eigen_index(nodes_.size() + 1)).setZero();
 }

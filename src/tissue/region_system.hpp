@@ -178,8 +178,8 @@ private:
     std::vector<std::size_t> pulled_nodes_;  ///< likewise, awake
     std::vector<std::uint8_t> is_pulled_;    ///< per node
     std::vector<double> inertia_;            ///< kg, mass + h drag; of awake ones
-    std::vector<Matrix3> block_;             ///< of the nodes in whose blocks springs have a part
-    std::vector<Matrix3> far_block_;         ///< without these springs
+    std::vector<SymmetricBlock> block_;      ///< of the nodes in whose blocks springs have a part
+    std::vector<SymmetricBlock> far_block_;  ///< without these springs
     std::vector<double> inverse_;            ///< 12 a node
     Matrix4X right_side_, whole_right_side_, change_, residual_, preconditioned_, direction_, image_;
     Matrix4X start_change_, start_residual_;  ///< where a search along a direction begins

@@ -34,8 +34,11 @@ class RegionalStepper final : public Stepper {
 public:
     explicit RegionalStepper(const RegionalSettings& settings)
         // A field that falls with the logarithm of the distance, linear between nodes: the error in its stiffness falls
-        // with the square of the distance over their spacing; measured on sheets (METHODS §4).
-        : settings_(settings), rings_(static_cast<int>(std::ceil(2.3 * std::sqrt(0.042 / settings.error)))) {
+        // with the square of the distance over their spacing; measured on sheets (METHODS §4). Vertices beyond the few
+        // around the contacts' own hardly add to that.
+        : settings_(settings),
+          rings_(static_cast<int>(std::ceil(2.3 * std::sqrt(0.042 / settings.error)))),
+          vertex_rings_((3 * rings_ + 4) / 5) {
         // What whole rings leave of the bound falls with its power 3/2; what a step leaves open stays within that.
         settings_.tolerance = std::min(settings.tolerance, 2.0 * std::pow(settings.error, 1.5));
     }
@@ -267,7 +270,7 @@ private:
                 }
             }
             seed_count_ = search.queue.size();
-            walk_rings(here, search);
+            walk_rings(level == 0 ? vertex_rings_ : rings_, here, search);
             int wakes = level == 0 ? 64 : 32;
             for (const Index node : search.queue) {
                 search.marked[at(node)] = tick_;
@@ -293,9 +296,9 @@ private:
         }
     }
 
-    void walk_rings(const RegionLevel& level, Search& search) const {
+    void walk_rings(int rings, const RegionLevel& level, Search& search) const {
         std::size_t begin = 0;
-        for (int ring = 0; ring < rings_; ++ring) {
+        for (int ring = 0; ring < rings; ++ring) {
             const std::size_t end = search.queue.size();
             for (; begin < end; ++begin) {
                 const Index node = search.queue[begin];
@@ -352,7 +355,8 @@ private:
     }
 
     RegionalSettings settings_;
-    int rings_;
+    int rings_;         ///< around what the seeds of a level are
+    int vertex_rings_;  ///< likewise, of vertices
     std::unique_ptr<Stepper> whole_;  ///< where a region would not pay
     Effect nothing_;
     const Topology* topology_ = nullptr;
