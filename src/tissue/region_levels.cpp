@@ -110,8 +110,8 @@ Eigen::Vector4d RegionTissue::pull(std::uint32_t spring) const {
     return (springs.k[spring] + springs.offset[spring] / length) * way;
 }
 
-/// What an edge whose ends both sleep is for the next level, and on from there. Above level 0 it pulls by the offsets of
-/// its ends besides.
+/// What an edge whose ends both sleep is for the next level, and on from there. Above level 0 it pulls by the offsets
+/// of its ends besides.
 void RegionTissue::add_edge(std::size_t level, std::uint32_t edge, const SymmetricBlock& stiffness,
                             const SymmetricBlock& damping, double sign) {
     const RegionLevel& fine = levels_[level];

@@ -355,8 +355,8 @@ private:
     }
 
     RegionalSettings settings_;
-    int rings_;         ///< around what the seeds of a level are
-    int vertex_rings_;  ///< likewise, of vertices
+    int rings_;                       ///< around what the seeds of a level are
+    int vertex_rings_;                ///< likewise, of vertices
     std::unique_ptr<Stepper> whole_;  ///< where a region would not pay
     Effect nothing_;
     const Topology* topology_ = nullptr;
