@@ -260,7 +260,8 @@ void RegionTissue::sleep(std::size_t level, Index node) {
     fine.awake_at[at(fine.awake_nodes.back())] = fine.awake_at[at(node)];
     fine.awake_nodes.pop_back();
     const Eigen::Vector4d own = level == 0 ? state.velocity.col(node) : fine.velocity.col(node);
-    const Eigen::Vector4d left = fine.mass[at(node)] * (own - velocity);
+    Eigen::Vector4d left = Eigen::Vector4d::Zero();
+    if (level == 0 || fine.has_a_say(node)) left = fine.mass[at(node)] * (own - velocity);
     for (std::size_t n = 0; n < 3; ++n) {
         const double share = fine.share[at(node)][n];
         if (share == 0.0) continue;
@@ -369,6 +370,7 @@ double RegionTissue::take_way() {
 
 void RegionTissue::start() {
     // Sleeping as sums: places and forces come anew.
+    for (RegionLevel& level : levels_) level.offset.setZero();
     for (std::size_t level = 0; level + 1 < levels_.size(); ++level) {
         RegionLevel& here = levels_[level];
         for (const Index node : here.awake_nodes) {
@@ -390,7 +392,6 @@ void RegionTissue::start() {
     for (std::size_t level = 1; level < levels_.size(); ++level) {
         RegionLevel& here = levels_[level];
         here.displacement.setZero();
-        here.offset.setZero();
         here.velocity.setZero();
         here.force.setZero();
     }

@@ -65,10 +65,16 @@ struct RegionLevel {
     Matrix4X offset;                  ///< m, of what sleeps: displacement less what the next level moves it by; not of
                                       ///< level 0, where it is part of the place
     Matrix4X velocity;                ///< m/s; of level 0 it is the state's
-    Matrix4X force;                   ///< N, of what sleeps below at displacement 0; level 0: rest bias
+    Matrix4X force;                   ///< N, of what sleeps below at displacement 0 and, of a node that sleeps, what
+                                      ///< its edges pull by their offsets; level 0: rest bias
 
     [[nodiscard]] std::size_t size() const { return mass.size(); }
     [[nodiscard]] Index other_end(std::uint32_t edge, Index node) const { return i[edge] == node ? j[edge] : i[edge]; }
+    /// Whether anything still moves with a node: else its mass is nothing but rounding.
+    [[nodiscard]] bool has_a_say(Index node) const {
+        constexpr double rounding = 1e-12;
+        return mass[at(node)] > rounding * whole_mass[at(node)];
+    }
 };
 
 /// Which nodes of the next level an edge acts on, and by how much: its two ends' shares, those of the second end

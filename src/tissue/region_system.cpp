@@ -84,10 +84,7 @@ void RegionSystem::list(double h) {
     inertia_.clear();
     for (std::size_t level = 0; level < levels.size(); ++level) {
         for (const Index node : levels[level].awake_nodes) {
-            constexpr double rounding = 1e-12;
-            // A node that nothing moves with any more has no say.
-            if (level > 0 && levels[level].mass[at(node)] <= rounding * levels[level].whole_mass[at(node)]) continue;
-            number_of(level, node);
+            if (level == 0 || levels[level].has_a_say(node)) number_of(level, node);
         }
     }
     awake_ = nodes_.size();

@@ -108,7 +108,7 @@ protected:
     std::uniform_real_distribution<double> number{-1.0, 1.0};
 };
 
-TEST_F(RegionLevels, WhatIsAwakeIsPulledByThePlacesOfAllVerticesWhateverElseSleeps) {
+TEST_F(RegionLevels, NodesThatAreAwakeArePulledByThePlacesOfAllVerticesWhicheverOthersSleep) {
     const std::size_t last = region.levels().size() - 1;
     ASSERT_GE(last, 3U) << "a level that sleeps on one that sleeps";
     move_what_is_awake();
@@ -132,9 +132,31 @@ TEST_F(RegionLevels, WhatIsAwakeIsPulledByThePlacesOfAllVerticesWhateverElseSlee
         move_what_is_awake();
         compare("carried on from there");
     }
+    region.start();
+    Frame frame = s.frame;
+    region.complete(frame);
+    for (std::size_t v = 0; v < tissue.state().size(); ++v) {
+        const Vector3 place = tissue.state().position.col(eigen_index(v)).head<3>();
+        EXPECT_EQ(Vector3(frame.position.col(tissue.state().vertex[v])), place);
+    }
+    move_what_is_awake();
+    compare("anew");
 }
 
-TEST_F(RegionLevels, WakingAndFallingAsleepMovesNoVertex) {
+TEST_F(RegionLevels, NodesThatNothingMovesWithFallAsleepWithoutAPush) {
+    ASSERT_GE(region.levels().size(), 3U);
+    for (Index node = 0; at(node) < region.levels()[0].size(); ++node) region.wake(0, node);
+    RegionLevel& first = region.levels()[1];
+    for (Index node = 0; at(node) < first.size(); ++node) region.wake(1, node);
+    const std::vector<Index> awake = first.awake_nodes;
+    for (const Index node : awake) first.velocity.col(node).head<3>() = test::random_vector(number, random);
+    for (const Index node : awake) region.sleep(1, node);
+    for (std::size_t level = 1; level < region.levels().size(); ++level) {
+        EXPECT_EQ(region.levels()[level].velocity.cwiseAbs().maxCoeff(), 0.0) << level;
+    }
+}
+
+TEST_F(RegionLevels, NodesWakeAndFallAsleepWithoutMovingAVertex) {
     const std::size_t last = region.levels().size() - 1;
     move_what_is_awake();
     const auto places = [this] {

@@ -375,7 +375,7 @@ TEST(Regional, AtMostASixteenthOfWhatIsFarMovesInATick) {
             continue;
         oldest = std::min(oldest, last[static_cast<std::size_t>(v)]);
     }
-    EXPECT_GT(oldest, 35) << "all of it is followed";
+    EXPECT_GT(oldest, 35) << "all of it is followed: a sixteenth in one tick of four";
 }
 
 TEST(Regional, AContactPressesWhereAVertexThatWasLeftBehindIsByNow) {
