@@ -9,6 +9,7 @@
 
 #include "support/random_vectors.hpp"
 #include "support/tissue_samples.hpp"
+#include "tissue/mass_spring.hpp"
 
 namespace trocar {
 namespace {
