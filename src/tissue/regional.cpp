@@ -34,11 +34,8 @@ class RegionalStepper final : public Stepper {
 public:
     explicit RegionalStepper(const RegionalSettings& settings)
         // A field that falls with the logarithm of the distance, linear between nodes: the error in its stiffness falls
-        // with the square of the distance over their spacing; measured on sheets (METHODS §4). Vertices beyond the few
-        // around the contacts' own hardly add to that.
-        : settings_(settings),
-          rings_(static_cast<int>(std::ceil(2.3 * std::sqrt(0.042 / settings.error)))),
-          vertex_rings_((3 * rings_ + 4) / 5) {
+        // with the square of the distance over their spacing; measured on sheets (METHODS §4).
+        : settings_(settings), rings_(static_cast<int>(std::ceil(2.3 * std::sqrt(0.042 / settings.error)))) {
         // What whole rings leave of the bound falls with its power 3/2; what a step leaves open stays within that.
         settings_.tolerance = std::min(settings.tolerance, 2.0 * std::pow(settings.error, 1.5));
     }
@@ -270,7 +267,7 @@ private:
                 }
             }
             seed_count_ = search.queue.size();
-            walk_rings(level == 0 ? vertex_rings_ : rings_, here, search);
+            walk_rings(rings_of(level), here, search);
             int wakes = level == 0 ? 64 : 32;
             for (const Index node : search.queue) {
                 search.marked[at(node)] = tick_;
@@ -294,6 +291,12 @@ private:
                 --sleeps;
             }
         }
+    }
+
+    /// Vertices beyond the few around the contacts' own hardly add to the error; the levels that are wide do most.
+    [[nodiscard]] int rings_of(std::size_t level) const {
+        if (level == 0) return (3 * rings_ + 4) / 5;
+        return level == 1 ? rings_ : rings_ + 1;
     }
 
     void walk_rings(int rings, const RegionLevel& level, Search& search) const {
@@ -355,8 +358,7 @@ private:
     }
 
     RegionalSettings settings_;
-    int rings_;                       ///< around what the seeds of a level are
-    int vertex_rings_;                ///< likewise, of vertices
+    int rings_;                       ///< around what the seeds of level 1 are
     std::unique_ptr<Stepper> whole_;  ///< where a region would not pay
     Effect nothing_;
     const Topology* topology_ = nullptr;
