@@ -20,26 +20,32 @@ std::uint32_t edge_between(const RegionLevel& level, Index a, Index b) {
 
 }  // namespace
 
-void RegionTissue::refresh(std::size_t level, Index node) {
-    RegionLevel& fine = levels_[level];
-    if (fine.awake[at(node)] != 0 || fine.fixed[at(node)] != 0 || fine.stamp[at(node)] == moment_) return;
-    fine.stamp[at(node)] = moment_;
-    Eigen::Vector4d displacement = Eigen::Vector4d::Zero();
-    Eigen::Vector4d velocity = Eigen::Vector4d::Zero();
+/// Up to date, of a node that has moved with the next level or is to.
+RegionTissue::Carried RegionTissue::carried(std::size_t level, Index node) {
+    const RegionLevel& fine = levels_[level];
+    Carried sum;
     for (std::size_t n = 0; n < 3; ++n) {
         const double share = fine.share[at(node)][n];
         if (share == 0.0) continue;
         const Index parent = fine.parent[at(node)][n];
         refresh(level + 1, parent);
-        displacement += share * levels_[level + 1].displacement.col(parent);
-        velocity += share * levels_[level + 1].velocity.col(parent);
+        sum.displacement += share * levels_[level + 1].displacement.col(parent);
+        sum.velocity += share * levels_[level + 1].velocity.col(parent);
     }
-    fine.displacement.col(node) = displacement;
+    return sum;
+}
+
+void RegionTissue::refresh(std::size_t level, Index node) {
+    RegionLevel& fine = levels_[level];
+    if (fine.awake[at(node)] != 0 || fine.fixed[at(node)] != 0 || fine.stamp[at(node)] == moment_) return;
+    fine.stamp[at(node)] = moment_;
+    const auto [displacement, velocity] = carried(level, node);
     if (level > 0) {
-        fine.displacement.col(node) += fine.offset.col(node);
+        fine.displacement.col(node) = displacement + fine.offset.col(node);
         fine.velocity.col(node) = velocity;
         return;
     }
+    fine.displacement.col(node) = displacement;
     auto place = tissue_->state().position.col(node);
     const Vector3 before = place.head<3>();
     place = anchor_.col(node) + displacement;
@@ -244,16 +250,7 @@ void RegionTissue::sleep(std::size_t level, Index node) {
     RegionLevel& fine = levels_[level];
     if (fine.awake[at(node)] == 0 || level + 1 == levels_.size()) return;
     TissueState& state = tissue_->state();
-    Eigen::Vector4d displacement = Eigen::Vector4d::Zero();
-    Eigen::Vector4d velocity = Eigen::Vector4d::Zero();
-    for (std::size_t n = 0; n < 3; ++n) {
-        const double share = fine.share[at(node)][n];
-        if (share == 0.0) continue;
-        const Index parent = fine.parent[at(node)][n];
-        refresh(level + 1, parent);
-        displacement += share * levels_[level + 1].displacement.col(parent);
-        velocity += share * levels_[level + 1].velocity.col(parent);
-    }
+    const auto [displacement, velocity] = carried(level, node);
     fine.awake[at(node)] = 0;
     fine.stamp[at(node)] = moment_;
     fine.awake_nodes[at(fine.awake_at[at(node)])] = fine.awake_nodes.back();

@@ -155,6 +155,12 @@ private:
     void find_parents(RegionLevel& fine, const RegionLevel& coarse, const std::vector<Index>& chosen) const;
     void project(const RegionLevel& fine, RegionLevel& coarse) const;
 
+    /// What the next level moves a node by.
+    struct Carried {
+        Eigen::Vector4d displacement = Eigen::Vector4d::Zero();  ///< m
+        Eigen::Vector4d velocity = Eigen::Vector4d::Zero();      ///< m/s
+    };
+    Carried carried(std::size_t level, Index node);
     [[nodiscard]] SymmetricBlock stiffness_of(std::size_t level, std::uint32_t edge) const;
     [[nodiscard]] SymmetricBlock damping_of(std::size_t level, std::uint32_t edge) const;
     [[nodiscard]] Eigen::Vector4d pull(std::uint32_t spring) const;
