@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -87,18 +88,30 @@ double largest_of(const FarFieldRun& run, double FarFieldTick::*figure) {
     return largest;
 }
 
-double error_rms(const FarFieldRun& run) {
+double error_rms(std::span<const FarFieldTick> ticks) {
     double sum = 0.0;
-    for (const FarFieldTick& tick : run.ticks) sum += tick.force_error * tick.force_error;
-    return std::sqrt(sum / static_cast<double>(run.ticks.size()));
+    for (const FarFieldTick& tick : ticks) sum += tick.force_error * tick.force_error;
+    return std::sqrt(sum / static_cast<double>(ticks.size()));
 }
 
-/// At rest under the tool: the last tick before it is drawn along; the last tick of a shorter run.
-const FarFieldTick& at_rest(const FarFieldRun& run) {
+/// At rest under the tool: the last tenth of a second before it is drawn along, or of a shorter run. Not one tick of
+/// it: a tip that presses with all that a contact may give rocks between the faces that it is caught by.
+std::span<const FarFieldTick> at_rest(const FarFieldRun& run) {
     constexpr double drawn_from = 1.0;  // s
-    const auto after = std::find_if(run.ticks.begin(), run.ticks.end(),
-                                    [](const FarFieldTick& tick) { return tick.time >= drawn_from; });
-    return after == run.ticks.begin() || after == run.ticks.end() ? run.ticks.back() : *(after - 1);
+    constexpr double watched = 0.1;     // s
+    const auto at = [&run](double time) {
+        return std::find_if(run.ticks.begin(), run.ticks.end(),
+                            [time](const FarFieldTick& tick) { return tick.time >= time; });
+    };
+    const double end = std::min(drawn_from, run.ticks.back().time);
+    const auto first = at(end - watched);
+    return {first, std::max(first + 1, at(end))};
+}
+
+double mean_force(std::span<const FarFieldTick> ticks) {
+    double sum = 0.0;
+    for (const FarFieldTick& tick : ticks) sum += tick.force;
+    return sum / static_cast<double>(ticks.size());
 }
 
 Table table_of(const std::vector<FarFieldRun>& runs) {
@@ -108,7 +121,7 @@ Table table_of(const std::vector<FarFieldRun>& runs) {
                      {"stepper"},
                      {"against"},
                      {"force error, RMS (% of the largest force)", true},
-                     {"at rest (% of the force there)", true},
+                     {"at rest, RMS of 0.1 s (% of the force there)", true},
                      {"largest (%)", true}};
     for (std::size_t band = 0; band < band_starts.size(); ++band) {
         table.columns.push_back({"error of places, " + band_name(band) + " (% of the largest way there)", true});
@@ -119,10 +132,10 @@ Table table_of(const std::vector<FarFieldRun>& runs) {
     for (const FarFieldRun& run : runs) {
         if (run.ticks.empty()) continue;
         const double peak = largest_of(run, &FarFieldTick::force);
-        const FarFieldTick& rest = at_rest(run);
+        const std::span<const FarFieldTick> rest = at_rest(run);
         TableRow row{{fmt::format("{}", run.triangles), "`" + run.stepper + "`", "`" + run.whole + "`",
-                      format_number(in_percent * error_rms(run) / peak),
-                      format_number(in_percent * rest.force_error / rest.force),
+                      format_number(in_percent * error_rms(run.ticks) / peak),
+                      format_number(in_percent * error_rms(rest) / mean_force(rest)),
                       format_number(in_percent * largest_of(run, &FarFieldTick::force_error) / peak)}};
         for (std::size_t band = 0; band < band_starts.size(); ++band) {
             double error = 0.0;
