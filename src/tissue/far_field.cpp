@@ -49,6 +49,7 @@ FarField::FarField(RegionTissue& region) : region_(&region) {
     std::size_t nodes = 0;
     for (std::size_t level = 1; level <= last; ++level) nodes += levels[level].size();
     late_.reserve(nodes);
+    beside_.reserve(levels[0].size());
     double spacing = 0.0;
     for (const double one : levels[0].spacing) spacing += one;
     constexpr double part = 1e-6;
@@ -65,16 +66,19 @@ void FarField::start() {
         }
     }
     late_.clear();
+    beside_.clear();
     stretch_ = last_stretch_ = 0.0;
     around_ = 0;
     tick_ = 0;
 }
 
-void FarField::follow(std::size_t most) {
+void FarField::follow(std::size_t most, std::size_t most_beside) {
     most_ = most;
-    put_before_ = region_->put();  // beside what is awake
     constexpr std::int64_t round = 4;
     const std::int64_t turn = tick_++ % round;
+    if (turn == 0) find_beside(most_beside);
+    for (const Index vertex : beside_) region_->refresh(0, vertex);
+    put_before_ = region_->put();  // beside what is awake or others are
     if (turn + 1 == round) {
         go_around();
     } else {
@@ -137,6 +141,28 @@ void FarField::find_late() {
         }
     }
     std::make_heap(late_.begin(), late_.end());
+}
+
+/// Of the vertices that move with nodes of level 1: where nothing is awake at that level nothing moves much, either.
+void FarField::find_beside(std::size_t most) {
+    beside_.clear();
+    if (holding_.size() < 2) return;
+    const std::vector<RegionLevel>& levels = region_->levels();
+    constexpr double edges = 3.0;  // from two edges on it would count for the reach
+    for (const Index node : levels[1].awake_nodes) {
+        const Holding& holding = holding_[1][at(node)];
+        if (holding.first == holding.end) continue;
+        const double across = 2.0 * levels[1].spacing[at(node)];
+        const Index any = order_[holding.first];
+        if (!region_->is_near_others(any, across + edges * region_->longest_edge(any))) continue;
+        for (std::uint32_t n = holding.first; n < holding.end; ++n) {
+            const Index vertex = order_[n];
+            if (levels[0].awake[at(vertex)] != 0) continue;
+            if (!region_->is_near_others(vertex, edges * region_->longest_edge(vertex))) continue;
+            if (beside_.size() == most) return;
+            beside_.push_back(vertex);
+        }
+    }
 }
 
 bool FarField::pass_over(const Late& late) {

@@ -20,8 +20,10 @@ public:
 
     /// Everything that sleeps is where its nodes have it.
     void start();
-    /// Puts up to `most` vertices where they are by now and looks closely at those that there is room for.
-    void follow(std::size_t most);
+    /// Puts up to `most` vertices where they are by now and looks closely at those that there is room for. Of what lies
+    /// beside other bodies up to `most_beside` more are put: what may be met next is never late, and no reach has to
+    /// span how late it was.
+    void follow(std::size_t most, std::size_t most_beside);
     /// Largest stretch of a spring that sleeps, as last seen.
     [[nodiscard]] double stretch() const { return std::max(stretch_, last_stretch_); }
 
@@ -45,6 +47,7 @@ private:
         }
     };
     void find_late();
+    void find_beside(std::size_t most);
     void go_around();
     bool look_at(Index vertex);
     bool pass_over(const Late& late);
@@ -54,7 +57,8 @@ private:
     std::vector<std::vector<Holding>> holding_;  ///< per level from 1 on and node; empty at level 0
     std::vector<Index> order_;                   ///< vertices that move
     std::vector<Late> late_;
-    double least_ = 0.0;  ///< m, from which on a node is late
+    std::vector<Index> beside_;  ///< vertices that sleep beside other bodies
+    double least_ = 0.0;         ///< m, from which on a node is late
     std::int64_t tick_ = 0;
     std::int64_t turn_ = 0;  ///< of looking for late nodes
     std::size_t most_ = 0;   ///< that this tick may put

@@ -359,6 +359,11 @@ double RegionTissue::further(Index vertex, const Vector3& from, double way) {
     return boxes_->may_meet(body, from, now, 2.0 * longest_edge_[at(vertex)]) ? std::sqrt(square) : way;
 }
 
+bool RegionTissue::is_near_others(Index vertex, double distance) const {
+    const Vector3 place = tissue_->state().position.col(vertex).head<3>();
+    return boxes_->may_meet(body_of_[at(vertex)], place, place, distance);
+}
+
 double RegionTissue::take_way() {
     const double way = way_ + furthest_ + relaxed_;
     way_ = furthest_ = relaxed_ = 0.0;

@@ -126,6 +126,10 @@ public:
     /// m, how far a vertex has gone from there to where it is now if that is further than the way given and it may have
     /// met another body; else that way.
     [[nodiscard]] double further(Index vertex, const Vector3& from, double way);
+    /// Whether another body may come that near (m) to where a vertex is.
+    [[nodiscard]] bool is_near_others(Index vertex, double distance) const;
+    /// m, longest edge of a vertex at rest.
+    [[nodiscard]] double longest_edge(Index vertex) const { return longest_edge_[at(vertex)]; }
     /// Brings a node that sleeps up to date, and what it moves with.
     void refresh(std::size_t level, Index node);
     /// Where everything that sleeps is now, into a frame; itself it stays as it is.

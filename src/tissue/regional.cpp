@@ -102,7 +102,9 @@ public:
         contacts_->begin_substep(state);
         system_->prepare(dt);
         // What sleeps and what is awake stand where the tick began until `move`: they may go on side by side.
-        const auto follow = [&] { far_field_->follow(std::min(settings_.visits, state.size() / settings_.slices)); };
+        const std::size_t slice = state.size() / settings_.slices;
+        const std::size_t visits = std::min(settings_.visits, slice);
+        const auto follow = [&] { far_field_->follow(visits, slice - visits); };
         const auto solve = [&] { system_->solve(dt, known, settings_.tolerance, settings_.iterations, *contacts_); };
         if (beside_) {
             beside_->run(follow, solve);
