@@ -152,7 +152,6 @@ RegionTissue::RegionTissue(MovingTissue& tissue, WrittenVertices& written, BodyB
         most_springs = std::max(most_springs, levels_.front().first_edge[v + 1] - levels_.front().first_edge[v]);
     }
     around_.reserve(most_springs);
-    pull_.setZero(4, static_cast<Eigen::Index>(levels_.front().i.size()));
     const std::size_t nodes = levels_.size() > 1 ? levels_[1].size() : 0;
     pulled_by_.setZero(4, eigen_index(nodes));
     is_pulled_.assign(nodes, 0);
@@ -165,6 +164,14 @@ void RegionTissue::build_vertices(const Matrix3X& rest) {
     const SpringArrays& springs = tissue_->spring_arrays();
     vertices.i = springs.i;
     vertices.j = springs.j;
+    springs_.resize(springs.size());
+    for (std::size_t s = 0; s < springs.size(); ++s) {
+        springs_[s].i = springs.i[s];
+        springs_[s].j = springs.j[s];
+        springs_[s].k = springs.k[s];
+        springs_[s].offset = springs.offset[s];
+        springs_[s].inverse_rest = springs.inverse_rest[s];
+    }
     longest_edge_.assign(state.size(), 0.0);
     std::vector<double> lengths(state.size(), 0.0);
     std::vector<int> counts(state.size(), 0);

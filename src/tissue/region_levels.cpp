@@ -1,5 +1,7 @@
 #include "tissue/region_levels.hpp"
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -90,12 +92,12 @@ void RegionTissue::complete(Frame& frame) const {
 SymmetricBlock RegionTissue::stiffness_of(std::size_t level, std::uint32_t edge) const {
     const RegionLevel& fine = levels_[level];
     if (level > 0) return fine.stiffness[edge];
-    const SpringArrays& springs = tissue_->spring_arrays();
-    const Vector3 way = fine.rest[at(fine.j[edge])] - fine.rest[at(fine.i[edge])];
+    const NearSpring& spring = springs_[edge];
+    const Vector3 way = fine.rest[at(spring.j)] - fine.rest[at(spring.i)];
     const double length = way.norm();
     if (length == 0.0) return {};
-    const double tension = springs.k[edge] * length + springs.offset[edge];
-    return block_of(way / length, springs.k[edge], std::max(0.0, tension / length));
+    const double tension = spring.k * length + spring.offset;
+    return block_of(way / length, spring.k, std::max(0.0, tension / length));
 }
 
 SymmetricBlock RegionTissue::damping_of(std::size_t level, std::uint32_t edge) const {
@@ -107,13 +109,13 @@ SymmetricBlock RegionTissue::damping_of(std::size_t level, std::uint32_t edge) c
 }
 
 /// Force of a spring on its i where the state stands.
-Eigen::Vector4d RegionTissue::pull(std::uint32_t spring) const {
-    const SpringArrays& springs = tissue_->spring_arrays();
+Eigen::Vector4d RegionTissue::pull(std::uint32_t edge) const {
+    const NearSpring& spring = springs_[edge];
     const Matrix4X& position = tissue_->state().position;
-    const Eigen::Vector4d way = position.col(springs.j[spring]) - position.col(springs.i[spring]);
+    const Eigen::Vector4d way = position.col(spring.j) - position.col(spring.i);
     const double length = way.norm();
     if (length == 0.0) return Eigen::Vector4d::Zero();
-    return (springs.k[spring] + springs.offset[spring] / length) * way;
+    return (spring.k + spring.offset / length) * way;
 }
 
 /// What an edge whose ends both sleep is for the next level, and on from there. Above level 0 it pulls by the offsets
@@ -216,8 +218,8 @@ void RegionTissue::take_pull(std::uint32_t spring, const SymmetricBlock& stiffne
     const Eigen::Vector4d apart =
         vertices.displacement.col(vertices.j[spring]) - vertices.displacement.col(vertices.i[spring]);
     const Eigen::Vector4d now = pull(spring) - multiply(stiffness, apart);
-    add_pull(spring, now - pull_.col(spring));
-    pull_.col(spring) = now;
+    add_pull(spring, now - springs_[spring].pull);
+    springs_[spring].pull = now;
 }
 
 void RegionTissue::wake(std::size_t level, Index node) {
@@ -229,8 +231,8 @@ void RegionTissue::wake(std::size_t level, Index node) {
         if (fine.awake[at(fine.other_end(edge, node))] != 0) continue;
         add_edge(level, edge, stiffness_of(level, edge), damping_of(level, edge), -1.0);
         if (level > 0) continue;
-        add_pull(edge, -pull_.col(edge));
-        pull_.col(edge).setZero();
+        add_pull(edge, -springs_[edge].pull);
+        springs_[edge].pull.setZero();
     }
     for (std::size_t n = 0; n < 3; ++n) {
         const double share = fine.share[at(node)][n];
@@ -298,24 +300,25 @@ double RegionTissue::visit(Index vertex) {
     RegionLevel& vertices = levels_[0];
     if (vertices.awake[at(vertex)] != 0 || vertices.fixed[at(vertex)] != 0) return 0.0;
     TissueState& state = tissue_->state();
-    const SpringArrays& springs = tissue_->spring_arrays();
+    const std::uint32_t first = vertices.first_edge[at(vertex)];
+    const std::uint32_t end = vertices.first_edge[at(vertex) + 1];
+    for (std::uint32_t e = first; e < end; ++e) hwy::Prefetch(&springs_[vertices.edge_at[e]]);
     refresh(0, vertex);
     Eigen::Vector4d force = vertices.force.col(vertex);
     SymmetricBlock block{};
     double stretch = 0.0;
     around_.clear();
-    for (std::uint32_t e = vertices.first_edge[at(vertex)]; e < vertices.first_edge[at(vertex) + 1]; ++e) {
-        const std::uint32_t spring = vertices.edge_at[e];
-        const Index other = vertices.other_end(spring, vertex);
+    for (std::uint32_t e = first; e < end; ++e) {
+        const NearSpring& spring = springs_[vertices.edge_at[e]];
+        const Index other = spring.i == vertex ? spring.j : spring.i;
         refresh(0, other);
         const Eigen::Vector4d way = state.position.col(other) - state.position.col(vertex);
         const double length = way.norm();
-        stretch = std::max(stretch, length * springs.inverse_rest[spring]);
-        const double per_length = length == 0.0 ? 0.0 : springs.k[spring] + springs.offset[spring] / length;
-        const SymmetricBlock now = length == 0.0
-                                       ? SymmetricBlock{}
-                                       : block_of(way.head<3>() / length, springs.k[spring], std::max(0.0, per_length));
-        around_.push_back({stiffness_of(0, spring), now, per_length * way});
+        stretch = std::max(stretch, length * spring.inverse_rest);
+        const double per_length = length == 0.0 ? 0.0 : spring.k + spring.offset / length;
+        const SymmetricBlock now =
+            length == 0.0 ? SymmetricBlock{} : block_of(way.head<3>() / length, spring.k, std::max(0.0, per_length));
+        around_.push_back({stiffness_of(0, vertices.edge_at[e]), now, per_length * way});
         force += around_.back().pull;
         add(now, block);
     }
@@ -333,15 +336,15 @@ double RegionTissue::visit(Index vertex) {
     // What the springs that sleep pull from now on: that of before, less what the vertex has given way.
     Eigen::Vector4d more = Eigen::Vector4d::Zero();
     for (std::size_t n = 0; n < around_.size(); ++n) {
-        const std::uint32_t spring = vertices.edge_at[vertices.first_edge[at(vertex)] + n];
-        const Index other = vertices.other_end(spring, vertex);
+        NearSpring& spring = springs_[vertices.edge_at[first + n]];
+        const Index other = spring.i == vertex ? spring.j : spring.i;
         if (vertices.awake[at(other)] != 0) continue;
         const Eigen::Vector4d apart = vertices.displacement.col(other) - vertices.displacement.col(vertex);
-        const double sense = vertices.i[spring] == vertex ? 1.0 : -1.0;
+        const double sense = spring.i == vertex ? 1.0 : -1.0;
         const Eigen::Vector4d now =
             sense * (around_[n].pull - multiply(around_[n].now, relaxed) - multiply(around_[n].at_rest, apart));
-        const Eigen::Vector4d change = sense * (now - pull_.col(spring));
-        pull_.col(spring) = now;
+        const Eigen::Vector4d change = sense * (now - spring.pull);
+        spring.pull = now;
         add_pull_at(other, -change);
         more += change;
     }
@@ -407,9 +410,9 @@ void RegionTissue::start() {
         if (state.vertex[v] < bias.cols()) levels_[0].force.col(column).head<3>() = bias.col(state.vertex[v]);
         add_force(0, column, levels_[0].force.col(column));
     }
-    for (std::uint32_t s = 0; s < tissue_->spring_arrays().size(); ++s) {
-        pull_.col(s) = pull(s);
-        add_pull(s, pull_.col(s));
+    for (std::uint32_t s = 0; s < springs_.size(); ++s) {
+        springs_[s].pull = pull(s);
+        add_pull(s, springs_[s].pull);
     }
     tell_pulls();
     changed_ = true;

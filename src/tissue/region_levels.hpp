@@ -167,7 +167,7 @@ private:
     Carried carried(std::size_t level, Index node);
     [[nodiscard]] SymmetricBlock stiffness_of(std::size_t level, std::uint32_t edge) const;
     [[nodiscard]] SymmetricBlock damping_of(std::size_t level, std::uint32_t edge) const;
-    [[nodiscard]] Eigen::Vector4d pull(std::uint32_t spring) const;
+    [[nodiscard]] Eigen::Vector4d pull(std::uint32_t edge) const;
     void add_edge(std::size_t level, std::uint32_t edge, const SymmetricBlock& stiffness, const SymmetricBlock& damping,
                   double sign);
     void add_mass(std::size_t level, Index node, double mass, double drag);
@@ -177,6 +177,16 @@ private:
     void add_momentum(std::size_t level, Index node, const Eigen::Vector4d& momentum);
     void take_pull(std::uint32_t spring, const SymmetricBlock& stiffness);
 
+    /// What a visit reads of a spring, in one line of the cache: it comes to springs in no order that memory has.
+    struct alignas(64) NearSpring {
+        Index i = -1;
+        Index j = -1;
+        double k = 0.0;             ///< N/m
+        double offset = 0.0;        ///< N, as in SpringArrays
+        double inverse_rest = 0.0;  ///< 1/m
+        /// N, of one that sleeps, on its i: at displacement 0, by the stiffness at rest.
+        Eigen::Vector4d pull = Eigen::Vector4d::Zero();
+    };
     /// A spring of a vertex that is visited.
     struct Around {
         SymmetricBlock at_rest{};  ///< N/m
@@ -194,7 +204,7 @@ private:
     Matrix4X pulled_by_;                   ///< N, per node of level 1, not yet passed on
     std::vector<Index> pulled_;            ///< nodes of level 1 that have any
     std::vector<std::uint8_t> is_pulled_;  ///< per node of level 1
-    Matrix4X pull_;  ///< N, per spring on its i: at displacement 0, by the stiffness at rest; of springs that sleep
+    std::vector<NearSpring> springs_;
     std::int64_t moment_ = 0;
     Index pieces_ = 0;
     std::size_t put_ = 0;
