@@ -413,7 +413,9 @@ StepperEntry regional_stepper() {
          .default_value = "0.01",
          .minimum = 1e-4,
          .maximum = 0.1,
-         .meaning = "bound on the error of the force at a tool, as a part of it: sets how far the fine region reaches"},
+         .meaning =
+             "bound on the error of the force at a tool, as a part of it, on meshes with even faces: sets how far the "
+             "fine region reaches"},
         whole_number("slices", "16", 16, "a part of one over this many of all vertices is followed in a tick, at most"),
         whole_number("visits", "250", 3,
                      "most vertices of the far field that are followed in a tick, those first that have gone furthest"),
