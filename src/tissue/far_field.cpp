@@ -148,17 +148,15 @@ void FarField::find_beside(std::size_t most) {
     beside_.clear();
     if (holding_.size() < 2) return;
     const std::vector<RegionLevel>& levels = region_->levels();
-    constexpr double edges = 3.0;  // from two edges on it would count for the reach
     for (const Index node : levels[1].awake_nodes) {
         const Holding& holding = holding_[1][at(node)];
         if (holding.first == holding.end) continue;
         const double across = 2.0 * levels[1].spacing[at(node)];
-        const Index any = order_[holding.first];
-        if (!region_->is_near_others(any, across + edges * region_->longest_edge(any))) continue;
+        if (!region_->is_beside_others(order_[holding.first], across)) continue;
         for (std::uint32_t n = holding.first; n < holding.end; ++n) {
             const Index vertex = order_[n];
             if (levels[0].awake[at(vertex)] != 0) continue;
-            if (!region_->is_near_others(vertex, edges * region_->longest_edge(vertex))) continue;
+            if (!region_->is_beside_others(vertex, 0.0)) continue;
             if (beside_.size() == most) return;
             beside_.push_back(vertex);
         }

@@ -310,7 +310,7 @@ double RegionTissue::visit(Index vertex) {
     around_.clear();
     for (std::uint32_t e = first; e < end; ++e) {
         const NearSpring& spring = springs_[vertices.edge_at[e]];
-        const Index other = spring.i == vertex ? spring.j : spring.i;
+        const Index other = spring.other_end(vertex);
         refresh(0, other);
         const Eigen::Vector4d way = state.position.col(other) - state.position.col(vertex);
         const double length = way.norm();
@@ -337,7 +337,7 @@ double RegionTissue::visit(Index vertex) {
     Eigen::Vector4d more = Eigen::Vector4d::Zero();
     for (std::size_t n = 0; n < around_.size(); ++n) {
         NearSpring& spring = springs_[vertices.edge_at[first + n]];
-        const Index other = spring.i == vertex ? spring.j : spring.i;
+        const Index other = spring.other_end(vertex);
         if (vertices.awake[at(other)] != 0) continue;
         const Eigen::Vector4d apart = vertices.displacement.col(other) - vertices.displacement.col(vertex);
         const double sense = spring.i == vertex ? 1.0 : -1.0;
@@ -362,9 +362,10 @@ double RegionTissue::further(Index vertex, const Vector3& from, double way) {
     return boxes_->may_meet(body, from, now, 2.0 * longest_edge_[at(vertex)]) ? std::sqrt(square) : way;
 }
 
-bool RegionTissue::is_near_others(Index vertex, double distance) const {
+bool RegionTissue::is_beside_others(Index vertex, double distance) const {
+    constexpr double edges = 3.0;  // one more than counts there
     const Vector3 place = tissue_->state().position.col(vertex).head<3>();
-    return boxes_->may_meet(body_of_[at(vertex)], place, place, distance);
+    return boxes_->may_meet(body_of_[at(vertex)], place, place, distance + edges * longest_edge_[at(vertex)]);
 }
 
 double RegionTissue::take_way() {

@@ -126,10 +126,8 @@ public:
     /// m, how far a vertex has gone from there to where it is now if that is further than the way given and it may have
     /// met another body; else that way.
     [[nodiscard]] double further(Index vertex, const Vector3& from, double way);
-    /// Whether another body may come that near (m) to where a vertex is.
-    [[nodiscard]] bool is_near_others(Index vertex, double distance) const;
-    /// m, longest edge of a vertex at rest.
-    [[nodiscard]] double longest_edge(Index vertex) const { return longest_edge_[at(vertex)]; }
+    /// Whether a vertex is, but for that distance (m), where its next way may count for `further`.
+    [[nodiscard]] bool is_beside_others(Index vertex, double distance) const;
     /// Brings a node that sleeps up to date, and what it moves with.
     void refresh(std::size_t level, Index node);
     /// Where everything that sleeps is now, into a frame; itself it stays as it is.
@@ -186,6 +184,7 @@ private:
         double inverse_rest = 0.0;  ///< 1/m
         /// N, of one that sleeps, on its i: at displacement 0, by the stiffness at rest.
         Eigen::Vector4d pull = Eigen::Vector4d::Zero();
+        [[nodiscard]] Index other_end(Index vertex) const { return i == vertex ? j : i; }
     };
     /// A spring of a vertex that is visited.
     struct Around {
