@@ -363,7 +363,7 @@ double RegionTissue::further(Index vertex, const Vector3& from, double way) {
 }
 
 bool RegionTissue::is_beside_others(Index vertex, double distance) const {
-    constexpr double edges = 3.0;  // one more than counts there
+    constexpr double edges = 3.0;  // one more than counts in `further`
     const Vector3 place = tissue_->state().position.col(vertex).head<3>();
     return boxes_->may_meet(body_of_[at(vertex)], place, place, distance + edges * longest_edge_[at(vertex)]);
 }
