@@ -5,7 +5,7 @@
 //     trocar_add_response(my_response NEEDS some_library::target)
 //
 // and `trocar list`, the contract tests, the studies and the report know it. The response found here is the plainest
-// one: a spring and a damper for every contact that is closed or closes within the tick.
+// one: a spring and a damper for every contact that it is given, closed or open.
 //
 // Say in this comment which settings of your library you changed from its defaults, and why (README.md, rule 1).
 #include <cmath>
@@ -18,7 +18,7 @@ namespace {  // nothing but the entry function at the end is visible to the outs
 
 class ExampleResponse final : public Response {
 public:
-    explicit ExampleResponse(double k) : k_(k) {}
+    ExampleResponse(double k, double relaxation_time) : k_(k), relaxation_time_(relaxation_time) {}
 
     // Nobody keeps a 3×N array of forces for a response that says it writes none.
     [[nodiscard]] bool holds_forces() const override { return false; }
@@ -44,11 +44,12 @@ public:
         for (const Contact& contact : contacts.contacts) {
             // What a source could not tell is NaN or -1 (touching and coplanar triangles have no direction).
             if (!std::isfinite(contact.gap) || !contact.normal.allFinite()) {
-                ++effect.skipped;
+                effect.skip(SkipReason::no_direction);
                 continue;
             }
-            // The gap is that at the start of the tick, negative inside; scripts bring `approach` more within it.
-            if (contact.gap + contact.approach >= 0.0) continue;
+            // The gap is that at the start of the tick, negative inside. A contact with a positive gap is open and gets
+            // its spring too: the stepper lets it act from the sub-step on in which the gap closes. A response that
+            // leaves open contacts out answers each of them a tick late, when it has become an overlap.
             effect.contacts.push_back(spring(frame, contact));
         }
     }
@@ -87,19 +88,21 @@ private:
     // The user's setting first, else the scene's law for the two bodies, else the springs of the tissue that is pushed.
     void set_law(const Contact& contact, const ContactPoint& pushed, LinearContact& spring) const {
         const ContactLaw& law = materials_->contact_laws[at(topology_->body_pair(contact.body_a, contact.body_b))];
-        spring.mu = std::isnan(law.mu) ? 2.0 : law.mu;
         spring.k = std::isnan(k_) ? law.k : k_;
-        if (!std::isnan(spring.k)) return;
-        spring.k = 1000.0;
-        if (topology_->bodies[at(contact.body_b)].kind != BodyKind::tissue) return;
-        spring.k = 0.0;
-        for (std::size_t i = 0; i < pushed.vertices.size(); ++i) {
-            if (pushed.vertices[i] >= 0)
-                spring.k += pushed.weights[i] * materials_->mean_stiffness[at(pushed.vertices[i])];
+        if (std::isnan(spring.k)) {
+            const bool tissue = topology_->bodies[at(contact.body_b)].kind == BodyKind::tissue;
+            spring.k = tissue ? 0.0 : 1000.0;
+            for (std::size_t i = 0; tissue && i < pushed.vertices.size(); ++i) {
+                if (pushed.vertices[i] >= 0)
+                    spring.k += pushed.weights[i] * materials_->mean_stiffness[at(pushed.vertices[i])];
+            }
         }
+        const bool of_scene = std::isnan(k_) && !std::isnan(law.mu);
+        spring.mu = of_scene ? law.mu : spring.k * relaxation_time_;
     }
 
-    double k_;  ///< N/m; NaN: auto
+    double k_;                ///< N/m; NaN: auto
+    double relaxation_time_;  ///< s, mu / k
     const Topology* topology_ = nullptr;
     const Materials* materials_ = nullptr;
 };
@@ -123,8 +126,16 @@ ResponseEntry example_response() {
          .minimum = 0.0,
          .maximum = 1e9,
          .meaning = "contact stiffness; auto: the scene's, else 1000, on tissue the mean of the springs",
-         .words = {"auto"}}};
-    entry.make = [](const ParameterValues& values) { return std::make_unique<ExampleResponse>(values.number("k")); };
+         .words = {"auto"}},
+        {.name = "relaxation_time",
+         .unit = "s",
+         .default_value = "0.003",
+         .minimum = 0.0,
+         .maximum = 10.0,
+         .meaning = "mu / k where k is not the scene's"}};
+    entry.make = [](const ParameterValues& values) {
+        return std::make_unique<ExampleResponse>(values.number("k"), values.number("relaxation_time"));
+    };
     return entry;
 }
 

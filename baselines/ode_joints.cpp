@@ -43,14 +43,13 @@ namespace trocar {
 namespace {
 
 struct Settings {
-    bool penalty = true;       ///< ERP and CFM from k and mu; false: those of the library
-    bool quick = false;        ///< dWorldQuickStep
-    bool share = true;         ///< three joints per point of a face; false: its heaviest vertex
-    bool reduce = true;        ///< one contact per vertex and other body
-    int iterations = 20;       ///< of QuickStep
-    int steps = 0;             ///< of ODE per tick; 0: the tissue's sub-steps
-    double k = 0.0;            ///< N/m; NaN: auto
-    double mu = 0.0;           ///< N s/m; NaN: auto
+    bool penalty = true;  ///< ERP and CFM from k and mu; false: those of the library
+    bool quick = false;   ///< dWorldQuickStep
+    bool share = true;    ///< three joints per point of a face; false: its heaviest vertex
+    bool reduce = true;   ///< one contact per vertex and other body
+    int iterations = 20;  ///< of QuickStep
+    int steps = 0;        ///< of ODE per tick; 0: the tissue's sub-steps
+    LawSettings law = {};
     double device_mass = 0.1;  ///< kg
     unsigned long seed = 1;
 };
@@ -135,11 +134,14 @@ class OdeJoints final : public Response {
 public:
     explicit OdeJoints(const Settings& settings) : settings_(settings) {}
 
+    [[nodiscard]] std::map<std::string, double> values_in_force() const override {
+        return settings_.penalty ? laws_.values_in_force() : std::map<std::string, double>{};
+    }
     void prepare(const Topology& topology, const Materials& materials) override {
         use_ode();
         topology_ = &topology;
         materials_ = &materials;
-        laws_.prepare(topology, materials, settings_.k, settings_.mu);
+        laws_.prepare(topology, materials, settings_.law);
         points_.prepare(topology);
         springs_.prepare(topology, materials);
         node_of_vertex_.assign(at(topology.vertex_count), -1);
@@ -162,7 +164,7 @@ public:
                  Effect& effect) override {
         use_ode();
         effect.clear();
-        effect.skipped = points_.gather(*topology_, frame, contacts, settings_.reduce);
+        points_.gather(*topology_, frame, contacts, settings_.reduce, effect);
         if (!world_) world_ = std::make_unique<World>();
         inside_ode_ = false;
         try {
@@ -269,22 +271,21 @@ private:
     }
 
     void add_contact(const Frame& frame, double dt, const PointContact& contact, Effect& effect) {
-        const LinearContact law = spring_damper(*topology_, *materials_, laws_, frame, dt, contact);
+        const LinearContact law = spring_damper(*topology_, laws_, frame, dt, contact);
         if (settings_.penalty && law.k + law.mu <= 0.0) return;
         const bool driven = topology_->bodies[at(contact.body_b)].kind != BodyKind::tissue;
         std::array<Side, 3> a;
         std::array<Side, 3> b;
         const int count_a = sides_of(frame, contact.body_a, contact.a, driven, a);
         const int count_b = sides_of(frame, contact.body_b, contact.b, driven, b);
+        bool moves = false;
         for (int i = 0; i < count_a; ++i) {
             for (int j = 0; j < count_b; ++j) {
                 Joint joint;
                 joint.a = a[at(i)];
                 joint.b = b[at(j)];
-                if (!joint.a.moves && !joint.b.moves) {
-                    ++effect.skipped;
-                    continue;
-                }
+                if (!joint.a.moves && !joint.b.moves) continue;
+                moves = true;
                 joint.normal = contact.normal;
                 joint.depth = -law.gap;
                 const double share = joint.a.weight * joint.b.weight;
@@ -298,6 +299,7 @@ private:
                 joints_.push_back(joint);
             }
         }
+        if (!moves) effect.skip(SkipReason::not_handled);
     }
 
     /// Springs, rest bias and drag of a node, N, at `time` after the frame.
@@ -391,7 +393,7 @@ private:
     Settings settings_;
     const Topology* topology_ = nullptr;
     const Materials* materials_ = nullptr;
-    PairLaws laws_;
+    ContactLaws laws_;
     PointContacts points_;
     VertexSprings springs_;
     std::unique_ptr<World> world_;
@@ -434,8 +436,6 @@ ResponseEntry ode_joints_response() {
     entry.parameters = {
         choice("setting", "penalty", {"penalty", "library"},
                "ERP and CFM that make a joint the spring k and damper mu, or the library's own (ERP 0.2, CFM 1e-10)"),
-        stiffness_parameter("1000 between instruments and rigid bodies, on tissue the mean of the springs there"),
-        damping_parameter(),
         choice("stepper", "auto", {"auto", "world", "quick"},
                "dWorldStep or dWorldQuickStep; auto: the first for penalty, the second for library"),
         whole("iterations", "20", 1.0, "iterations of dWorldQuickStep"),
@@ -443,8 +443,7 @@ ResponseEntry ode_joints_response() {
         choice("points", "auto", {"auto", "three", "vertex"},
                "a contact in a face: three joints by barycentric weights (auto for penalty), or one at the nearest "
                "vertex (auto for library)"),
-        choice("reduction", "vertex", {"vertex", "pair"},
-               "one contact per vertex and other body (the deepest), or per triangle pair"),
+        reduction_parameter(),
         {.name = "device_mass",
          .unit = "kg",
          .default_value = "0.1",
@@ -452,6 +451,9 @@ ResponseEntry ode_joints_response() {
          .maximum = 1e3,
          .meaning = "mass that stands for an instrument against another instrument or a rigid body"},
         whole("seed", "1", 0.0, "of the random order of rows in dWorldQuickStep, set in every tick")};
+    const std::vector<Parameter> law =
+        law_parameters("1000 between instruments and rigid bodies, on tissue the mean of the springs there");
+    entry.parameters.insert(entry.parameters.begin() + 1, law.begin(), law.end());
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         if (!ode_precision_matches()) {
             throw InputError("ode_joints: ODE's library and headers differ in the size of a number");
@@ -463,8 +465,7 @@ ResponseEntry ode_joints_response() {
         s.reduce = values.is("reduction", "vertex");
         s.iterations = static_cast<int>(values.integer("iterations"));
         s.steps = values.is("steps", "auto") ? (s.penalty ? 0 : 1) : static_cast<int>(values.integer("steps"));
-        s.k = values.number("k");
-        s.mu = values.number("mu");
+        s.law = read_law_settings(values);
         s.device_mass = values.number("device_mass");
         s.seed = static_cast<unsigned long>(values.integer("seed"));
         return std::make_unique<OdeJoints>(s);

@@ -57,11 +57,10 @@ Scene scene_of(std::int64_t triangles) {
 }
 
 std::unique_ptr<Simulation> simulation_of(const Scene& scene, const std::string& stepper) {
-    const ResponseEntry& response = registry().response("hold");
     SimulationSettings settings{.stepper = parse_method(stepper)};
     settings.watched = false;  // books look at every vertex
     return std::make_unique<Simulation>(scene, make_detector("ohc_clustered", {}), make_response("hold", {}),
-                                        registry().source(response.sources.front()), settings);
+                                        registry().source(default_source(parse_method("hold"))), settings);
 }
 
 std::size_t band_of(double distance) {

@@ -35,7 +35,8 @@ constexpr auto keys = std::to_array<OutputKey>({
     {"run", "rows[].missed", "count",
      "near pairs within reach that the detector did not bring; null where no source asks for them"},
     {"run", "rows[].pairs", "count", "triangle pairs that the detector reported on the frame before the step"},
-    {"run", "rows[].contacts", "count", "contacts that the response read"},
+    {"run", "rows[].contacts_offered", "count", "contacts of the contact source"},
+    {"run", "rows[].contacts_used", "count", "of these, contacts with a part in what the response did"},
     {"run", "rows[].max_depth", "m",
      "truth, on the frame after the step, positive inside; null where no truth was taken on this tick and where both "
      "bodies are scripted (the depth is then the script's)"},

@@ -39,8 +39,8 @@ RunSpec spec_of(const MethodChoice& choice) {
     spec.mode = "closed_loop";
     spec.detector = checked_detector(choice.detector);
     spec.response = checked_response(choice.response);
-    const ResponseEntry& response = registry().response(parse_method(spec.response).name);
-    spec.contacts = registry().source(choice.contacts.empty() ? response.sources.front() : choice.contacts).name;
+    const std::string own = default_source(parse_method(spec.response));
+    spec.contacts = registry().source(choice.contacts.empty() ? own : choice.contacts).name;
     spec.stepper = checked_stepper(choice.stepper);
     spec.device = text_of(read_device(choice.device));
     if (choice.reach_margin) {

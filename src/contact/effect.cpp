@@ -14,7 +14,7 @@ void Effect::clear() {
     placements.clear();
     held_force.setZero();
     std::fill(wrench.begin(), wrench.end(), Wrench{});
-    skipped = 0;
+    skipped.fill(0);
     no_hit = 0;
     detached = 0;
     grasped = 0;

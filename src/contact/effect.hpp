@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <vector>
 
 #include "contact/tip_force.hpp"
@@ -22,6 +23,7 @@ enum class ContactRole : std::uint8_t {
 
 /// A contact force that the stepper re-evaluates in every sub-step (METHODS §4). It acts on the point
 /// P = Σ weights_i x_i along `normal` with F = k·d − mu·(v_P·normal − face_velocity), d = −gap, and at most `limit`.
+/// A contact with a positive gap is open: the stepper lets it join in the sub-step in which the gap closes.
 /// `gap` is that at the *start of the tick* (CONTACT §2): bodies that scripts lead where the tick finds them, tissue
 /// and what hands hold where the last tick left them; it changes by (v_P·normal − face_velocity)·t within the tick.
 /// Where reaction_vertices are set, their weighted velocity takes the place of face_velocity.
@@ -41,7 +43,9 @@ struct LinearContact {
     bool adhesive = false;  ///< true: the force may pull while the gap is negative (faithful has no clamp)
     /// Body that takes the reaction −F, and the world point where it acts; -1 = none (a static body).
     Index reaction_body = -1;
-    Vector3 reaction_point = Vector3::Zero();  ///< of a constraint: at the start of the tick, for static bodies too
+    Vector3 reaction_point = Vector3::Zero();
+    Vector3 other_point =
+        Vector3::Zero();  ///< m, of a constraint: point of the other surface, at the start of the tick
     /// Vertices that take the reaction when the other side is tissue; all -1 when reaction_body is an instrument.
     std::array<Index, 3> reaction_vertices{-1, -1, -1};
     std::array<double, 3> reaction_weights{0.0, 0.0, 0.0};
@@ -50,7 +54,7 @@ struct LinearContact {
     double tangent_k = 0.0;                      ///< N/m, of the tangential spring
     Vector3 surface_velocity = Vector3::Zero();  ///< m/s, of the other surface where no reaction_vertices are set
     /// Unit, along the other side's edge where the contact is one of two edges; else zero. The stepper turns the normal
-    /// of a constraint with the tissue's face or edge in every sub-step, seen from reaction_point.
+    /// of a constraint with the tissue's face or edge in every sub-step, seen from other_point.
     Vector3 other_edge = Vector3::Zero();
     Index slip_key = -1;  ///< under which the integrator remembers the spring: a vertex, or above
 
@@ -84,18 +88,36 @@ enum class ContactTiming : std::uint8_t {
     at_substep_start  ///< from the start of each sub-step (`thesis:contacts=explicit`)
 };
 
+/// Why a contact that the generator offered has no part in an effect.
+enum class SkipReason : std::uint8_t {
+    apart,         ///< not passed on (ContactSelection)
+    no_direction,  ///< touch, coplanar or degenerate, or without normal, point or depth
+    not_handled,   ///< the method has no answer to such a contact
+    reduced        ///< another contact of the same vertex or edges stands for it
+};
+inline constexpr std::size_t skip_reason_count = 4;
+inline constexpr std::array<const char*, skip_reason_count> skip_reason_names{"apart", "no_direction", "not_handled",
+                                                                              "reduced"};
+
 /// Output of a response, input of tissue, operator and metrics.
 struct Effect {
     std::vector<LinearContact> contacts;
     Matrix3X held_force;                ///< 3×N, N; constant over the tick. Zeroed by clear. Empty: there are none.
     std::vector<Placement> placements;  ///< at most one per vertex
     std::vector<Wrench> wrench;  ///< per body: forces that no linear contact carries (reactions to placements …)
-    std::int64_t skipped = 0;    ///< pairs without a response (touch, coplanar, degenerate, class not handled)
-    std::int64_t no_hit = 0;     ///< projections without a contact point (METHODS §6)
-    std::int64_t detached = 0;   ///< grasped vertices that slipped in this tick
-    std::int64_t grasped = 0;    ///< vertices held by a grasp in this tick
+    std::array<std::int64_t, skip_reason_count> skipped{};  ///< contacts without a part in it, by SkipReason
+    std::int64_t no_hit = 0;                                ///< projections without a contact point (METHODS §6)
+    std::int64_t detached = 0;                              ///< grasped vertices that slipped in this tick
+    std::int64_t grasped = 0;                               ///< vertices held by a grasp in this tick
     ContactTiming contact_timing = ContactTiming::implicit;
 
+    void skip(SkipReason reason, std::int64_t count = 1) { skipped[static_cast<std::size_t>(reason)] += count; }
+    [[nodiscard]] std::int64_t skipped_for(SkipReason reason) const {
+        return skipped[static_cast<std::size_t>(reason)];
+    }
+    [[nodiscard]] std::int64_t all_skipped() const {
+        return std::accumulate(skipped.begin(), skipped.end(), std::int64_t{0});
+    }
     void resize(Index vertex_count, Index body_count);
     void clear();
 };

@@ -95,8 +95,8 @@ Outcome check_effect(const Topology& topology, const Effect& effect) {
             return failed(OutcomeKind::threw, "a body that there is not, of contact", i);
         // Factors that are added up: one that is no number makes the sum none.
         const double sum = one.gap + one.k + one.mu + one.face_velocity + one.friction + one.tangent_k +
-                           one.normal.sum() + one.reaction_point.sum() + one.surface_velocity.sum() +
-                           one.other_edge.sum();
+                           one.normal.sum() + one.reaction_point.sum() + one.other_point.sum() +
+                           one.surface_velocity.sum() + one.other_edge.sum();
         if (!std::isfinite(sum) || std::isnan(one.limit) || !all_finite(one.weights) ||
             !all_finite(one.reaction_weights))
             return failed(OutcomeKind::not_finite, "a number that is not finite, of contact", i);

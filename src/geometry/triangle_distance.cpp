@@ -133,6 +133,17 @@ bool plane_parts(const Corners& triangle, const Corners& other, double reach) {
 
 }  // namespace
 
+Vector3 projection_on_plane(const Corners& triangle, const Vector3& point) {
+    const Vector3 ab = triangle[1] - triangle[0];
+    const Vector3 ac = triangle[2] - triangle[0];
+    const Vector3 ap = point - triangle[0];
+    const Vector3 normal = ab.cross(ac);
+    const double square = normal.squaredNorm();
+    const double b = ap.cross(ac).dot(normal) / square;
+    const double c = ab.cross(ap).dot(normal) / square;
+    return {1.0 - b - c, b, c};
+}
+
 Vector3 closest_point_on_triangle(const Corners& triangle, const Vector3& point) {
     const Vector3 ab = triangle[1] - triangle[0];
     const Vector3 ac = triangle[2] - triangle[0];

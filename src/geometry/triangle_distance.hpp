@@ -15,6 +15,9 @@ inline Vector3 point_at(const Corners& triangle, const Vector3& weights) {
 /// Barycentric weights of the point of a closed triangle that is nearest to `point`; >= 0, sum 1, exactly 0 for the
 /// corners that the point's edge or corner leaves out. Triangles that are segments or points included.
 Vector3 closest_point_on_triangle(const Corners& triangle, const Vector3& point);
+/// Barycentric weights of the orthogonal projection of `point` on the triangle's plane; sum 1, negative beyond an edge.
+/// Not finite for a triangle without area.
+Vector3 projection_on_plane(const Corners& triangle, const Vector3& point);
 
 /// Places on two closed segments, in [0, 1] from their first end to their second, exactly 0 or 1 at an end.
 struct SegmentPlaces {

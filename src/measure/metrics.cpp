@@ -274,7 +274,9 @@ void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
     std::vector<Vector3> forces;
     double flips = 0.0;
     double ruptures = 0.0;
-    double skipped = 0.0;
+    double offered = 0.0;
+    double used = 0.0;
+    std::array<double, skip_reason_count> skipped{};
     double no_hit = 0.0;
     double passed_through = not_known;
     double limited = 0.0;
@@ -284,7 +286,11 @@ void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
         if (row.passed_through >= 0) {
             passed_through = std::fmax(passed_through, 0.0) + static_cast<double>(row.passed_through);
         }
-        skipped += static_cast<double>(row.skipped);
+        offered += static_cast<double>(row.contacts_offered);
+        used += static_cast<double>(row.contacts_used);
+        for (std::size_t reason = 0; reason < skip_reason_count; ++reason) {
+            skipped.at(reason) += static_cast<double>(row.skipped.at(reason));
+        }
         no_hit += static_cast<double>(row.no_hit);
         limited += static_cast<double>(row.limited_edges);
         if (!row.tool_force.allFinite()) continue;
@@ -307,7 +313,11 @@ void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
     figures["force_above_30hz_rms_n"] = fast.rms;
     figures["force_above_30hz_share"] = fast.share;
     figures["ruptures"] = ruptures;
-    figures["skipped"] = skipped;
+    figures["contacts_offered"] = offered;
+    figures["contacts_used"] = used;
+    for (std::size_t reason = 0; reason < skip_reason_count; ++reason) {
+        figures[std::string("skipped_") + skip_reason_names.at(reason)] = skipped.at(reason);
+    }
     figures["no_hit"] = no_hit;
     figures["passed_through"] = passed_through;
     figures["limited_edges"] = limited;

@@ -60,7 +60,8 @@ void visit_row(Row& row, Visit&& visit) {
     }
     visit("reach", row.reach);
     visit("pairs", row.pairs);
-    visit("contacts", row.contacts);
+    visit("contacts_offered", row.contacts_offered);
+    visit("contacts_used", row.contacts_used);
     visit("native_contacts", row.native_contacts);
     visit("true_pairs", row.true_pairs);
     visit("true_touch", row.true_touch);
@@ -93,7 +94,10 @@ void visit_row(Row& row, Visit&& visit) {
     visit("ruptures", row.ruptures);
     visit("detached", row.detached);
     visit("grasped", row.grasped);
-    visit("skipped", row.skipped);
+    visit("skipped_apart", row.skipped[0]);
+    visit("skipped_no_direction", row.skipped[1]);
+    visit("skipped_not_handled", row.skipped[2]);
+    visit("skipped_reduced", row.skipped[3]);
     visit("no_hit", row.no_hit);
     visit("limited_edges", row.limited_edges);
     visit("allocations", row.allocations);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "contact/contact_set.hpp"
+#include "contact/effect.hpp"
 
 namespace trocar {
 
@@ -22,7 +23,8 @@ struct StepRow {
     double reach =
         std::numeric_limits<double>::quiet_NaN();  ///< m, within which the detector was asked; 0: meeting pairs
     std::int64_t pairs = 0;
-    std::int64_t contacts = 0;
+    std::int64_t contacts_offered = 0;  ///< by the contact generator
+    std::int64_t contacts_used = 0;     ///< of these: with a part in the effect
     std::int64_t native_contacts = 0;
     std::int64_t true_pairs = -1;     ///< -1: truth not computed on this tick
     std::int64_t true_touch = -1;     ///< of `true_pairs`: pairs that only touch
@@ -64,12 +66,12 @@ struct StepRow {
     bool saturated = false;                                           ///< device_force was cut to the device's largest
     double max_strain = std::numeric_limits<double>::quiet_NaN();     ///< 1
     std::int64_t ruptures = 0;
-    std::int64_t detached = 0;       ///< grasped vertices that slipped
-    std::int64_t grasped = 0;        ///< vertices held by a grasp
-    std::int64_t skipped = 0;        ///< contacts without a response (touch, coplanar, degenerate, class not handled)
-    std::int64_t no_hit = 0;         ///< projections without a contact point
-    std::int64_t limited_edges = 0;  ///< edges that the strain limiter acted on
-    std::int64_t allocations = -1;   ///< heap allocations inside timed stages; -1: not counted in this build
+    std::int64_t detached = 0;                              ///< grasped vertices that slipped
+    std::int64_t grasped = 0;                               ///< vertices held by a grasp
+    std::array<std::int64_t, skip_reason_count> skipped{};  ///< contacts offered and not used, by SkipReason
+    std::int64_t no_hit = 0;                                ///< projections without a contact point
+    std::int64_t limited_edges = 0;                         ///< edges that the strain limiter acted on
+    std::int64_t allocations = -1;  ///< heap allocations inside timed stages; -1: not counted in this build
     WorkCounters work;
     std::int64_t passed_through = -1;  ///< passages completed in this tick (passage.hpp); -1: no bodies to ask about
     bool truncated = false;

@@ -48,6 +48,7 @@ public:
     /// among `left` and no longer declared, one that names what replaced it.
     ParameterValues(std::string_view method, const std::vector<Parameter>& declared,
                     const std::map<std::string, std::string>& given, const std::vector<LeftSetting>& left = {});
+    [[nodiscard]] bool has(std::string_view name) const { return values_.find(name) != values_.end(); }
     [[nodiscard]] const std::string& text(std::string_view name) const;
     [[nodiscard]] double number(std::string_view name) const;  ///< NaN when the value is one of `words`
     [[nodiscard]] std::int64_t integer(std::string_view name) const;
@@ -83,7 +84,7 @@ struct ResponseEntry {
     std::string table_row = "none";  ///< row of the thesis' Table 2.1 that it stands for
     bool own = false;
     /// Names of the contact sources that it can work from, its default first.
-    std::vector<std::string> sources = {"canonical", "native", "near", "tracked"};
+    std::vector<std::string> sources = {"tracked", "near", "canonical", "native"};
     /// Where its parameters decide too: why it cannot work from a source of the list with these; empty when it can.
     std::function<std::string(const ParameterValues&, std::string_view source)> why_unreadable = {};
     std::string without_tissue = {};  ///< what it does between bodies without tissue, where that is another method's

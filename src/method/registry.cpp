@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "method/contact_selection.hpp"
 #include "method/device.hpp"
 #include "method/outside.hpp"
 
@@ -57,6 +58,7 @@ void Registry::add(ResponseEntry entry) {
     check_new("response", entry.name);
     const std::vector<LeftSetting>& left = left_every_response();
     entry.left.insert(entry.left.end(), left.begin(), left.end());
+    entry.parameters.push_back(look_ahead_parameter());
     responses_.push_back(std::move(entry));
 }
 
@@ -219,7 +221,7 @@ std::unique_ptr<Detector> make_detector(std::string_view name, const std::map<st
 std::unique_ptr<Response> make_response(std::string_view name, const std::map<std::string, std::string>& parameters) {
     const MethodSpec method = with_parameters(name, parameters);
     const ResponseEntry& entry = registry().response(method.name);
-    return entry.make(checked_values(entry, method.parameters));
+    return make_selecting(entry, checked_values(entry, method.parameters));
 }
 
 std::string why_unreadable(const SourceEntry& source, const MethodSpec& response) {
@@ -230,6 +232,14 @@ std::string why_unreadable(const SourceEntry& source, const MethodSpec& response
     }
     if (!entry.why_unreadable) return {};
     return entry.why_unreadable(ParameterValues(entry.name, entry.parameters, response.parameters), source.name);
+}
+
+std::string default_source(const MethodSpec& response) {
+    const std::vector<std::string>& sources = registry().response(response.name).sources;
+    const auto first = std::find_if(sources.begin(), sources.end(), [&response](const std::string& source) {
+        return why_unreadable(registry().source(source), response).empty();
+    });
+    return first == sources.end() ? sources.front() : *first;
 }
 
 std::unique_ptr<ContactSource> make_source(std::string_view name,

@@ -82,6 +82,9 @@ std::unique_ptr<Response> make_response(std::string_view name,
 /// Why a response, with these parameters, cannot work from contacts of a source; empty when it can. Throws as
 /// make_response does.
 std::string why_unreadable(const SourceEntry& source, const MethodSpec& response);
+/// Name of the contact source that a response works from where nobody names one: the first of its entry that it can
+/// read with its parameters.
+std::string default_source(const MethodSpec& response);
 std::unique_ptr<ContactSource> make_source(std::string_view name,
                                            const std::map<std::string, std::string>& parameters = {});
 std::unique_ptr<Stepper> make_stepper(std::string_view name, const std::map<std::string, std::string>& parameters = {});

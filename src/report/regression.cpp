@@ -53,12 +53,13 @@ void compare_rows(const std::string& run, const Record& before, const Record& af
         const auto other = rows.find(row.tick);
         if (other == rows.end()) continue;
         const StepRow& old = *other->second;
-        if (old.pairs == row.pairs && old.contacts == row.contacts && old.native_contacts == row.native_contacts) {
+        if (old.pairs == row.pairs && old.contacts_offered == row.contacts_offered &&
+            old.native_contacts == row.native_contacts) {
             continue;
         }
         if (different++ > 0) continue;
         const auto told = [](const StepRow& r) {
-            return fmt::format("{} / {} / {}", r.pairs, r.contacts, r.native_contacts);
+            return fmt::format("{} / {} / {}", r.pairs, r.contacts_offered, r.native_contacts);
         };
         first.figure = fmt::format("pairs / contacts / native contacts, first at tick {}", row.tick);
         first.before = told(old);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace trocar {
 CollisionClass collision_class(BodyKind a, BodyKind b) {
@@ -17,26 +18,6 @@ CollisionClass collision_class(BodyKind a, BodyKind b) {
 equations::Corners corners_of(const Topology& topology, const Matrix3X& position, Index triangle) {
     const auto corner = topology.triangles.col(triangle);
     return {position.col(corner[0]), position.col(corner[1]), position.col(corner[2])};
-}
-
-void PairLaws::prepare(const Topology& topology, const Materials& materials, double k, double mu) {
-    constexpr double default_mu = 2.0;
-    bodies_ = topology.body_count();
-    table_.assign(at(bodies_ * bodies_), {});
-    for (Index a = 0; a < bodies_; ++a) {
-        for (Index b = 0; b < bodies_; ++b) {
-            Law& law = table_[at(a * bodies_ + b)];
-            law.kind = collision_class(topology.bodies[at(a)].kind, topology.bodies[at(b)].kind);
-            const Index pair = topology.body_pair(a, b);
-            if (pair >= 0 && at(pair) < materials.contact_laws.size()) {
-                law.k = materials.contact_laws[at(pair)].k;
-                law.mu = materials.contact_laws[at(pair)].mu;
-            }
-            if (!std::isnan(k)) law.k = k;
-            if (!std::isnan(mu)) law.mu = mu;
-            if (std::isnan(law.mu)) law.mu = default_mu;
-        }
-    }
 }
 
 ContactPoint point_in_triangle(const Topology& topology, Index triangle, const Vector3& weights) {
@@ -72,24 +53,26 @@ void tell_at_start(const Topology& topology, const Frame& frame, double dt, Line
     contact.gap -= scripted_rate(topology, frame, dt, contact) * dt;
 }
 
-Parameter stiffness_parameter(const std::string& default_meaning) {
-    return {.name = "k",
-            .unit = "N/m",
-            .default_value = "auto",
-            .minimum = 0.0,
-            .maximum = 1e9,
-            .meaning = "contact stiffness; auto: the scene's, else " + default_meaning,
-            .words = {"auto"}};
+void react_on_line(const Frame& frame, Index body, LinearContact& contact) {
+    contact.reaction_body = body;
+    const ContactPoint pushed{contact.vertices, contact.weights};
+    contact.reaction_point = pushed.blend(frame.position) - contact.gap * contact.normal;
 }
 
-Parameter damping_parameter() {
-    return {.name = "mu",
-            .unit = "N s/m",
-            .default_value = "auto",
-            .minimum = 0.0,
-            .maximum = 1e6,
-            .meaning = "contact damping; auto: the scene's, else 2",
-            .words = {"auto"}};
+Parameter number_parameter(const std::string& name, const std::string& unit, const std::string& value, double low,
+                           double high, const std::string& meaning, std::vector<std::string> words) {
+    return {.name = name,
+            .unit = unit,
+            .default_value = value,
+            .minimum = low,
+            .maximum = high,
+            .meaning = meaning,
+            .words = std::move(words)};
+}
+
+Parameter stiffness_parameter(const std::string& default_meaning) {
+    return number_parameter("k", "N/m", "auto", 0.0, 1e9,
+                            "contact stiffness; auto: the scene's, else " + default_meaning, {"auto"});
 }
 
 }  // namespace trocar

@@ -1,5 +1,5 @@
-// What every response of ours needs: the class of a body pair, the contact law that applies to it, and the gap of a
-// contact as an Effect tells it.
+// Parts of every response of ours: the class of a body pair, the gap of a contact as an Effect has it, and the line on
+// which a contact's force and its reaction act.
 #pragma once
 
 #include <cstdint>
@@ -32,31 +32,6 @@ CollisionClass collision_class(BodyKind a, BodyKind b);
 /// Corners of a triangle, m, world.
 equations::Corners corners_of(const Topology& topology, const Matrix3X& position, Index triangle);
 
-/// Stiffness and damping per body pair: a number given to the method wins, else the scene's law, else the default.
-/// Built once per run; a look-up is one table entry.
-class PairLaws {
-public:
-    /// k and mu are NaN where the method was given no number.
-    void prepare(const Topology& topology, const Materials& materials, double k, double mu);
-    /// N/m; NaN when neither method nor scene says anything.
-    [[nodiscard]] double k(Index body_a, Index body_b) const { return law(body_a, body_b).k; }
-    /// N s/m; 2 when neither method nor scene says anything (METHODS §12).
-    [[nodiscard]] double mu(Index body_a, Index body_b) const { return law(body_a, body_b).mu; }
-    [[nodiscard]] CollisionClass kind(Index body_a, Index body_b) const { return law(body_a, body_b).kind; }
-
-private:
-    struct Law {
-        double k = std::numeric_limits<double>::quiet_NaN();
-        double mu = std::numeric_limits<double>::quiet_NaN();
-        CollisionClass kind = CollisionClass::none;
-    };
-    [[nodiscard]] const Law& law(Index a, Index b) const {
-        return table_[static_cast<std::size_t>(a) * static_cast<std::size_t>(bodies_) + static_cast<std::size_t>(b)];
-    }
-    Index bodies_ = 0;
-    std::vector<Law> table_;
-};
-
 /// Stiffness between non-deformable bodies where nobody says otherwise, N/m (METHODS §12).
 inline constexpr double rigid_stiffness = 1000.0;
 /// ResponseEntry::without_tissue of responses that have springs alone where nothing has a mass.
@@ -75,8 +50,14 @@ double scripted_rate(const Topology& topology, const Frame& frame, double dt, co
 /// tick's motion beyond.
 void tell_at_start(const Topology& topology, const Frame& frame, double dt, LinearContact& contact);
 
-/// Parameters that most responses share.
+/// Makes `body` (-1: none) take the reaction of a contact whose points and gap are of the frame, on the line of action:
+/// at the pushed point, the gap away from it along the normal.
+void react_on_line(const Frame& frame, Index body, LinearContact& contact);
+
+/// A parameter that is a number, in [low, high] or one of `words`.
+Parameter number_parameter(const std::string& name, const std::string& unit, const std::string& value, double low,
+                           double high, const std::string& meaning, std::vector<std::string> words = {});
+/// `k`, with what it is where neither method nor scene says anything.
 Parameter stiffness_parameter(const std::string& default_meaning);
-Parameter damping_parameter();
 
 }  // namespace trocar

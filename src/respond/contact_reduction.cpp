@@ -29,7 +29,7 @@ void ContactReduction::prepare(const Topology& topology) {
     edges_.clear();
 }
 
-void ContactReduction::keep(const VertexInFace& candidate) {
+bool ContactReduction::keep(const VertexInFace& candidate) {
     VertexInFace v = candidate;
     Index& first = first_face_[at(v.vertex)];
     for (Index f = first; f >= 0; f = faces_[at(f)].next) {
@@ -38,23 +38,25 @@ void ContactReduction::keep(const VertexInFace& candidate) {
             v.next = faces_[at(f)].next;
             faces_[at(f)] = v;
         }
-        return;
+        return false;
     }
     v.next = first;
     first = static_cast<Index>(faces_.size());
     faces_.push_back(v);
+    return true;
 }
 
-void ContactReduction::keep(const EdgeKey& key, const CrossedEdges& candidate) {
+bool ContactReduction::keep(const EdgeKey& key, const CrossedEdges& candidate) {
     Index& first = first_edge_[at(key[0])];
     for (Index e = first; e >= 0; e = edges_[at(e)].next) {
         EdgePair& known = edges_[at(e)];
         if (known.key != key) continue;
         if (candidate.depth > known.edges.depth) known.edges = candidate;
-        return;
+        return false;
     }
     edges_.push_back({.key = key, .edges = candidate, .next = first});
     first = static_cast<Index>(edges_.size()) - 1;
+    return true;
 }
 
 void ContactReduction::clear() {

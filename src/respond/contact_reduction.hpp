@@ -16,10 +16,10 @@ EdgeKey name_edges(const Topology& topology, const Frame& frame, const Contact& 
 class ContactReduction {
 public:
     void prepare(const Topology& topology);
-    /// Keeps the vertex' contact with this body if its face is nearer than the one known.
-    void keep(const VertexInFace& candidate);
-    /// Keeps the deepest contact of two edges.
-    void keep(const EdgeKey& key, const CrossedEdges& candidate);
+    /// Keeps the vertex' contact with this body if its face is nearer than the one known. False where one was known.
+    bool keep(const VertexInFace& candidate);
+    /// Keeps the deepest contact of two edges. False where one was known.
+    bool keep(const EdgeKey& key, const CrossedEdges& candidate);
     [[nodiscard]] const std::vector<VertexInFace>& faces() const { return faces_; }
     [[nodiscard]] std::size_t edge_count() const { return edges_.size(); }
     [[nodiscard]] const CrossedEdges& edges(std::size_t i) const { return edges_[i].edges; }

@@ -7,8 +7,8 @@
 // ring around them) are drawn together along the vector area of the tissue's faces, which depends on their rim only: to
 // the point where a ray along it meets the region, or to its nearest point where none does. Nearest points alone let a
 // tip stall 0.5 to 1.5 mm deep: in a cup of faces the nearest one changes every tick, and each is pulled aside. The
-// pull is a stiff spring whose damper lets the distance shrink with `settle_time`, evaluated implicitly; across it the
-// two points are slowed by `drag`, since a light vertex otherwise swings aside faster than it is pulled (2 mm left
+// pull is a stiff spring whose damper lets the distance shrink with `relaxation_time`, evaluated implicitly; across it
+// the two points are slowed by `drag`, since a light vertex otherwise swings aside faster than it is pulled (2 mm left
 // instead of 0.01). Every other contact, such as those on open curves, and contacts without tissue act as in `penalty`.
 //
 // Known gaps, which are the method's own: a curve that ends at the rim of an open sheet has no region; a tool that is
@@ -30,11 +30,9 @@ namespace trocar {
 namespace {
 
 struct Settings {
-    double attraction = 1e5;     ///< N/m
-    double settle_time = 0.003;  ///< s
-    double drag = 2.0;           ///< N s/m
-    double k = 0.0;              ///< N/m; NaN: auto
-    double mu = 0.0;             ///< N s/m; NaN: auto
+    double attraction = 1e5;  ///< N/m
+    double drag = 2.0;        ///< N s/m
+    LawSettings law = {};
 };
 
 class GlobalIntersection final : public Response {
@@ -42,10 +40,13 @@ public:
     explicit GlobalIntersection(const Settings& settings) : settings_(settings) {}
 
     [[nodiscard]] bool holds_forces() const override { return false; }
+    [[nodiscard]] std::map<std::string, double> values_in_force() const override {
+        return laws_.values_in_force(settings_.attraction);
+    }
     void prepare(const Topology& topology, const Materials& materials) override {
         topology_ = &topology;
         materials_ = &materials;
-        laws_.prepare(topology, materials, settings_.k, settings_.mu);
+        laws_.prepare(topology, materials, settings_.law);
         points_.prepare(topology);
         surface_.prepare(topology);
         regions_.prepare(topology);
@@ -62,9 +63,9 @@ public:
         for (const Contact& contact : contacts.contacts) {
             if (!resolved(contacts.pairs, contact)) others_.contacts.push_back(contact);
         }
-        effect.skipped = points_.gather(*topology_, frame, others_, true);
+        points_.gather(*topology_, frame, others_, true, effect);
         for (const PointContact& contact : points_.list()) {
-            effect.contacts.push_back(spring_damper(*topology_, *materials_, laws_, frame, dt, contact));
+            effect.contacts.push_back(spring_damper(*topology_, laws_, frame, dt, contact));
         }
         for (const IntersectionContour& contour : regions_.contours())
             attract(frame, dt, contacts.pairs, contour, effect);
@@ -199,15 +200,14 @@ private:
         contact.normal = axis.isZero() ? Vector3(way / distance) : axis;
         contact.gap = -distance;
         contact.k = settings_.attraction;
-        contact.mu = settings_.attraction * settings_.settle_time;
+        contact.mu = settings_.attraction * settings_.law.relaxation_time;
         contact.face_velocity = a.blend(frame.velocity).dot(contact.normal);
         const BodyKind kind = topology_->bodies[at(body_a)].kind;
         if (kind == BodyKind::tissue) {
             contact.reaction_vertices = a.vertices;
             contact.reaction_weights = a.weights;
         } else if (kind == BodyKind::instrument) {
-            contact.reaction_body = body_a;
-            contact.reaction_point = a.blend(frame.position);
+            react_on_line(frame, body_a, contact);
         }
         tell_at_start(*topology_, frame, dt, contact);
         effect.contacts.push_back(contact);
@@ -228,7 +228,7 @@ private:
     Settings settings_;
     const Topology* topology_ = nullptr;
     const Materials* materials_ = nullptr;
-    PairLaws laws_;
+    ContactLaws laws_;
     PointContacts points_;
     SurfaceNeighbours surface_;
     IntersectionRegions regions_;
@@ -247,34 +247,29 @@ ResponseEntry global_intersection_response() {
     entry.own = true;
     entry.sources = {"canonical", "native"};  // traces the triangles that meet
     entry.without_tissue = acts_as_penalty;
-    entry.parameters = {
-        {.name = "attraction",
-         .unit = "N/m",
-         .default_value = "100000",
-         .minimum = 0.0,
-         .maximum = 1e9,
-         .meaning = "spring between a vertex of one region and the nearest point of the other"},
-        {.name = "settle_time",
-         .unit = "s",
-         .default_value = "0.003",
-         .minimum = 0.0,
-         .maximum = 10.0,
-         .meaning = "time constant with which that distance shrinks"},
-        {.name = "drag",
-         .unit = "N s/m",
-         .default_value = "2",
-         .minimum = 0.0,
-         .maximum = 1e6,
-         .meaning = "damping between the two points across the pull"},
-        stiffness_parameter("1000 between instruments and rigid bodies, on tissue the mean of the springs there; of "
-                            "contacts without a region"),
-        damping_parameter()};
+    entry.parameters = {{.name = "attraction",
+                         .unit = "N/m",
+                         .default_value = "100000",
+                         .minimum = 0.0,
+                         .maximum = 1e9,
+                         .meaning = "spring between a vertex of one region and the nearest point of the other"},
+                        {.name = "drag",
+                         .unit = "N s/m",
+                         .default_value = "2",
+                         .minimum = 0.0,
+                         .maximum = 1e6,
+                         .meaning = "damping between the two points across the pull"}};
+    for (Parameter& parameter :
+         law_parameters("1000 between instruments and rigid bodies, on tissue the mean of the springs there; of "
+                        "contacts without a region")) {
+        entry.parameters.push_back(std::move(parameter));
+    }
+    for (Parameter& parameter : tissue_law_parameters(false)) entry.parameters.push_back(std::move(parameter));
+    entry.left = {{"settle_time", "it is named relaxation_time"}};
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<GlobalIntersection>(Settings{.attraction = values.number("attraction"),
-                                                             .settle_time = values.number("settle_time"),
                                                              .drag = values.number("drag"),
-                                                             .k = values.number("k"),
-                                                             .mu = values.number("mu")});
+                                                             .law = read_law_settings(values)});
     };
     return entry;
 }

@@ -15,8 +15,8 @@ namespace {
 
 struct Settings {
     double radius = 5e-4;  ///< m
-    double k = 0.0;        ///< N/m; NaN: auto
-    double mu = 0.0;       ///< N s/m; NaN: auto
+    LawSettings law = {};
+    bool reduce = true;  ///< one closed contact per vertex and other body
 };
 
 class GodObjectResponse final : public Response {
@@ -24,10 +24,11 @@ public:
     explicit GodObjectResponse(const Settings& settings) : settings_(settings) {}
 
     [[nodiscard]] bool holds_forces() const override { return false; }
+    [[nodiscard]] std::map<std::string, double> values_in_force() const override { return laws_.values_in_force(); }
     void prepare(const Topology& topology, const Materials& materials) override {
         topology_ = &topology;
         materials_ = &materials;
-        laws_.prepare(topology, materials, settings_.k, settings_.mu);
+        laws_.prepare(topology, materials, settings_.law);
         points_.prepare(topology);
         proxies_.prepare(topology, materials, settings_.radius);
     }
@@ -41,9 +42,9 @@ public:
         for (const Contact& contact : contacts.contacts) {
             if (!proxies_.takes(*topology_, frame, contact)) others_.contacts.push_back(contact);
         }
-        effect.skipped = points_.gather(*topology_, frame, others_, true);
+        points_.gather(*topology_, frame, others_, settings_.reduce, effect);
         for (const PointContact& contact : points_.list()) {
-            effect.contacts.push_back(spring_damper(*topology_, *materials_, laws_, frame, dt, contact));
+            effect.contacts.push_back(spring_damper(*topology_, laws_, frame, dt, contact));
         }
     }
 
@@ -51,7 +52,7 @@ private:
     Settings settings_;
     const Topology* topology_ = nullptr;
     const Materials* materials_ = nullptr;
-    PairLaws laws_;
+    ContactLaws laws_;
     PointContacts points_;
     TipProxies proxies_;
     ContactSet others_;
@@ -65,18 +66,20 @@ ResponseEntry god_object_response() {
     entry.version = "1";
     entry.own = true;
     entry.same_as = "is penalty, on tissue and wherever no instrument's tip is at a rigid body";
-    entry.parameters = {
-        stiffness_parameter("1000 between instruments and rigid bodies, on tissue the mean of the springs there"),
-        damping_parameter(),
-        {.name = "radius",
-         .unit = "m",
-         .default_value = "0.0005",
-         .minimum = 1e-9,
-         .maximum = 1.0,
-         .meaning = "of the ball that stands for the tip; its front is the tip"}};
+    entry.parameters =
+        law_parameters("1000 between instruments and rigid bodies, on tissue the mean of the springs there");
+    for (Parameter& parameter : tissue_law_parameters(false)) entry.parameters.push_back(std::move(parameter));
+    entry.parameters.push_back(reduction_parameter());
+    entry.parameters.push_back({.name = "radius",
+                                .unit = "m",
+                                .default_value = "0.0005",
+                                .minimum = 1e-9,
+                                .maximum = 1.0,
+                                .meaning = "of the ball that stands for the tip; its front is the tip"});
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
-        return std::make_unique<GodObjectResponse>(
-            Settings{.radius = values.number("radius"), .k = values.number("k"), .mu = values.number("mu")});
+        return std::make_unique<GodObjectResponse>(Settings{.radius = values.number("radius"),
+                                                            .law = read_law_settings(values),
+                                                            .reduce = values.is("reduction", "vertex")});
     };
     return entry;
 }

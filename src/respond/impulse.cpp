@@ -21,7 +21,7 @@ struct Choice {
 
 class Impulse final : public PointResponse {
 public:
-    explicit Impulse(const Choice& choice) : PointResponse({}), choice_(choice) {}
+    Impulse(const Settings& settings, const Choice& choice) : PointResponse(settings), choice_(choice) {}
 
 private:
     void resolve(const Frame& frame, double dt, Effect& effect) override {
@@ -32,7 +32,10 @@ private:
         for (std::size_t c = 0; c < list().size(); ++c) {
             const PointContact& contact = list()[c];
             const double closing = std::min(relative_velocity(frame, contact).dot(contact.normal), 0.0);
-            target_[c] = std::max(-choice_.restitution * closing, choice_.bias * contact.depth / dt);
+            // An open contact may close, by its gap at most.
+            target_[c] = contact.depth < 0.0
+                             ? contact.depth / dt
+                             : std::max(-choice_.restitution * closing, choice_.bias * contact.depth / dt);
         }
         for (int sweep = 0; sweep < choice_.sweeps; ++sweep) {
             for (std::size_t c = 0; c < list().size(); ++c) {
@@ -83,8 +86,10 @@ ResponseEntry impulse_response() {
                          .minimum = 1.0,
                          .maximum = 1000.0,
                          .meaning = "passes over all contacts per tick"}};
+    entry.parameters.push_back(reduction_parameter());
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
-        return std::make_unique<Impulse>(Choice{.restitution = values.number("e"),
+        return std::make_unique<Impulse>(PointResponse::Settings{.reduce = values.is("reduction", "vertex")},
+                                         Choice{.restitution = values.number("e"),
                                                 .bias = values.number("bias"),
                                                 .sweeps = static_cast<int>(values.integer("sweeps"))});
     };

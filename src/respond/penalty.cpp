@@ -17,6 +17,7 @@ namespace {
 class Penalty final : public PointResponse {
 public:
     explicit Penalty(const Settings& settings) : PointResponse(settings) {}
+    [[nodiscard]] std::map<std::string, double> values_in_force() const override { return laws().values_in_force(); }
 
 private:
     void resolve(const Frame& frame, double dt, Effect& effect) override {
@@ -34,17 +35,13 @@ ResponseEntry penalty_response() {
     entry.version = "1";
     entry.table_row = "B. Geiger et al";
     entry.own = true;
-    entry.parameters = {
-        stiffness_parameter("1000 between instruments and rigid bodies, on tissue the mean of the springs there"),
-        damping_parameter(),
-        {.name = "reduction",
-         .type = Parameter::Type::choice,
-         .default_value = "vertex",
-         .choices = {"pair", "vertex"},
-         .meaning = "one contact per triangle pair, or per vertex and other body (the deepest)"}};
+    entry.parameters =
+        law_parameters("1000 between instruments and rigid bodies, on tissue the mean of the springs there");
+    for (Parameter& parameter : tissue_law_parameters(false)) entry.parameters.push_back(std::move(parameter));
+    entry.parameters.push_back(reduction_parameter());
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
-        return std::make_unique<Penalty>(PointResponse::Settings{
-            .k = values.number("k"), .mu = values.number("mu"), .reduce = values.is("reduction", "vertex")});
+        return std::make_unique<Penalty>(
+            PointResponse::Settings{.law = read_law_settings(values), .reduce = values.is("reduction", "vertex")});
     };
     return entry;
 }

@@ -8,14 +8,14 @@
 namespace trocar {
 namespace {
 
-/// A contact of features: what closes within the tick counts with the depth that it then has.
+/// A contact of features. Its depth is that at the end of the tick's scripted motion, negative where it is open then.
 bool describe_features(const Contact& contact, PointContact& out) {
     out = {};
     out.body_a = contact.body_a;
     out.body_b = contact.body_b;
     out.normal = contact.normal;
     out.depth = -(contact.gap + contact.approach);
-    if (!out.normal.allFinite() || !(out.depth >= 0.0)) return false;
+    if (!out.normal.allFinite() || !std::isfinite(out.depth)) return false;
     out.a = {contact.on_a.vertices, contact.on_a.weights};
     out.b = {contact.on_b.vertices, contact.on_b.weights};
     out.distance = std::abs(contact.gap);
@@ -84,17 +84,26 @@ int compare(const PointContact& a, const PointContact& b) {
 
 }  // namespace
 
+Parameter reduction_parameter() {
+    return {.name = "reduction",
+            .type = Parameter::Type::choice,
+            .default_value = "vertex",
+            .choices = {"vertex", "pair"},
+            .meaning =
+                "of closed contacts one per vertex and other body, the deepest, so that force does not grow with "
+                "the number of faces (a scene's k); or each pair of triangles or features (hard contact)"};
+}
+
 void PointContacts::prepare(const Topology& topology) {
     first_.assign(at(topology.vertex_count), -1);
     list_.clear();
     list_.reserve(std::min(at(topology.vertex_count), usual_contacts));
 }
 
-std::int64_t PointContacts::gather(const Topology& topology, const Frame& frame, const ContactSet& contacts,
-                                   bool reduce) {
+void PointContacts::gather(const Topology& topology, const Frame& frame, const ContactSet& contacts, bool reduce,
+                           Effect& effect) {
     for (const PointContact& contact : list_) first_[at(contact.vertex)] = -1;
     list_.clear();
-    std::int64_t skipped = 0;
     // Where a vertex is inside, the edges that meet in it cross the other body's edges round it: the same overlap once
     // more, along other normals. So vertices come first, and an edge contact beside one of them is left to it.
     for (const bool edges : {false, true}) {
@@ -106,20 +115,22 @@ std::int64_t PointContacts::gather(const Topology& topology, const Frame& frame,
             const bool described = describe(topology, frame, contact, point);
             point.id = contact.id;
             if (!described) {
-                ++skipped;
-            } else if (!reduce) {
+                effect.skip(SkipReason::no_direction);
+            } else if (!reduce || point.depth < 0.0) {
                 list_.push_back(point);
-            } else if (!edges ||
-                       (!stands_for(contact.vertex_a, point.body_b) && !stands_for(contact.vertex_b, point.body_a))) {
-                keep_deepest(point);
+            } else if ((edges &&
+                        (stands_for(contact.vertex_a, point.body_b) || stands_for(contact.vertex_b, point.body_a))) ||
+                       !keep_deepest(point)) {
+                effect.skip(SkipReason::reduced);
             }
         }
     }
     for (PointContact& contact : list_) {
-        const double length = contact.normals.norm();
-        if (length > 0.0) contact.normal = contact.normals / length;
+        Vector3 sum = Vector3::Zero();
+        for (int i = 0; i < contact.normal_count; ++i) sum += contact.normals[at(i)];
+        const double length = sum.norm();
+        if (contact.normal_count > 1 && length > 0.0) contact.normal = sum / length;
     }
-    return skipped;
 }
 
 bool PointContacts::stands_for(Index vertex, Index other) const {
@@ -130,25 +141,39 @@ bool PointContacts::stands_for(Index vertex, Index other) const {
     return false;
 }
 
-void PointContacts::keep_deepest(PointContact& contact) {
+bool PointContacts::keep_deepest(PointContact& contact) {
     Index& first = first_[at(contact.vertex)];
-    contact.normals = contact.normal;
+    contact.normals[0] = contact.normal;
+    contact.normal_count = 1;
     for (Index c = first; c >= 0; c = list_[at(c)].next) {
         PointContact& known = list_[at(c)];
         if (known.other != contact.other) continue;
         const int order = compare(contact, known);
         if (order > 0) {
             contact.next = known.next;
+            contact.of_vertex = contact.of_vertex || known.of_vertex;  // the edges beside it stay left to it
             known = contact;
-        } else if (order == 0 && contact.normal.dot(known.normal) < 1.0 - alike) {
-            // On an edge or a corner of the other surface no face comes first.
-            known.normals += contact.normal;
+        } else if (order == 0) {
+            // On an edge or a corner of the other surface no face comes first: their normals count alike, and the load
+            // is that of the lowest feature, whatever the order of contacts.
+            const auto end = known.normals.begin() + known.normal_count;
+            const bool seen = std::any_of(known.normals.begin(), end, [&contact](const Vector3& normal) {
+                return (contact.normal - normal).norm() <= alike;
+            });
+            if (!seen && end != known.normals.end()) known.normals[at(known.normal_count++)] = contact.normal;
+            if (contact.id < known.id) {
+                contact.normals = known.normals;
+                contact.normal_count = known.normal_count;
+                contact.next = known.next;
+                known = contact;
+            }
         }
-        return;
+        return false;
     }
     contact.next = first;
     first = static_cast<Index>(list_.size());
     list_.push_back(contact);
+    return true;
 }
 
 void VertexEdits::prepare(const Topology& topology, const Materials& materials) {
@@ -230,40 +255,32 @@ void VertexEdits::write(Effect& effect) const {
     effect.placements.insert(effect.placements.end(), edits_.begin(), edits_.end());
 }
 
-LinearContact spring_damper(const Topology& topology, const Materials& materials, const PairLaws& laws,
-                            const Frame& frame, double dt, const PointContact& contact) {
-    const CollisionClass kind = laws.kind(contact.body_a, contact.body_b);
-    const bool push_b = kind != CollisionClass::instrument_rigid;
+LinearContact spring_damper(const Topology& topology, const ContactLaws& laws, const Frame& frame, double dt,
+                            const PointContact& contact) {
+    const bool push_b = laws.kind(contact.body_a, contact.body_b) != CollisionClass::instrument_rigid;
     const ContactPoint& pushed = push_b ? contact.b : contact.a;
     const ContactPoint& other = push_b ? contact.a : contact.b;
+    const bool tissue = topology.bodies[at(contact.body_b)].kind == BodyKind::tissue;
+    const BodyKind kind_a = topology.bodies[at(contact.body_a)].kind;
+    const Vector3 other_velocity = other.blend(frame.velocity);
     LinearContact linear;
     linear.source_id = contact.id;
     linear.vertices = pushed.vertices;
     linear.weights = pushed.weights;
     linear.normal = push_b ? contact.normal : Vector3(-contact.normal);
     linear.gap = -contact.depth;
-    linear.mu = laws.mu(contact.body_a, contact.body_b);
     linear.k = laws.k(contact.body_a, contact.body_b);
-    if (std::isnan(linear.k)) {
-        linear.k = rigid_stiffness;
-        if (topology.bodies[at(contact.body_b)].kind == BodyKind::tissue) {
-            linear.k = 0.0;
-            for (std::size_t i = 0; i < 3; ++i) {
-                if (pushed.vertices[i] < 0) continue;
-                linear.k += pushed.weights[i] * materials.mean_stiffness[at(pushed.vertices[i])];
-            }
-        }
-    }
-    linear.face_velocity = other.blend(frame.velocity).dot(linear.normal);
-    const BodyKind kind_a = topology.bodies[at(contact.body_a)].kind;
+    if (std::isnan(linear.k)) linear.k = tissue ? laws.mean_of_springs(pushed) : rigid_stiffness;
+    linear.mu = laws.mu(contact.body_a, contact.body_b, linear.k);
+    linear.face_velocity = other_velocity.dot(linear.normal);
     if (kind_a == BodyKind::tissue) {
         linear.reaction_vertices = other.vertices;
         linear.reaction_weights = other.weights;
     } else if (push_b && kind_a == BodyKind::instrument) {
-        linear.reaction_body = contact.body_a;
-        linear.reaction_point = contact.a.blend(frame.position);
+        react_on_line(frame, contact.body_a, linear);
     }
     tell_at_start(topology, frame, dt, linear);
+    if (tissue) laws.finish_on_tissue(contact.body_b, other_velocity, linear);
     return linear;
 }
 
@@ -275,8 +292,7 @@ void add_reaction(Index body, const Vector3& point, const Vector3& force, Effect
 
 void PointResponse::prepare(const Topology& topology, const Materials& materials) {
     topology_ = &topology;
-    materials_ = &materials;
-    laws_.prepare(topology, materials, settings_.k, settings_.mu);
+    laws_.prepare(topology, materials, settings_.law);
     points_.prepare(topology);
     edits_.prepare(topology, materials);
 }
@@ -285,7 +301,7 @@ void PointResponse::respond(const Frame& frame, double dt, const ContactSet& con
                             std::span<const ContactLoad> /*loads*/, Effect& effect) {
     effect.clear();
     edits_.clear();
-    effect.skipped = points_.gather(*topology_, frame, contacts, settings_.reduce);
+    points_.gather(*topology_, frame, contacts, settings_.reduce, effect);
     for (const PointContact& contact : list()) {
         if (!on_tissue(contact)) effect.contacts.push_back(spring_damper_of(frame, dt, contact));
     }

@@ -2,12 +2,14 @@
 // come from canonical contacts as well as from a library's own, which may lack vertices, case or more.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "contact/contact_set.hpp"
 #include "method/response.hpp"
 #include "respond/common.hpp"
+#include "respond/contact_laws.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
@@ -18,28 +20,33 @@ struct PointContact {
     Index next = -1;         ///< next contact of the same vertex
     double distance = 0.0;   ///< m, between the points a and b
     bool of_vertex = false;  ///< `vertex` has entered the other body; false: edges cross, or a library's contact
-    Vector3 normals = Vector3::Zero();  ///< sum over the faces that are as deep and as near
+    std::array<Vector3, 16> normals{};  ///< different ones of the faces that are as deep and as near
+    int normal_count = 0;
     Index body_a = -1;
     Index body_b = -1;
     ContactPoint a, b;
     Vector3 normal = Vector3::Zero();  ///< unit, a to b
-    double depth = 0.0;                ///< m, >= 0, where scripts have made this tick's motion
+    double depth = 0.0;                ///< m, where scripts have made this tick's motion; negative: open
     std::uint64_t id = 0;              ///< Contact::id
 };
+
+/// `reduction`: `vertex` or `pair`.
+Parameter reduction_parameter();
 
 class PointContacts {
 public:
     void prepare(const Topology& topology);
-    /// Replaces the list. `reduce`: one per vertex and other body, the deepest, and edge contacts only where no vertex
-    /// beside them is inside; else one per contact. Returns how many
-    /// contacts have no place in it: touch, coplanar, degenerate, and those without triangles, normal, point or depth.
-    std::int64_t gather(const Topology& topology, const Frame& frame, const ContactSet& contacts, bool reduce);
+    /// Replaces the list. `reduce`: of the closed contacts one per vertex and other body, the deepest, and edge
+    /// contacts only where no vertex beside them is inside; else one per contact. Open contacts are never reduced.
+    /// Counts in the effect what has no place in the list: no_direction and reduced.
+    void gather(const Topology& topology, const Frame& frame, const ContactSet& contacts, bool reduce, Effect& effect);
     [[nodiscard]] const std::vector<PointContact>& list() const { return list_; }
 
 private:
     /// The list holds the contact of this very vertex with that body.
     [[nodiscard]] bool stands_for(Index vertex, Index other) const;
-    void keep_deepest(PointContact& contact);
+    /// False where another contact of the vertex stands for it.
+    bool keep_deepest(PointContact& contact);
     std::vector<Index> first_;  ///< N; first contact of a vertex
     std::vector<PointContact> list_;
 };
@@ -72,9 +79,9 @@ private:
 
 /// F = max(0, k d - mu v_n) n on b, its opposite on a. Tissue is pushed where there is tissue, both sides of two
 /// tissues; between an instrument and a rigid body only the instrument is. Without a stiffness from method or scene:
-/// the mean of the tissue's springs there, or rigid_stiffness.
-LinearContact spring_damper(const Topology& topology, const Materials& materials, const PairLaws& laws,
-                            const Frame& frame, double dt, const PointContact& contact);
+/// the mean of the tissue's springs there, or rigid_stiffness. An open contact is such a law with a positive gap.
+LinearContact spring_damper(const Topology& topology, const ContactLaws& laws, const Frame& frame, double dt,
+                            const PointContact& contact);
 
 /// Adds a force at a point to the body's wrench: what a tool feels of an impulse on tissue.
 void add_reaction(Index body, const Vector3& point, const Vector3& force, Effect& effect);
@@ -85,9 +92,8 @@ void add_reaction(Index body, const Vector3& point, const Vector3& force, Effect
 class PointResponse : public Response {
 public:
     struct Settings {
-        double k = Contact::unset;   ///< N/m; NaN: auto
-        double mu = Contact::unset;  ///< N s/m; NaN: auto
-        bool reduce = true;          ///< one contact per vertex and other body, the deepest
+        LawSettings law = {};
+        bool reduce = true;  ///< one closed contact per vertex and other body, the deepest
     };
     void prepare(const Topology& topology, const Materials& materials) final;
     void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> loads,
@@ -100,11 +106,11 @@ protected:
 
     [[nodiscard]] const std::vector<PointContact>& list() const { return points_.list(); }
     [[nodiscard]] bool on_tissue(const PointContact& contact) const;
-    [[nodiscard]] const PairLaws& laws() const { return laws_; }
+    [[nodiscard]] const ContactLaws& laws() const { return laws_; }
     [[nodiscard]] VertexEdits& edits() { return edits_; }
     [[nodiscard]] const VertexEdits& edits() const { return edits_; }
     [[nodiscard]] LinearContact spring_damper_of(const Frame& frame, double dt, const PointContact& contact) const {
-        return spring_damper(*topology_, *materials_, laws_, frame, dt, contact);
+        return spring_damper(*topology_, laws_, frame, dt, contact);
     }
     /// Velocity of b's point against a's, m/s, edits included.
     [[nodiscard]] Vector3 relative_velocity(const Frame& frame, const PointContact& contact) const;
@@ -122,8 +128,7 @@ protected:
 private:
     Settings settings_;
     const Topology* topology_ = nullptr;
-    const Materials* materials_ = nullptr;
-    PairLaws laws_;
+    ContactLaws laws_;
     PointContacts points_;
     VertexEdits edits_;
 };

@@ -20,7 +20,7 @@ struct Choice {
 
 class Reflection final : public PointResponse {
 public:
-    explicit Reflection(const Choice& choice) : PointResponse({}), choice_(choice) {}
+    Reflection(const Settings& settings, const Choice& choice) : PointResponse(settings), choice_(choice) {}
 
 private:
     void resolve(const Frame& frame, double dt, Effect& effect) override {
@@ -28,6 +28,10 @@ private:
             const double movable = mobility(contact);
             if (movable == 0.0) continue;
             const double depth = depth_left(frame, contact);
+            if (depth < 0.0) {
+                if (contact.depth < 0.0) effect.skip(SkipReason::not_handled);  // open: the particle meets no plane
+                continue;
+            }
             if (depth > 0.0) move_apart(frame, contact, depth / movable * contact.normal);
             const Vector3 relative = relative_velocity(frame, contact);
             const double speed = relative.dot(contact.normal);
@@ -64,8 +68,11 @@ ResponseEntry reflection_response() {
                          .minimum = 0.0,
                          .maximum = 1.0,
                          .meaning = "1: none, 0: sticks"}};
+    entry.parameters.push_back(reduction_parameter());
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Reflection>(
+            PointResponse::Settings{.reduce = values.is("reduction", "vertex")},
+
             Choice{.bump = values.number("bump"), .friction = values.number("friction")});
     };
     return entry;

@@ -5,20 +5,25 @@
 #include <tuple>
 
 namespace trocar {
-void RigidPatches::prepare(const Topology& topology, const Materials& materials, double k, double mu) {
+void RigidPatches::prepare(const Topology& topology, const ContactLaws& laws) {
     topology_ = &topology;
-    laws_.prepare(topology, materials, k, mu);
+    laws_ = &laws;
     surface_.prepare(topology);
     crossed_.reserve(256);
 }
 
-void RigidPatches::respond(const Frame& frame, std::span<const Contact> contacts, Effect& effect) {
+void RigidPatches::respond(const Frame& frame, double dt, std::span<const Contact> contacts, Effect& effect) {
     surface_.measure(*topology_, frame.position);
     crossed_.clear();
     for (const Contact& contact : contacts) {
-        const bool tissue = topology_->bodies[at(contact.body_b)].kind == BodyKind::tissue;
-        const double depth = -(contact.gap + contact.approach);
-        if (tissue || !(depth > 0.0)) continue;
+        if (topology_->bodies[at(contact.body_b)].kind == BodyKind::tissue) continue;
+        const double rate =
+            (contact.on_b.blend(frame.velocity) - contact.on_a.blend(frame.velocity)).dot(contact.normal);
+        const double depth = -(contact.gap + rate * dt);
+        if (!(depth > 0.0)) {
+            effect.skip(SkipReason::not_handled);  // nothing brings the two together in this tick
+            continue;
+        }
         crossed_.push_back({.contact = &contact,
                             .depth = depth,
                             .area = std::max(area_of(contact.on_a), area_of(contact.on_b)),
@@ -93,10 +98,11 @@ void RigidPatches::press(const Frame& frame, std::span<const Crossed> patch, Eff
     for (const Crossed& one : patch) carried += carries(one);
     const auto kind = [this](Index body) { return topology_->bodies[at(body)].kind; };
     const bool push_b = kind(body_b) == BodyKind::instrument;
-    const double given = laws_.k(body_a, body_b);
+    const double given = laws_->k(body_a, body_b);
     // Features that press from opposite sides cancel; those of one rounded side do not weaken each other.
     constexpr double one_side = 0.5;
-    const double k = (std::isnan(given) ? rigid_stiffness : given) * std::min(1.0, size / (one_side * sum));
+    const double of_pair = std::isnan(given) ? rigid_stiffness : given;
+    const double k = of_pair * std::min(1.0, size / (one_side * sum));
     for (const Crossed& one : patch) {
         const double share = carries(one) / carried;
         if (!(share > 0.0)) continue;
@@ -104,7 +110,7 @@ void RigidPatches::press(const Frame& frame, std::span<const Crossed> patch, Eff
         const ContactPoint& other = push_b ? one.contact->on_a : one.contact->on_b;
         LinearContact linear;
         linear.k = k * share;
-        linear.mu = laws_.mu(body_a, body_b) * share;
+        linear.mu = laws_->mu(body_a, body_b, of_pair) * share;
         linear.source_id = one.contact->id;
         linear.gap = deepest->contact->gap;
         linear.normal = push_b ? normal : Vector3(-normal);
@@ -112,8 +118,7 @@ void RigidPatches::press(const Frame& frame, std::span<const Crossed> patch, Eff
         linear.weights = pushed.weights;
         linear.face_velocity = other.blend(frame.velocity).dot(linear.normal);
         if (push_b && kind(body_a) == BodyKind::instrument) {
-            linear.reaction_body = body_a;
-            linear.reaction_point = other.blend(frame.position);
+            react_on_line(frame, body_a, linear);
         }
         effect.contacts.push_back(linear);
     }

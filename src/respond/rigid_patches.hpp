@@ -8,20 +8,22 @@
 #include "contact/contact.hpp"
 #include "contact/effect.hpp"
 #include "respond/common.hpp"
+#include "respond/contact_laws.hpp"
 #include "respond/surface.hpp"
 
 namespace trocar {
 
 class RigidPatches {
 public:
-    /// k and mu are NaN where the method was given no number.
-    void prepare(const Topology& topology, const Materials& materials, double k, double mu);
-    /// Appends springs and dampers for the features of instruments and rigid bodies that have crossed. Two surfaces
-    /// press where they meet with their foremost features, a vertex or edges from which its own surface leads away
-    /// from the other body: those say how deep the patch is and which way leads out. Feature i of depth d_i and area
-    /// a_i has the share d_i² a_i in that, so that one that just enters changes nothing. All that has crossed and
+    /// `laws` outlives its use here.
+    void prepare(const Topology& topology, const ContactLaws& laws);
+    /// Appends springs and dampers for the features of instruments and rigid bodies that cross by the tick's end. Two
+    /// surfaces press where they meet with their foremost features, a vertex or edges from which its own surface leads
+    /// away from the other body: those say how deep the patch is and which way leads out. Feature i of depth d_i and
+    /// area a_i has the share d_i² a_i in that, so that one that just enters changes nothing. All that has crossed and
     /// faces that way carries its share of the force, k times the depth, so that its centre moves evenly, too.
-    void respond(const Frame& frame, std::span<const Contact> contacts, Effect& effect);
+    /// Depths are those at the end of the tick, by the velocities of the frame; a patch may be open at its start.
+    void respond(const Frame& frame, double dt, std::span<const Contact> contacts, Effect& effect);
 
 private:
     struct Crossed {
@@ -37,7 +39,7 @@ private:
     void press(const Frame& frame, std::span<const Crossed> patch, Effect& effect) const;
 
     const Topology* topology_ = nullptr;
-    PairLaws laws_;
+    const ContactLaws* laws_ = nullptr;
     SurfaceNeighbours surface_;  ///< areas as at the first frame
     std::vector<Crossed> crossed_;
 };

@@ -41,12 +41,15 @@ public:
     explicit Thesis(const ThesisSettings& settings) : state_(settings) {}
 
     [[nodiscard]] bool holds_forces() const override { return false; }
+    [[nodiscard]] std::map<std::string, double> values_in_force() const override {
+        return state_.laws.values_in_force();
+    }
     void prepare(const Topology& topology, const Materials& materials) override {
         state_.prepare(topology, materials);
         topology_ = &topology;
         materials_ = &materials;
         reduction_.prepare(topology);
-        patches_.prepare(topology, materials, settings().k, settings().mu);
+        patches_.prepare(topology, state_.laws);
         proxies_.prepare(topology, materials, TipProxies::default_radius);
     }
 
@@ -91,22 +94,27 @@ private:
         const bool features = is_of_features(contact);
         const bool enters = contact.kind == ContactCase::a_enters_b || contact.kind == ContactCase::b_enters_a;
         const bool pair = enters || contact.kind == ContactCase::edges_cross;
-        if (features && !(contact.gap + contact.approach < 0.0)) return;  // near, not met
         if (!features && (!pair || contact.a < 0 || contact.b < 0 || contact.vertex_a < 0 || contact.vertex_b < 0)) {
-            ++effect.skipped;
+            effect.skip(SkipReason::no_direction);
             return;
         }
         const CollisionClass pair_class = state_.laws.kind(contact.body_a, contact.body_b);
         if (pair_class == CollisionClass::none ||
             (pair_class == CollisionClass::rigid_tissue && !settings().all_rigid_cases && !enters_with_b(contact))) {
-            ++effect.skipped;
+            effect.skip(SkipReason::not_handled);
+            return;
+        }
+        const bool patch = settings().reduce && kind(contact.body_b) != BodyKind::tissue;
+        const bool open = features && !(contact.gap + contact.approach < 0.0);
+        if (open && !patch && !takes_open(contact)) {
+            effect.skip(SkipReason::not_handled);
             return;
         }
         if (pair_class == CollisionClass::tissue_tissue && !settings().impulse_tissue && !features) {
             exchange(state_, frame, contact);
             return;
         }
-        if (settings().reduce && kind(contact.body_b) != BodyKind::tissue) {
+        if (patch) {
             const bool at_tip = settings().tip_proxy && proxies_.takes(*topology_, frame, contact);
             if (!at_tip) rigid_.push_back(contact);
             return;
@@ -114,7 +122,7 @@ private:
         if (contact.kind == ContactCase::edges_cross) {
             const CrossedEdges edges = read_crossing(state_, frame, contact);
             if (settings().reduce) {
-                reduction_.keep(name_edges(*topology_, frame, contact), edges);
+                if (!reduction_.keep(name_edges(*topology_, frame, contact), edges)) effect.skip(SkipReason::reduced);
             } else {
                 respond_to_edges(frame, edges, effect);
             }
@@ -122,7 +130,7 @@ private:
             read_vertices(state_, frame, contact, entered_);
             for (const VertexInFace& v : entered_) {
                 if (settings().reduce) {
-                    reduction_.keep(v);
+                    if (!reduction_.keep(v) && v.vertex == entered_.front().vertex) effect.skip(SkipReason::reduced);
                 } else {
                     respond_to_vertex(frame, v, effect);
                 }
@@ -134,13 +142,21 @@ private:
         }
     }
 
+    /// Springs take an open contact, since they act from the sub-step on in which it closes; what places a vertex (3.7
+    /// to 3.11) and what may pull does not.
+    [[nodiscard]] bool takes_open(const Contact& contact) const {
+        const bool places = enters_with_b(contact) && kind(contact.body_a) != BodyKind::tissue &&
+                            kind(contact.body_b) == BodyKind::tissue;
+        return settings().clamp && !places;
+    }
+
     void respond_to_reduced(const Frame& frame, Effect& effect) {
         for (const VertexInFace& v : reduction_.faces()) respond_to_vertex(frame, v, effect);
         for (std::size_t i = 0; i < reduction_.edge_count(); ++i) {
             respond_to_edges(frame, reduction_.edges(i), effect);
         }
         reduction_.clear();
-        patches_.respond(frame, rigid_, effect);
+        patches_.respond(frame, state_.dt, rigid_, effect);
         rigid_.clear();
     }
 
@@ -157,7 +173,7 @@ private:
                    effect);
         } else if (vertex_tissue) {
             if (state_.fixed(v.vertex)) {
-                ++effect.skipped;
+                effect.skip(SkipReason::not_handled);
             } else {
                 project(frame, v, effect);
             }
@@ -175,13 +191,13 @@ private:
         const ContactPoint face = face_load(v);
         LinearContact linear;
         linear.k = state_.stiffness(v.face_body, v.vertex_body, 0.0, v.vertex);
-        linear.mu = state_.laws.mu(v.face_body, v.vertex_body);
+        linear.mu = state_.laws.mu(v.face_body, v.vertex_body, linear.k);
         linear.gap = -v.depth;
         linear.normal = push_vertex ? v.normal : Vector3(-v.normal);
         push(push_vertex ? ContactPoint::at_vertex(v.vertex) : face, linear);
         const Vector3 other = push_vertex ? face_velocity(frame, v) : Vector3(frame.velocity.col(v.vertex));
         linear.face_velocity = other.dot(linear.normal);
-        if (push_vertex) react(v.face_body, face.blend(frame.position), linear);
+        if (push_vertex) react(frame, v.face_body, face.blend(frame.position), linear);
         const bool vertex_first = kind(v.vertex_body) <= kind(v.face_body);
         const Vector3 place = vertex_first ? Vector3(frame.position.col(v.vertex)) : face.blend(frame.position);
         const bool bone = kind(v.vertex_body) == BodyKind::rigid || kind(v.face_body) == BodyKind::rigid;
@@ -191,10 +207,11 @@ private:
         linear.vertices = point.vertices;
         linear.weights = point.weights;
     }
-    void react(Index body, const Vector3& point, LinearContact& linear) const {
+    /// At the vertex or face that the equation names; in `corrected` on the line of action.
+    void react(const Frame& frame, Index body, const Vector3& point, LinearContact& linear) const {
         if (kind(body) != BodyKind::instrument) return;
-        linear.reaction_body = body;
-        linear.reaction_point = point;
+        react_on_line(frame, body, linear);
+        if (!settings().closest_point) linear.reaction_point = point;
     }
     /// Of an instrument's contact with bone (-1: other contacts), what is at its tip is the proxy's.
     void finish_rigid(const Frame& frame, Index instrument, const Vector3& place, LinearContact linear,
@@ -220,12 +237,12 @@ private:
         LinearContact linear;
         linear.k = state_.stiffness(v.vertex_body, v.face_body, materials_->mean_stiffness[at(v.nearest)], v.vertex);
         // Literal 3.6: F on A1 = (k d - mu (V2 - V1)·n2) n2, which as a damper on the tissue is -mu.
-        linear.mu = (settings().printed_damper ? -1.0 : 1.0) * state_.laws.mu(v.vertex_body, v.face_body);
+        linear.mu = (settings().printed_damper ? -1.0 : 1.0) * state_.laws.mu(v.vertex_body, v.face_body, linear.k);
         linear.gap = -v.depth;
         linear.normal = -v.normal;
         push(face_load(v), linear);
         linear.face_velocity = frame.velocity.col(v.vertex).dot(linear.normal);
-        react(v.vertex_body, frame.position.col(v.vertex), linear);
+        react(frame, v.vertex_body, frame.position.col(v.vertex), linear);
         state_.finish(frame, linear, effect);
     }
 
@@ -242,7 +259,7 @@ private:
         const bool push_b = tissue_b || kind(edges.body_b) == BodyKind::instrument;
         LinearContact linear;
         linear.k = k;
-        linear.mu = settings().edge_normal ? state_.laws.mu(edges.body_a, edges.body_b) : 0.0;  // printed: no damper
+        linear.mu = settings().edge_normal ? state_.laws.mu(edges.body_a, edges.body_b, k) : 0.0;  // printed: no damper
         linear.gap = -edges.depth;
         linear.normal = push_b ? edges.direction : Vector3(-edges.direction);
         push(push_b ? edges.b : edges.a, linear);
@@ -251,7 +268,7 @@ private:
                                            ? other.blend(frame.velocity)
                                            : Vector3(frame.velocity.col(push_b ? edges.vertex_a : edges.vertex_b));
         linear.face_velocity = other_velocity.dot(linear.normal);
-        if (push_b) react(edges.body_a, edges.a.blend(frame.position), linear);
+        if (push_b) react(frame, edges.body_a, edges.a.blend(frame.position), linear);
         if (tissue_b) {
             state_.finish(frame, linear, effect);
         } else {
@@ -358,7 +375,7 @@ ResponseEntry thesis_response() {
     entry.name = "thesis";
     entry.version = "2005";
     entry.own = true;
-    entry.sources = {"canonical", "near", "tracked"};
+    entry.sources = {"tracked", "near", "canonical"};
     // The printed equations go by the overlap case of two triangles, its vertex or edge and its interval.
     entry.why_unreadable = [](const ParameterValues& values, std::string_view source) -> std::string {
         if (source == "canonical") return {};

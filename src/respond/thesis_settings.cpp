@@ -17,16 +17,11 @@ Parameter choice(const std::string& name, std::vector<std::string> choices, cons
             .meaning = meaning};
 }
 
-Parameter number(const std::string& name, const std::string& unit, const std::string& value, double low, double high,
-                 const std::string& meaning) {
-    return {.name = name, .unit = unit, .default_value = value, .minimum = low, .maximum = high, .meaning = meaning};
-}
-
 }  // namespace
 
 std::vector<Parameter> thesis_parameters() {
-    Parameter restitution =
-        number("e", "1", "0", 0.0, 1.0, "restitution in 3.8 and 3.11: 0 the printed equation, 1 the printed words");
+    Parameter restitution = number_parameter(
+        "e", "1", "0", 0.0, 1.0, "restitution in 3.8 and 3.11: 0 the printed equation, 1 the printed words");
     std::vector<Parameter> list{
         {.name = "profile",
          .type = Parameter::Type::choice,
@@ -34,8 +29,6 @@ std::vector<Parameter> thesis_parameters() {
          .choices = {"faithful", "corrected", "printed"},
          .meaning = "what auto means below: the equations with the damper sign of 3.6 put right, all corrections, or "
                     "3.6 as printed as well"},
-        stiffness_parameter("1000 between instruments and rigid bodies, on tissue as `stiffness` says"),
-        damping_parameter(),
         choice("distribute", {"force_alpha", "force_at_vertex"},
                "force on a face: shared out by barycentric weights (§4.3.1, auto), or on the nearest vertex (§3.4)"),
         choice("reduction", {"pair", "vertex"},
@@ -47,9 +40,9 @@ std::vector<Parameter> thesis_parameters() {
         choice("normal", {"face", "blend"}, "normal of the face (faithful), or blended vertex normals (corrected)"),
         choice("stiffness", {"springs", "area"},
                "on tissue: mean of the springs (faithful), or kappa times the vertex' own area (corrected)"),
-        number("kappa", "N/m3", "3e6", 0.0, 1e12, "elastic foundation for stiffness=area"),
+        number_parameter("kappa", "N/m3", "3e6", 0.0, 1e12, "elastic foundation for stiffness=area"),
         choice("clamp", {"off", "on"}, "contact force may pull (faithful), or lies between 0 and f_max (corrected)"),
-        number("f_max", "N", "5", 0.0, 1e6, "largest spring force of one contact with clamp=on"),
+        number_parameter("f_max", "N", "5", 0.0, 1e6, "largest spring force of one contact with clamp=on"),
         choice("edges", {"interval", "normal"},
                "crossing edges: along the interval by its length (faithful), or along their common normal (corrected)"),
         choice("path", {"absolute", "relative"},
@@ -63,21 +56,23 @@ std::vector<Parameter> thesis_parameters() {
         choice("tissue_tissue", {"exchange", "impulse"},
                "two tissues: elastic exchange along V_R per pair (faithful), or impulse along the normal and penalty "
                "(corrected)"),
-        number("e_tissue", "1", "0.2", 0.0, 1.0, "restitution with tissue_tissue=impulse"),
+        number_parameter("e_tissue", "1", "0.2", 0.0, 1.0, "restitution with tissue_tissue=impulse"),
         choice("resolution", {"none", "back_projection"},
                "interpenetration: left, or velocity back-projection (auto, §3.4.5)"),
-        number("n_back", "1", "10", 0.0, 1e6, "ticks that back-projection looks back"),
-        number("l_max", "m", "0.02", 0.0, 1e3, "longest back-projection"),
+        number_parameter("n_back", "1", "10", 0.0, 1e6, "ticks that back-projection looks back"),
+        number_parameter("l_max", "m", "0.02", 0.0, 1e3, "longest back-projection"),
         choice("grasp", {"off", "follow", "spring"},
                "grasped tissue: follows the tool (faithful), or on springs that slip at 2 N (corrected)"),
-        number("grasp_k", "N/m", "300", 0.0, 1e6, "stiffness that holds a vertex with grasp=spring"),
-        number("grasp_slip", "N", "2", 0.0, 1e6, "force on one vertex at which it slips with grasp=spring"),
-        number("jaw_length", "m", "0.012", 0.0, 1e3,
-               "how far from the tip towards the shaft a grasp may hold tissue, and 2.5/12 of it to the sides; in a "
-               "scene of another size grasp_k and grasp_slip want another value too"),
-        number("release_time", "s", "0.05", 0.0, 10.0,
-               "with grasp=spring, time in which the force on a vertex that slips or is let go falls evenly to zero "
-               "(eight vertices at 2 N each: 0.32 N per tick of 1 ms); 0: at once, as grasp=follow always does"),
+        number_parameter("grasp_k", "N/m", "300", 0.0, 1e6, "stiffness that holds a vertex with grasp=spring"),
+        number_parameter("grasp_slip", "N", "2", 0.0, 1e6, "force on one vertex at which it slips with grasp=spring"),
+        number_parameter(
+            "jaw_length", "m", "0.012", 0.0, 1e3,
+            "how far from the tip towards the shaft a grasp may hold tissue, and 2.5/12 of it to the sides; in a "
+            "scene of another size grasp_k and grasp_slip want another value too"),
+        number_parameter(
+            "release_time", "s", "0.05", 0.0, 10.0,
+            "with grasp=spring, time in which the force on a vertex that slips or is let go falls evenly to zero "
+            "(eight vertices at 2 N each: 0.32 N per tick of 1 ms); 0: at once, as grasp=follow always does"),
         choice("tip_proxy", {"on", "off"},
                "tip against bone: by a god-object, as the thesis leaves it to GHOST (faithful, §3.4.2), or by the "
                "equations "
@@ -87,6 +82,9 @@ std::vector<Parameter> thesis_parameters() {
          .default_value = "implicit",
          .choices = {"implicit", "explicit", "hold"},
          .meaning = "contact forces in the tissue's sub-steps: implicit, explicit, or held over the tick"}};
+    const std::vector<Parameter> law =
+        law_parameters("1000 between instruments and rigid bodies, on tissue as `stiffness` says");
+    list.insert(list.begin() + 1, law.begin(), law.end());
     return list;
 }
 
@@ -126,8 +124,7 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.f_max = values.number("f_max");
     s.n_back = values.number("n_back");
     s.l_max = values.number("l_max");
-    s.k = values.number("k");
-    s.mu = values.number("mu");
+    s.law = read_law_settings(values);
     s.contact_timing = values.is("contacts", "hold")       ? ContactTiming::at_tick_start
                        : values.is("contacts", "explicit") ? ContactTiming::at_substep_start
                                                            : ContactTiming::implicit;

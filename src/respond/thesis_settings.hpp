@@ -7,6 +7,7 @@
 
 #include "contact/effect.hpp"
 #include "method/entry.hpp"
+#include "respond/contact_laws.hpp"
 #include "respond/grasp.hpp"
 
 namespace trocar {
@@ -38,8 +39,7 @@ struct ThesisSettings {
     double f_max = 5.0;               ///< N
     double n_back = 10.0;             ///< ticks
     double l_max = 0.02;              ///< m
-    double k = 0.0;                   ///< NaN: auto
-    double mu = 0.0;                  ///< NaN: auto
+    LawSettings law;
     ContactTiming contact_timing = ContactTiming::implicit;
     bool operator==(const ThesisSettings&) const = default;
 };

@@ -9,7 +9,7 @@ namespace trocar {
 void ThesisState::prepare(const Topology& the_topology, const Materials& the_materials) {
     topology = &the_topology;
     materials = &the_materials;
-    laws.prepare(the_topology, the_materials, settings.k, settings.mu);
+    laws.prepare(the_topology, the_materials, settings.law);
     springs.prepare(the_topology, the_materials);
     surface.prepare(the_topology);
     slot_.assign(at(the_topology.vertex_count), -1);

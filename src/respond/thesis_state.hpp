@@ -8,6 +8,7 @@
 
 #include "contact/effect.hpp"
 #include "respond/common.hpp"
+#include "respond/contact_laws.hpp"
 #include "respond/grasp.hpp"
 #include "respond/surface.hpp"
 #include "respond/thesis_settings.hpp"
@@ -36,7 +37,7 @@ public:
     const Materials* materials = nullptr;
     double dt = 0.0;  ///< s, of this tick
     bool has_tissue = false;
-    PairLaws laws;
+    ContactLaws laws;
     VertexSprings springs;
     SurfaceNeighbours surface;
     Grasp grasp;

@@ -252,8 +252,8 @@ void TipProxies::prepare(const Topology& topology, const Materials& materials, d
     }
 }
 
-void TipProxies::respond(const Topology& topology, const Materials& materials, const PairLaws& laws, const Frame& frame,
-                         const ContactSet& contacts, Effect& effect) {
+void TipProxies::respond(const Topology& topology, const Materials& materials, const ContactLaws& laws,
+                         const Frame& frame, const ContactSet& contacts, Effect& effect) {
     led_ = frame.pose.size() == topology.bodies.size();
     if (!led_) return;
     for (Tip& tip : tips_) {
@@ -284,7 +284,7 @@ void TipProxies::respond(const Topology& topology, const Materials& materials, c
         contact.gap = -depth;
         contact.k = laws.k(tip.body, tip.rigid);
         if (std::isnan(contact.k)) contact.k = rigid_stiffness;
-        contact.mu = laws.mu(tip.body, tip.rigid);
+        contact.mu = laws.mu(tip.body, tip.rigid, contact.k);
         effect.contacts.push_back(contact);
     }
 }

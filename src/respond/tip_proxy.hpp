@@ -10,6 +10,7 @@
 #include "contact/contact_set.hpp"
 #include "contact/effect.hpp"
 #include "respond/common.hpp"
+#include "respond/contact_laws.hpp"
 #include "respond/surface.hpp"
 #include "scene/world.hpp"
 
@@ -80,7 +81,7 @@ public:
     /// Moves the proxies and adds to the effect one contact per tip that is held back: F = K |x_p - x_d| - B v along
     /// x_p - x_d on the vertex nearest to the tip, not below 0. K and B are the pair's k (default rigid_stiffness) and
     /// mu; v is the tip's speed along that direction. Nothing for frames without poses.
-    void respond(const Topology& topology, const Materials& materials, const PairLaws& laws, const Frame& frame,
+    void respond(const Topology& topology, const Materials& materials, const ContactLaws& laws, const Frame& frame,
                  const ContactSet& contacts, Effect& effect);
     /// How much of a contact of an instrument with a rigid body is not the proxy's, in [0, 1]: nothing within two radii
     /// of a tip that is led by a proxy in this tick, all of it from four radii on, smooth between, so that a contact

@@ -46,7 +46,7 @@ void bounce(ThesisState& state, const Frame& frame, const Vector3& normal, const
     visit(pushed, 1.0, measure);
     visit(other, -1.0, measure);
     if (mobility == 0.0) return;
-    if (speed < 0.0) {
+    if (speed < 0.0 && depth >= 0.0) {
         const double impulse = -(1.0 + state.settings.tissue_restitution) * speed / mobility;
         const auto push = [&](Index vertex, double weight) {
             if (!state.fixed(vertex)) {

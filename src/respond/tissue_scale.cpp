@@ -4,20 +4,15 @@
 #include <cmath>
 #include <limits>
 
+#include "scene/vertex_springs.hpp"
+
 namespace trocar {
 std::vector<TissueScale> tissue_scales(const Topology& topology, const Materials& materials) {
-    struct Sums {
-        double length = 0.0;
-        double springs = 0.0;
-        double energy = 0.0;  // k L²
-    };
-    std::vector<Sums> sums(topology.bodies.size());
+    std::vector<double> energy(topology.bodies.size(), 0.0);  // k L²
     for (const Spring& spring : materials.springs) {
-        Sums& sum = sums[at(topology.body_of_vertex(spring.i))];
-        sum.length += spring.rest;
-        sum.springs += 1.0;
-        sum.energy += spring.k * spring.rest * spring.rest;
+        energy[at(topology.body_of_vertex(spring.i))] += spring.k * spring.rest * spring.rest;
     }
+    const std::vector<double> edge = mean_spring_lengths(topology, materials);
     std::vector<TissueScale> scales(topology.bodies.size());
     for (std::size_t b = 0; b < scales.size(); ++b) {
         const BodyRange& body = topology.bodies[b];
@@ -28,10 +23,10 @@ std::vector<TissueScale> tissue_scales(const Topology& topology, const Materials
             mass += materials.mass[at(v)];
             area += materials.area[at(v)];
         }
-        if (sums[b].springs > 0.0) scales[b].edge = sums[b].length / sums[b].springs;
+        scales[b].edge = edge[b];
         scales[b].side = std::sqrt(area);
-        scales[b].wave_speed = mass > 0.0 && sums[b].energy > 0.0 ? std::sqrt(sums[b].energy / (3.0 * mass))
-                                                                  : std::numeric_limits<double>::infinity();
+        scales[b].wave_speed = mass > 0.0 && energy[b] > 0.0 ? std::sqrt(energy[b] / (3.0 * mass))
+                                                             : std::numeric_limits<double>::infinity();
     }
     return scales;
 }

@@ -63,9 +63,11 @@ ResponseEntry xpbd_response() {
                          .minimum = 1.0,
                          .maximum = 1000.0,
                          .meaning = "passes over all contacts per tick, on tissue"}};
+    entry.parameters.push_back(reduction_parameter());
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
-        return std::make_unique<Xpbd>(PointResponse::Settings{.k = values.number("k")},
-                                      static_cast<int>(values.integer("iterations")));
+        return std::make_unique<Xpbd>(
+            PointResponse::Settings{.law = read_law_settings(values), .reduce = values.is("reduction", "vertex")},
+            static_cast<int>(values.integer("iterations")));
     };
     return entry;
 }

@@ -29,4 +29,19 @@ double VertexSprings::largest_strain(const Materials& materials, const Matrix3X&
     return largest;
 }
 
+std::vector<double> mean_spring_lengths(const Topology& topology, const Materials& materials) {
+    std::vector<double> length(topology.bodies.size(), 0.0);
+    std::vector<double> count(topology.bodies.size(), 0.0);
+    for (const Spring& spring : materials.springs) {
+        const auto body = at(topology.body_of_vertex(spring.i));
+        length[body] += spring.rest;
+        count[body] += 1.0;
+    }
+    for (std::size_t b = 0; b < length.size(); ++b) {
+        const bool is_tissue = topology.bodies[b].kind == BodyKind::tissue;
+        length[b] = is_tissue && count[b] > 0.0 ? length[b] / count[b] : 0.0;
+    }
+    return length;
+}
+
 }  // namespace trocar

@@ -1,4 +1,4 @@
-// Which springs meet at a vertex, and how far they are stretched.
+// Springs by vertex and by body: which meet at a vertex, how far they are stretched, how long they are.
 #pragma once
 
 #include <span>
@@ -25,5 +25,8 @@ private:
     std::vector<Index> first_;  ///< N + 1
     std::vector<Index> spring_;
 };
+
+/// m, per body: mean rest length of the springs of a tissue, 0 for other bodies.
+std::vector<double> mean_spring_lengths(const Topology& topology, const Materials& materials);
 
 }  // namespace trocar

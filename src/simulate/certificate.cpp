@@ -153,7 +153,7 @@ Trace trace_of(const Scene& scene, const RunSpec& spec) {
     const MethodSpec response = parse_method(spec.response);
     Simulation simulation(scene, make_detector(detector.name, detector.parameters),
                           make_response(response.name, response.parameters),
-                          registry().source(registry().response(response.name).sources.front()));
+                          registry().source(default_source(response)));
     Trace trace;
     for (std::int64_t tick = 0; tick < spec.ticks && simulation.outcome().ok(); ++tick) {
         simulation.step();

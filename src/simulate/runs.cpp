@@ -313,6 +313,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     record.summary.merge(summarize(record.rows, {.motion_end = script.motion_end()}));
     record.summary.merge(balance.figures());
     record.summary.merge(simulation.book_figures());
+    record.summary.merge(simulation.values_in_force());
     record.summary.merge(comparison.figures());
     return record;
 }
@@ -406,7 +407,7 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
             row.tick = frame.tick;
             row.time = frame.time;
             row.pairs = static_cast<std::int64_t>(given.pairs.size());
-            row.contacts = row.pairs;
+            row.contacts_offered = row.pairs;
             std::int64_t without_ns = 0;
             const auto run_without = [&] {
                 const auto start = Clock::now();
@@ -431,6 +432,7 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
                 run_without();
             }
             row.skipped = effect.skipped;
+            row.contacts_used = row.contacts_offered - effect.all_skipped();
             row.no_hit = effect.no_hit;
             record.rows.push_back(row);
             if (row.pairs == 0 || tick < warm_up_ticks) continue;

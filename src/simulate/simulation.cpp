@@ -222,7 +222,7 @@ struct Simulation::State {
     }
 
     void observe(StepRow& row) {
-        row.contacts = static_cast<std::int64_t>(contacts.contacts.size());
+        row.contacts_offered = static_cast<std::int64_t>(contacts.contacts.size());
         row.outcome = outcome.kind;
         if (!response || !outcome.ok()) return;
         show_load(row);
@@ -230,6 +230,7 @@ struct Simulation::State {
         row.detached = effect.detached;
         row.grasped = effect.grasped;
         row.skipped = effect.skipped;
+        row.contacts_used = row.contacts_offered - effect.all_skipped();
         row.no_hit = effect.no_hit;
         if (stepper) {
             row.max_strain = stepper->max_strain();
@@ -301,7 +302,7 @@ StepRow Simulation::replay(const Frame& frame) {
     s.timed(Stage::detect, row, [&] { s.detector->detect(s.seen, s.contacts); });
     s.take_over_detection(row);
     s.timed(Stage::contacts, row, [&] { s.source->gather(s.seen, s.contacts); });
-    row.contacts = static_cast<std::int64_t>(s.contacts.contacts.size());
+    row.contacts_offered = static_cast<std::int64_t>(s.contacts.contacts.size());
     row.outcome = s.outcome.kind;
     return row;
 }
@@ -360,6 +361,10 @@ const std::vector<Wrench>& Simulation::body_loads() const { return state_->load;
 const Outcome& Simulation::outcome() const { return state_->outcome; }
 std::map<std::string, double> Simulation::book_figures() const {
     return state_->books ? state_->books->figures() : std::map<std::string, double>{};
+}
+std::map<std::string, double> Simulation::values_in_force() const {
+    return state_->response && state_->prepared.ok() ? state_->response->values_in_force()
+                                                     : std::map<std::string, double>{};
 }
 std::vector<std::uint8_t> Simulation::yielding_pairs() const { return state_->leading.yielding_pairs(); }
 

@@ -67,6 +67,8 @@ public:
     [[nodiscard]] const Outcome& outcome() const;
     /// The book_… figures of the run so far; empty where no books are kept.
     [[nodiscard]] std::map<std::string, double> book_figures() const;
+    /// Response::values_in_force of the run's response.
+    [[nodiscard]] std::map<std::string, double> values_in_force() const;
     /// One flag per Topology::body_pairs entry: something in the pair gives way (tissue, an operator), so that depth
     /// left over is the method's doing and not the script's.
     [[nodiscard]] std::vector<std::uint8_t> yielding_pairs() const;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "geometry/triangle_distance.hpp"
 #include "method/entry.hpp"
 #include "source/crossed_sides.hpp"
 #include "source/feature_contacts.hpp"
@@ -124,7 +125,21 @@ private:
         constexpr double crease = 0.5;
         constexpr double on_the_edge = 0.002;  // of the face
         if (normal.dot(home.normal) < crease && further > on_the_edge * std::sqrt(size)) return;
-        contacts.contacts.push_back(point_face_contact(start, one, normal, one.distance - 2.0 * home.depth));
+        PointFace under = one;
+        under.weights = weights_under(start, one);
+        contacts.contacts.push_back(point_face_contact(start, under, normal, one.distance - 2.0 * home.depth));
+    }
+
+    /// Weights of the point of a tissue face's plane that lies under the vertex, so that force and reaction act on one
+    /// line. Some are negative where it lies beside the face. A needle has no place beside it: its nearest point stays.
+    [[nodiscard]] Vector3 weights_under(const TickStart& start, const PointFace& one) const {
+        if (!start.is_tissue(one.face_body)) return one.weights;
+        const auto corner = topology_->triangles.col(one.triangle);
+        const auto place = [&](int i) { return start.position(corner[i], one.face_body); };
+        const Vector3 weights =
+            projection_on_plane({place(0), place(1), place(2)}, start.position(one.vertex, one.vertex_body));
+        constexpr double furthest = -1.0;
+        return weights.allFinite() && weights.minCoeff() >= furthest ? weights : one.weights;
     }
 
     void keep_home(const PointFace& one, const Vector3& normal, double depth, double front) {

@@ -16,6 +16,9 @@
 
 namespace trocar {
 
+/// Contact source of a study that names none; a response that cannot read it works from its own.
+inline constexpr const char* default_contacts = "tracked";
+
 /// A method as a study names it, with the origin of its settings for the fairness block.
 struct StudyMethod {
     std::string text;                 ///< NAME[:key=value…], keys in alphabetical order
@@ -70,7 +73,7 @@ struct WorkPrecisionPart {
         std::vector<std::string> scenes;
         std::vector<StudyMethod> detectors;
         std::vector<StudyMethod> responses;  ///< empty: the detectors on replayed frames
-        std::string contacts = "canonical";
+        std::string contacts = default_contacts;
         std::string knob;                 ///< dt | k | substeps | detector.KEY | response.KEY
         std::vector<std::string> values;  ///< as written after KEY=
     };

@@ -169,7 +169,7 @@ void serve(const std::vector<std::string>& contacts, StudyMethod& response) {
     const bool served = std::any_of(contacts.begin(), contacts.end(), [&spec](const std::string& source) {
         return why_unreadable(registry().source(source), spec).empty();
     });
-    if (!served) response.contacts = {registry().response(spec.name).sources.front()};
+    if (!served) response.contacts = {default_source(spec)};
 }
 
 std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes,

@@ -59,7 +59,7 @@ std::string unreadable(const StudyMethod& response, const std::string& contacts)
 /// The contact source that a response works from where nobody names one.
 std::string own_source(const StudyMethod& response) {
     if (response.absent_reason) return "canonical";
-    return registry().response(parse_method(response.text).name).sources.front();
+    return default_source(parse_method(response.text));
 }
 
 /// Why the two cannot work on contacts of this source; empty when they can, and for a detector alone.

@@ -45,7 +45,7 @@ std::string study_schema() {
         "scenes": {"$ref": "#/$defs/scenes"},
         "detectors": {"$ref": "#/$defs/methods", "description": "An entry that is an object may also hold 'judged': false, its runs are timed and not judged; what truth says of a run that moves alike, bit by bit, is told of them too"},
         "responses": {"$ref": "#/$defs/methods", "description": "An entry that is an object may also hold 'detectors' and 'contacts': those of the part's that it runs with; default all"},
-        "contacts": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["canonical"], "items": {"enum": ["native", "canonical", "near", "tracked"]}, "description": "Absent, a response that cannot work from canonical contacts runs on its own source, as in trocar run"},
+        "contacts": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["tracked"], "items": {"enum": ["native", "canonical", "near", "tracked"]}, "description": "Absent, a response that cannot work from tracked contacts runs on its own source, as in trocar run"},
         "steppers": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["semi_implicit"], "items": {"type": "string", "description": "NAME[:key=value,...] as in trocar list"}},
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
         "truth_stride": {"$ref": "#/$defs/truth_stride"},
@@ -66,7 +66,7 @@ std::string study_schema() {
           "properties": {
             "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
             "responses": {"$ref": "#/$defs/methods", "description": "Absent: the detectors on replayed frames"},
-            "contacts": {"enum": ["native", "canonical", "near", "tracked"], "default": "canonical"},
+            "contacts": {"enum": ["native", "canonical", "near", "tracked"], "default": "tracked"},
             "knob": {"type": "string", "description": "dt (s, the run keeps its length), k (N/m, contact stiffness), substeps, detector.KEY or response.KEY with a parameter of trocar list"},
             "values": {"type": "array", "minItems": 1, "items": {"type": ["number", "string"]}}}}},
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},

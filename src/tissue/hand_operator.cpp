@@ -66,7 +66,8 @@ double HandOperators::rate(const Row& row, const Eigen::VectorXd& velocity) cons
 }
 
 /// (M + h Σ c Jᵀ J) v' = M v_free + h Σ (k d − c offset) Jᵀ with c = mu + h k and J = n on the pushed hand, −n on the
-/// other. Contacts that would pull leave the sum, which is then solved again.
+/// other. Contacts that would pull leave the sum, open ones that close within the sub-step join it; then it is solved
+/// again.
 void HandOperators::solve(double h, std::span<const LedHand> hands) {
     velocity_ = free_;
     constexpr int most_changes = 8;
@@ -78,8 +79,12 @@ void HandOperators::solve(double h, std::span<const LedHand> hands) {
             right_side_.segment<3>(row) = hands[hand].model->mass * free_.segment<3>(row);
         }
         for (Row& row : rows_) {
-            const double force = row.pressure - row.implicit * (rate(row, velocity_) - row.offset);
-            row.on = row.bilateral || (!row.open && (row.adhesive || change == 0 || force > 0.0));
+            const double speed = rate(row, velocity_);
+            const double force = row.pressure - row.implicit * (speed - row.offset);
+            const bool closed = row.depth >= 0.0;
+            const bool closes = row.depth - h * speed > 0.0;
+            row.on = row.bilateral || (row.adhesive && closed) || (change == 0 && closed) ||
+                     (change > 0 && !row.adhesive && force > 0.0 && (row.on || closed || closes));
             row.capped = change > 0 && std::abs(force) > row.limit;
             row.force = std::clamp(force, -row.limit, row.limit);
             if (!row.on) continue;
@@ -144,7 +149,8 @@ void HandOperators::advance(const Topology& topology, const Frame& frame, const 
             depth -= step * h * row.offset;
             row.implicit = row.damping + h * row.stiffness;
             row.pressure = row.stiffness * depth - row.implicit * row.offset - row.explicit_damping * rate(row, start_);
-            row.open = depth < 0.0;
+            row.depth = depth;
+            row.on = false;
         }
         solve(h, hands);
         for (const Row& row : rows_) {

@@ -60,7 +60,7 @@ private:
         double limit = 0.0;             ///< N, largest force
         bool adhesive = false;
         bool bilateral = false;
-        bool open = false;  ///< its gap is open
+        double depth = 0.0;  ///< m, at the start of the sub-step; negative: open
         bool on = false;
         bool capped = false;  ///< on, and at its limit
         double force = 0.0;   ///< N, of the sub-step

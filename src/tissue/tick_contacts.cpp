@@ -23,6 +23,13 @@ std::pair<double, double> closest_on_edges(const Vector3& a0, const Vector3& alo
             std::clamp(between.cross(along_a).dot(across) / square, 0.0, 1.0)};
 }
 
+/// Weights of a face under a point: its nearest point, or where the contact was with the plane beside the face
+/// (`given` has a negative weight), that of the plane.
+Vector3 under_point(const std::array<double, 3>& given, const Corners& face, const Vector3& point) {
+    const bool beside = *std::min_element(given.begin(), given.end()) < 0.0;
+    return beside ? projection_on_plane(face, point) : closest_point_on_triangle(face, point);
+}
+
 }  // namespace
 
 TickContacts::TickContacts(Index vertex_count, std::size_t moving) {
@@ -107,7 +114,7 @@ bool TickContacts::enter(const LinearContact& contact, const Frame& frame, const
         entry.surface += contact.surface_velocity;
     }
     if (entry.count == 0) return false;
-    // Only what a source's contact is held by tells where the other side is at the start of the tick (reaction_point).
+    // Only what a source's contact is held by tells where the other side is at the start of the tick (other_point).
     // Tissue that nothing can move has no place in the state, and no motion to follow.
     const auto in_state = [&state](Index vertex) { return vertex < 0 || state.place[at(vertex)] >= 0; };
     entry.turns = contact.role == ContactRole::constraint && contact.source_id != 0 &&
@@ -184,7 +191,7 @@ void TickContacts::turn(const TissueState& state) {
         const auto corner = [&](std::size_t i) -> Vector3 {
             return state.position.col(state.place[at(given.vertices[i])]).head<3>();
         };
-        const Vector3 point = given.reaction_point + elapsed_ * given.surface_velocity;
+        const Vector3 point = given.other_point + elapsed_ * given.surface_velocity;
         const Vector3& edge = given.other_edge;
         const Vector3 first = corner(0);
         const Vector3 second = corner(1);
@@ -202,7 +209,7 @@ void TickContacts::turn(const TissueState& state) {
             const double way = std::clamp(flat(point - first).dot(along) / along.squaredNorm(), 0.0, 1.0);
             weights = {1.0 - way, way, 0.0};
         } else {
-            weights = closest_point_on_triangle({first, second, third}, point);
+            weights = under_point(given.weights, {first, second, third}, point);
         }
         take_weights(state, weights, Vector3::Zero(), normal, contact);
     }
@@ -236,7 +243,8 @@ void TickContacts::turn_tissues(const TissueState& state, TickContact& contact) 
         const Matrix3& face = is_face ? pushed : other;
         normal = (face.col(1) - face.col(0)).cross(face.col(2) - face.col(0));
         (is_face ? weights : other_weights) =
-            closest_point_on_triangle({face.col(0), face.col(1), face.col(2)}, is_face ? other.col(0) : pushed.col(0));
+            under_point(is_face ? given.weights : given.reaction_weights, {face.col(0), face.col(1), face.col(2)},
+                        is_face ? other.col(0) : pushed.col(0));
     }
     const double size = normal.norm();
     if (size == 0.0) return;

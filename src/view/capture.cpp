@@ -85,7 +85,7 @@ void RunCapture::see(const PlayedFrame& frame) {
     const double force = frame.row.tool_force.norm();
     run_.depth.push_back(depth);
     run_.force.push_back(frame.row.tool_force);
-    run_.contacts.push_back(judged_ ? frame.row.contacts : -1);
+    run_.contacts.push_back(judged_ ? frame.row.contacts_offered : -1);
     if (depth > run_.worst_depth.value || (run_.worst_depth.tick < 0 && std::isfinite(depth))) {
         run_.worst_depth = {frame.tick, depth};
         deepest_ = view;

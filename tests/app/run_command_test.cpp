@@ -108,7 +108,10 @@ TEST_F(RunCommand, JsonIsOneDocumentOfTheStatedShape) {
         EXPECT_EQ(row.at("tick"), i);
         EXPECT_DOUBLE_EQ(row.at("time").get<double>(), 0.001 * static_cast<double>(i));
         EXPECT_TRUE(row.at("pairs").is_number_integer());
-        EXPECT_TRUE(row.at("contacts").is_number_integer());
+        for (const char* count : {"contacts_offered", "contacts_used"}) {
+            EXPECT_TRUE(row.at(count).is_number_integer()) << count;
+        }
+        EXPECT_LE(row.at("contacts_used"), row.at("contacts_offered"));
         EXPECT_EQ(row.at("tool_force").size(), 3U);
         EXPECT_TRUE(row.at("truncated").is_boolean());
         for (const char* stage : {"move", "update", "detect", "contacts", "respond", "advance"}) {
@@ -120,10 +123,10 @@ TEST_F(RunCommand, JsonIsOneDocumentOfTheStatedShape) {
         for (const char* more :
              {"roll_torque", "saturated", "grasped", "detached", "side_undecided", "passed_through", "reach", "missed"})
             EXPECT_TRUE(row.contains(more)) << more;
-        EXPECT_EQ(row.size(), 8U + 11U);
+        EXPECT_EQ(row.size(), 9U + 11U);
         deepest = std::max(deepest, row.at("max_depth").get<double>());
     }
-    EXPECT_GT(json.at("rows").at(49).at("contacts"), 0);
+    EXPECT_GT(json.at("rows").at(49).at("contacts_used"), 0);
     EXPECT_GT(json.at("rows").at(49).at("tool_force").at(2).get<double>(), 0.0) << "tissue pushes the tool up";
     EXPECT_LT(deepest, 0.0021) << "the script goes 2 mm below the rest plane";
 }
@@ -262,7 +265,7 @@ TEST_F(RunCommand, ResponseThatCannotReadNativeContactsEndsWithThree) {
     EXPECT_EQ(thesis.status, 3) << thesis.err;
     const Json json = Json::parse(thesis.out);
     EXPECT_EQ(json.at("outcome"), "unsupported");
-    EXPECT_NE(json.at("message").get<std::string>().find("from contacts canonical, near, tracked, not from 'native'"),
+    EXPECT_NE(json.at("message").get<std::string>().find("from contacts tracked, near, canonical, not from 'native'"),
               std::string::npos);
     EXPECT_TRUE(json.at("rows").empty());
     const test::ProgramResult penalty = run_program(arguments + " --response penalty");

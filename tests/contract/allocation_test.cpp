@@ -72,7 +72,7 @@ Counted count_detector(const std::string& detector) {
         EXPECT_EQ(row.outcome, OutcomeKind::ok) << simulation.outcome().message;
         (tick < warm_up ? counted.warm_up : counted.after) += row.allocations;
         if (tick >= warm_up && row.allocations > 0) counted.worst_tick = tick;
-        if (tick >= warm_up) counted.contacts += row.contacts;
+        if (tick >= warm_up) counted.contacts += row.contacts_offered;
     }
     return counted;
 }
@@ -98,7 +98,7 @@ Counted count_response(const std::string& method) {
     const Scene& scene = drag();
     const MethodSpec spec = parse_method(method);
     const auto response = make_response(spec.name, spec.parameters);
-    const SourceEntry& entry = registry().source(registry().response(spec.name).sources.front());
+    const SourceEntry& entry = registry().source(default_source(spec));
     const auto source = make_source(entry.name);
     const auto detector = make_detector("ohc");
     Reach reach(scene, default_reach_margin);

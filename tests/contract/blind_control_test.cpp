@@ -159,7 +159,7 @@ TEST(Blind, HiddenTrianglesMakeOurResponseWorse) {
         spec.mode = "closed_loop";
         spec.detector = detector;
         spec.response = "hold";
-        spec.contacts = registry().response("hold").sources.front();
+        spec.contacts = default_source(parse_method("hold"));
         spec.ticks = 150;
         spec.truth_stride = 1;
         // A tool that goes deep, so that the sheet's own corners press on its side and only its faces hold them.

@@ -12,8 +12,10 @@
 #include "contact/usable.hpp"
 #include "contract/contract_support.hpp"
 #include "contract/response_contestants.hpp"
+#include "contract/stepper_contestants.hpp"
 #include "measure/allocations.hpp"
 #include "simulate/simulation.hpp"
+#include "support/scene_samples.hpp"
 
 namespace trocar::test {
 namespace {
@@ -185,6 +187,7 @@ std::string action_is_reaction(const ResponseContestant& who) {
                                             [](const BodyRange& body) { return body.kind == BodyKind::tissue; });
         Instance one(who.method, topology, take.scene.materials);
         double arm = 0.0;
+        std::string place;  // of the longest arm
         double off_sum = 0.0;
         std::size_t untaken = 0;
         std::size_t off_tissue = 0;
@@ -203,6 +206,7 @@ std::string action_is_reaction(const ResponseContestant& who) {
             };
             for (const LinearContact& linear : one.effect.contacts) {
                 ++count;
+                const double before = arm;
                 off_sum = std::max(off_sum, std::abs(linear.weights[0] + linear.weights[1] + linear.weights[2] - 1.0));
                 const bool on_tissue = linear.reaction_vertices[0] >= 0 || linear.reaction_vertices[1] >= 0 ||
                                        linear.reaction_vertices[2] >= 0;
@@ -221,6 +225,9 @@ std::string action_is_reaction(const ResponseContestant& who) {
                 }
                 const Vector3 between = blend(linear.vertices, linear.weights) - reaction;
                 arm = std::max(arm, between.cross(linear.normal).norm());
+                if (arm > before)
+                    place = fmt::format("tick {}, contact {}, vertices {}, feature id {}", tick, count,
+                                        fmt::join(linear.vertices, " "), linear.source_id);
             }
             if (has_bone || has_tissue) continue;
             Vector3 force = Vector3::Zero();
@@ -236,7 +243,12 @@ std::string action_is_reaction(const ResponseContestant& who) {
         if (off_sum > 1e-9) failure += fmt::format("weights sum to 1 ± {:g}; ", off_sum);
         if (untaken > 0) failure += fmt::format("nobody takes the reaction of {} of {} contacts; ", untaken, count);
         if (off_tissue > 0) failure += fmt::format("reactions on {} vertices that are no tissue's; ", off_tissue);
-        if (arm > most_arm) failure += fmt::format("action and reaction {:g} m beside each other; ", arm);
+        if (arm > most_arm)
+            failure += fmt::format(
+                "action and reaction {:g} m beside each other ({}; remedy: react at the pushed point - gap * normal, "
+                "or "
+                "on tissue at the weights of its projection on the face's plane); ",
+                arm, place);
         if (wrench_off > 1e-9 * wrench_all)
             failure += fmt::format("wrenches sum to {:g} of {:g}; ", wrench_off, wrench_all);
         return failure;
@@ -504,6 +516,153 @@ std::string faulty_contacts_have_a_name(const ResponseContestant& who) {
     return failures;
 }
 
+// ------------------------------------------------------------------ open contacts
+
+constexpr double approach_speed = 0.05;  // m/s
+constexpr int substeps = 4;
+
+/// A box above the middle vertex of a sheet that has next to no springs. From tick 1 on the box moves along z; at the
+/// start of tick 3 its lower face is `gap` metres above the sheet.
+Scene box_over_sheet(double gap, double speed) {
+    constexpr double dt = 1e-3;
+    const double first = 0.005 + gap - 2.0 * speed * dt;
+    Scene scene = scene_from_text(fmt::format(
+        R"({{"format":"trocar-scene-1","name":"box_over_sheet","unit":"m","dt":{},"ticks":10,"seed":1,"bodies":[
+      {{"name":"sheet","kind":"tissue","closed":false,"parts":[{{"shape":"sheet","size":[0.02,0.02],"edge":0.01}}]}},
+      {{"name":"tool","kind":"instrument","closed":true,"parts":[{{"shape":"box","size":[0.01,0.01,0.01],"edge":0.01}}],
+       "motion":{{"drive":"prescribed","keys":[{{"time":0,"pose":[0,0,{},0,0,0]}},
+                                            {{"time":1,"pose":[0,0,{},0,0,0]}}]}}}}]}})",
+        dt, first, first + speed));
+    for (double& mass : scene.materials.mass) mass = 1e-4;
+    for (double& drag : scene.materials.drag) drag = 0.0;
+    for (Spring& spring : scene.materials.springs) {
+        spring.k = 1e-3;
+        spring.preload = 0.0;
+        spring.damping = 0.0;
+    }
+    scene.materials.rest_bias.setZero();
+    scene.materials.substeps = substeps;
+    return scene;
+}
+
+/// Offers one contact in every tick: the free vertex of the sheet against the box's lower face.
+class FaceOverVertex final : public ContactSource {
+public:
+    explicit FaceOverVertex(Index vertex) : vertex_(vertex) {}
+    void prepare(const Topology& topology, const Frame& first) override {
+        const Range box = topology.bodies[0].vertices;
+        const double low = first.position.row(2).segment(box.first, box.count).minCoeff();
+        for (Index t = topology.bodies[0].triangles.first; t < topology.bodies[0].triangles.end(); ++t) {
+            const auto corner = topology.triangles.col(t);
+            const bool lowest =
+                std::all_of(corner.begin(), corner.end(), [&](Index v) { return first.position(2, v) < low + 1e-6; });
+            if (lowest) face_ = {{corner[0], corner[1], corner[2]}, {0.5, 0.25, 0.25}};
+        }
+    }
+    void gather(const Frame& frame, ContactSet& contacts) override {
+        Contact one;
+        one.kind = ContactCase::point_face;
+        one.body_a = 0;
+        one.body_b = 1;
+        one.on_a = face_;
+        one.on_b = ContactPoint::at_vertex(vertex_);
+        one.normal = -Vector3::UnitZ();
+        one.point = face_.blend(frame.previous);
+        one.gap = one.point.z() - frame.position(2, vertex_);
+        one.approach = face_.blend(frame.position).z() - one.point.z();
+        one.depth = std::max(0.0, -one.gap);
+        one.side = one.gap < 0.0 ? -1 : 1;
+        one.id = 1;
+        contacts.contacts = {one};
+    }
+
+private:
+    Index vertex_;
+    ContactPoint face_;
+};
+
+/// The method with a stiff spring that settles at once and nothing that softens it, as far as it has such parameters.
+std::string stiffest(const std::string& method) {
+    MethodSpec spec = parse_method(method);
+    for (const Parameter& parameter : registry().response(spec.name).parameters) {
+        for (const auto& [name, value] : {std::pair{"k", "1e6"},
+                                          {"relaxation_time", "1e-5"},
+                                          {"contact_offset", "0"},
+                                          {"clear_speed", "none"},
+                                          {"pressure", "none"}}) {
+            if (parameter.name == name) spec.parameters[name] = value;
+        }
+    }
+    return spec.text();
+}
+
+/// m, that the vertex has moved down in tick 3, and what the last contact of the two next ticks gave (N). NaN: the
+/// stepper does not take the effect.
+struct Answered {
+    double moved = std::nan("");
+    double force = 0.0;
+    double force_after = 0.0;
+};
+Answered answer_to(const std::string& method, const std::string& stepper, double gap, double speed) {
+    const Scene scene = box_over_sheet(gap, speed);
+    const Range sheet = scene.topology.bodies[1].vertices;
+    Index middle = -1;
+    for (Index v = sheet.first; v < sheet.end(); ++v) {
+        if (scene.materials.pinned[at(v)] == 0) middle = v;
+    }
+    SourceEntry source = registry().source("tracked");
+    source.make = [middle](const ParameterValues&) { return std::make_unique<FaceOverVertex>(middle); };
+    Simulation simulation(scene, make_detector("brute_force"), make_response(stiffest(method)), source,
+                          {.stepper = parse_method(stepper), .watched = false});
+    Answered answered;
+    const auto force = [&simulation] {
+        double sum = 0.0;
+        for (const ContactLoad& load : simulation.contact_loads()) sum += std::abs(load.normal);
+        return sum + simulation.effect().held_force.norm();
+    };
+    double before = 0.0;
+    for (int tick = 0; tick <= 5; ++tick) {
+        if (tick == 3) before = simulation.frame().position(2, middle);
+        simulation.step();
+        if (simulation.outcome().kind == OutcomeKind::unsupported) return {};
+        if (tick == 3) answered.moved = before - simulation.frame().position(2, middle);
+        if (tick == 3) answered.force = force();
+        if (tick == 5) answered.force_after = force();
+    }
+    return answered;
+}
+
+/// A face that closes a gap within the j-th sub-step moves the vertex from there on, and not at all where it closes
+/// after the tick; a face that leaves an overlap never draws the vertex after it.
+std::string open_contact_joins(const ResponseContestant& who) {
+    if (who.source != "tracked") return {};
+    std::string failures;
+    constexpr double h = 1e-3 / substeps;
+    for (const std::string& stepper : stepper_contestants()) {
+        // One that takes a single step a tick sees no sub-step.
+        for (int j = 0; j <= substeps; ++j) {
+            const double gap = (j + 0.5) * approach_speed * h;
+            const Answered closing = answer_to(who.method, stepper, gap, -approach_speed);
+            if (std::isnan(closing.moved)) continue;
+            const double expected = approach_speed * 1e-3 - gap;
+            if (j < substeps && !(std::abs(closing.moved - expected) <= 0.05 * approach_speed * 1e-3)) {
+                failures += fmt::format("{}, gap closes in sub-step {}: vertex moved by {:g} m instead of {:g}\n",
+                                        stepper, j, closing.moved, expected);
+            }
+            if (j == substeps && (closing.moved != 0.0 || closing.force != 0.0)) {
+                failures += fmt::format("{}, gap stays open: vertex moved by {:g} m with {:g} N\n", stepper,
+                                        closing.moved, closing.force);
+            }
+            const Answered leaving = answer_to(who.method, stepper, -gap, approach_speed);
+            if (!(leaving.moved >= 0.0) || leaving.force_after != 0.0) {
+                failures += fmt::format("{}, face leaves an overlap of {:g} m: vertex moved by {:g} m, {:g} N left\n",
+                                        stepper, gap, leaving.moved, leaving.force_after);
+            }
+        }
+    }
+    return failures;
+}
+
 struct Check {
     const char* name;
     std::string (*run)(const ResponseContestant&);
@@ -518,6 +677,7 @@ constexpr Check checks[] = {
     {"FiniteOnHardFrames", finite_on_hard_frames},
     {"NothingAllocatedAfterWarmUp", nothing_allocated},
     {"FaultyContactsHaveANamedOutcome", faulty_contacts_have_a_name},
+    {"AnOpenContactJoinsInItsSubStep", open_contact_joins},
 };
 
 void PrintTo(const Check& check, std::ostream* stream) { *stream << check.name; }

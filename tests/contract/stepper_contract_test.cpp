@@ -174,7 +174,7 @@ TEST_P(StepperContract, AnEdgeHeldAgainstAnEdgeIsPushedWhereTheyCross) {
         contact.vertices = {0, 1, -1};
         contact.weights = {1.0 - way, way, 0.0};
         contact.other_edge = Vector3::UnitY();
-        contact.reaction_point = Vector3(0.01 * place, 0.003, 1e-4);
+        contact.other_point = Vector3(0.01 * place, 0.003, 1e-4);
         effect.contacts.push_back(contact);
         std::vector<Wrench> reaction(1);
         ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
@@ -390,7 +390,7 @@ TEST_P(StepperContract, AFaceHeldAgainstWhatIsLedIsPushedAlongItsNormalAtTheNear
         contact.source_id = 1;
         contact.vertices = {0, turned ? 2 : 1, turned ? 1 : 2};
         contact.weights = {0.5, 0.25, 0.25};
-        contact.reaction_point = foot + 1e-4 * n;
+        contact.other_point = foot + 1e-4 * n;
         effect.contacts.push_back(contact);
         std::vector<Wrench> reaction(1);
         ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());

@@ -238,7 +238,9 @@ TEST(Summary, CountsAreSummedAndLoadsAreAtTheirLargest) {
     const std::array<std::int64_t, 3> few{1, 0, 2};
     for (std::size_t i = 0; i < 3; ++i) {
         rows[i].ruptures = few.at(i);
-        rows[i].skipped = 10 * few.at(i);
+        rows[i].contacts_offered = 15 * few.at(i);
+        rows[i].contacts_used = 5 * few.at(i);
+        rows[i].skipped = {few.at(i), 2 * few.at(i), 3 * few.at(i), 4 * few.at(i)};
         rows[i].no_hit = 100 * few.at(i);
         rows[i].limited_edges = 1000 * few.at(i);
         rows[i].detached = 10000 * few.at(i);
@@ -255,7 +257,12 @@ TEST(Summary, CountsAreSummedAndLoadsAreAtTheirLargest) {
     rows[2].device_force = Vector3(6, 8, 1);
     rows[1].tool_moment = Vector3(0, -3, 4);
     const std::map<std::string, double> expected{{"ruptures", 3.0},
-                                                 {"skipped", 30.0},
+                                                 {"contacts_offered", 45.0},
+                                                 {"contacts_used", 15.0},
+                                                 {"skipped_apart", 3.0},
+                                                 {"skipped_no_direction", 6.0},
+                                                 {"skipped_not_handled", 9.0},
+                                                 {"skipped_reduced", 12.0},
                                                  {"no_hit", 300.0},
                                                  {"limited_edges", 3000.0},
                                                  {"detached", 30000.0},

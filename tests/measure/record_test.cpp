@@ -221,7 +221,7 @@ TEST(RecordJson, ShortColumnsReadBackTheSame) {
                 StepRow row;
                 row.tick = static_cast<std::int64_t>(i) + 7;
                 row.pairs = 3;
-                row.contacts = static_cast<std::int64_t>(i * i);
+                row.contacts_offered = static_cast<std::int64_t>(i * i);
                 if (i % every == 0 || i + 1 == count) row.max_depth = 0.5 + static_cast<double>(i);
                 record.rows.push_back(row);
             }
@@ -231,7 +231,7 @@ TEST(RecordJson, ShortColumnsReadBackTheSame) {
             for (std::size_t i = 0; i < count; ++i) {
                 EXPECT_EQ(back.rows[i].tick, record.rows[i].tick);
                 EXPECT_EQ(back.rows[i].pairs, 3);
-                EXPECT_EQ(back.rows[i].contacts, record.rows[i].contacts);
+                EXPECT_EQ(back.rows[i].contacts_offered, record.rows[i].contacts_offered);
                 EXPECT_EQ(std::isnan(back.rows[i].max_depth), std::isnan(record.rows[i].max_depth)) << i;
                 if (!std::isnan(record.rows[i].max_depth)) {
                     EXPECT_EQ(back.rows[i].max_depth, record.rows[i].max_depth);

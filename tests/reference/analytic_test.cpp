@@ -21,7 +21,7 @@ constexpr const char* faithful = "thesis:tip_proxy=off";
 Simulation simulate(const Scene& scene, const std::string& method) {
     const MethodSpec spec = parse_method(method);
     return Simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
-                      registry().source(registry().response(spec.name).sources.front()));
+                      registry().source(default_source(spec)));
 }
 
 /// A needle whose hand wants its point `press` metres below the top of a rigid block, k and mu as given.
@@ -77,7 +77,7 @@ TEST(Analytic, HandAtRestOnTissueHoldsTheForceOfItsSpring) {
     for (const char* method : {corrected, faithful, "penalty", "impulse"}) {
         const MethodSpec spec = parse_method(method);
         Simulation simulation(scene, make_detector("ohc"), make_response(spec.name, spec.parameters),
-                              registry().source(registry().response(spec.name).sources.front()));
+                              registry().source(default_source(spec)));
         StepRow row;
         double force = 0.0;
         double spring = 0.0;

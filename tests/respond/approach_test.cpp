@@ -201,7 +201,7 @@ struct Touch {
 Touch first_touch(const Scene& scene, const std::string& method) {
     const MethodSpec spec = parse_method(method);
     Simulation simulation(scene, make_detector("ohc_clustered"), make_response(spec.name, spec.parameters),
-                          registry().source(registry().response(spec.name).sources.front()));
+                          registry().source(default_source(spec)));
     DepthTruth truth(scene.topology, scene.first);
     const Index body = scene.topology.bodies[0].kind == BodyKind::instrument ? 0 : 1;
     const Range tool = scene.topology.bodies[static_cast<std::size_t>(body)].vertices;

@@ -69,7 +69,6 @@ void expect_same(const test::Shape& ball, const test::Shape& soup, std::uint32_t
     materials.mean_stiffness.assign(materials.mass.size(), 100.0);
     materials.contact_laws.assign(world.topology.body_pairs.size(), {});
     ThesisSettings settings;
-    settings.k = settings.mu = std::nan("");
     ThesisState state(settings);
     state.prepare(world.topology, materials);
     state.begin(frame, 1e-3);

@@ -379,8 +379,8 @@ TEST(TipProxy, LeavesMoreAndMoreOfAContactToOthersBetweenTwoAndFourRadiiOfTheTip
     s.frame.pose[0].rotation = Quaternion(Eigen::AngleAxisd(0.5 * std::numbers::pi, Vector3::UnitZ()));
     const Vector3 tip(-0.019, 0.012, 0.033);
     const Vector3 aside = Vector3(1.0, 2.0, -2.0) / 3.0;
-    PairLaws laws;
-    laws.prepare(s.topology, s.materials, Contact::unset, Contact::unset);
+    ContactLaws laws;
+    laws.prepare(s.topology, s.materials, {});
     TipProxies proxies;
     proxies.prepare(s.topology, s.materials, r);
     EXPECT_EQ(proxies.share_left(0, tip), 1.0) << "before the first tick nothing is led";

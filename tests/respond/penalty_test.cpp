@@ -56,7 +56,7 @@ TEST(Penalty, NativeContactWithoutVerticesLoadsTheTissueAtItsPoint) {
     native.depth = Contact::unset;
     s.contacts.contacts = {native};
     s.respond("penalty:k=100");
-    EXPECT_EQ(s.effect.skipped, 1);
+    EXPECT_EQ(s.effect.skipped_for(SkipReason::no_direction), 1);
 }
 
 TEST(Penalty, ReductionKeepsTheDeepestContactOfAVertex) {

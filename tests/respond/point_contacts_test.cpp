@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "support/shapes.hpp"
 
 namespace trocar {
@@ -49,7 +52,9 @@ TEST(PointContacts, FeaturesAreToldAtTheirOwnPlacesAsDeepAsTheTickWillMakeThem) 
         ContactSet contacts;
         contacts.contacts = {between_features(one.kind, one.on_a, one.on_b)};
         for (const bool reduce : {false, true}) {
-            ASSERT_EQ(points.gather(world.topology, world.frame, contacts, reduce), 0);
+            Effect effect;
+            points.gather(world.topology, world.frame, contacts, reduce, effect);
+            ASSERT_EQ(effect.all_skipped(), 0);
             ASSERT_EQ(points.list().size(), 1U);
             const PointContact& told = points.list()[0];
             EXPECT_NEAR(told.depth, 0.0005, 1e-15);
@@ -69,7 +74,7 @@ TEST(PointContacts, FeaturesAreToldAtTheirOwnPlacesAsDeepAsTheTickWillMakeThem) 
     }
 }
 
-TEST(PointContacts, WhatIsNotDeepOrHasNoNormalHasNoPlace) {
+TEST(PointContacts, AnOpenContactHasANegativeDepthAndOneWithoutANormalHasNoPlace) {
     const test::World world = two_triangles();
     PointContacts points;
     points.prepare(world.topology);
@@ -92,9 +97,39 @@ TEST(PointContacts, WhatIsNotDeepOrHasNoNormalHasNoPlace) {
         other.b = 1;
         contacts.contacts.push_back(other);
     }
-    EXPECT_EQ(points.gather(world.topology, world.frame, contacts, false), 2 * 3 + 3);
-    ASSERT_EQ(points.list().size(), 4U);
-    for (const std::size_t grazing : {1U, 3U}) EXPECT_EQ(points.list()[grazing].depth, 0.0);
+    Effect effect;
+    points.gather(world.topology, world.frame, contacts, false, effect);
+    EXPECT_EQ(effect.skipped_for(SkipReason::no_direction), 2 * 2 + 3);
+    EXPECT_EQ(effect.skipped_for(SkipReason::reduced), 0);
+    ASSERT_EQ(points.list().size(), 6U);
+    const double approach = contacts.contacts[0].approach;
+    for (const std::size_t open : {1U, 4U}) EXPECT_NEAR(points.list()[open].depth, -(0.001 + approach), 1e-15);
+    for (const std::size_t grazing : {2U, 5U}) EXPECT_EQ(points.list()[grazing].depth, 0.0);
+}
+
+TEST(PointContacts, AReductionTakesClosedContactsAlone) {
+    const test::World world = two_triangles();
+    PointContacts points;
+    points.prepare(world.topology);
+    // Five faces of one vertex: two closed ones, of which the deepest stays, and three open ones, which all stay.
+    ContactSet contacts;
+    for (const double gap : {-0.0003, -0.0002, 0.002, 0.003, 0.001}) {
+        Contact one = between_features(ContactCase::point_face, ContactPoint::at_vertex(0), ContactPoint::at_vertex(3));
+        one.approach = 0.0;
+        one.gap = gap;
+        contacts.contacts.push_back(one);
+    }
+    for (int order = 0; order < 2; ++order) {
+        Effect effect;
+        points.gather(world.topology, world.frame, contacts, true, effect);
+        EXPECT_EQ(effect.skipped_for(SkipReason::reduced), 1);
+        ASSERT_EQ(points.list().size(), 4U);
+        std::vector<double> these;
+        for (const PointContact& one : points.list()) these.push_back(one.depth);
+        std::sort(these.begin(), these.end());
+        EXPECT_EQ(these, (std::vector<double>{-0.003, -0.002, -0.001, 0.0003}));
+        std::reverse(contacts.contacts.begin(), contacts.contacts.end());
+    }
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ StepRow last_row(const std::string& text, const std::string& method, int ticks, 
     const Scene scene = test::scene_from_text(text);
     const MethodSpec spec = parse_method(method);
     Simulation simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
-                          registry().source(registry().response(spec.name).sources.front()));
+                          registry().source(default_source(spec)));
     StepRow row;
     for (int tick = 0; tick < ticks; ++tick) row = simulation.step();
     if (depth != nullptr) {
@@ -126,7 +126,7 @@ TEST(RigidPatch, OpenBladeLedByAHandGetsNoEnergyOnItsWayInAndOut) {
         const Scene scene = test::scene_from_text(text);
         const MethodSpec spec = parse_method(hold);
         Simulation simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
-                              registry().source(registry().response(spec.name).sources.front()));
+                              registry().source(default_source(spec)));
         double work = 0.0;
         double most = 0.0;
         double pressed = 0.0;

@@ -167,7 +167,7 @@ TEST(ThesisTissue, PairsThatMeanNothingAreCounted) {
         s.contacts.contacts.back().kind = kind;
     }
     s.respond("thesis");
-    EXPECT_EQ(s.effect.skipped, 4);
+    EXPECT_EQ(s.effect.skipped_for(SkipReason::no_direction), 4);
     EXPECT_TRUE(s.effect.contacts.empty() && s.effect.placements.empty());
 }
 
@@ -179,7 +179,7 @@ TEST(ThesisTissue, PairsThatLackATriangleOrAVertexAreCounted) {
                 s.contacts.contacts[0].kind = kind;
                 s.contacts.contacts[0].*lacking = -1;
                 s.respond(method);
-                EXPECT_EQ(s.effect.skipped, 1) << method << ' ' << static_cast<int>(kind);
+                EXPECT_EQ(s.effect.skipped_for(SkipReason::no_direction), 1) << method << ' ' << static_cast<int>(kind);
                 EXPECT_TRUE(s.effect.contacts.empty() && s.effect.placements.empty()) << method;
             }
         }

@@ -35,7 +35,7 @@ struct Watched {
 
 Watched run_watched(const Scene& scene, const std::string& response, std::int64_t ticks, bool watched) {
     const MethodSpec spec = parse_method(response);
-    const SourceEntry& source = registry().source(registry().response(spec.name).sources.front());
+    const SourceEntry& source = registry().source(default_source(spec));
     Simulation simulation(scene, make_detector("ohc_clustered"), make_response(spec.name, spec.parameters), source,
                           {.watched = watched});
     Balance balance(scene);
@@ -220,7 +220,7 @@ TEST(BlowUp, WhatIsShownLateIsNoEnergyFromNothing) {
     const Scene scene = read_scene(
         std::filesystem::path(TROCAR_SOURCE_DIR) / "bench/studies/scenes/size/size_organ_12k.json", std::nullopt);
     Simulation simulation(scene, make_detector("ohc_clustered"), make_response("hold"),
-                          registry().source(registry().response("hold").sources.front()),
+                          registry().source(default_source(parse_method("hold"))),
                           {.stepper = parse_method("regional"), .watched = true});
     const double start = potential_energy(scene.materials, scene.first.position);
     const auto gain = [&](const Frame& frame) { return potential_energy(scene.materials, frame.position) - start; };

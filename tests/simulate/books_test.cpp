@@ -128,7 +128,7 @@ struct Closing {
 };
 
 Closing closing_of(const Scene& scene, const std::string& response) {
-    const SourceEntry& source = registry().source(registry().response(response).sources.front());
+    const SourceEntry& source = registry().source(default_source(parse_method(response)));
     Simulation simulation(scene, make_detector("ohc_clustered"), make_response(response), source);
     for (std::int64_t tick = 0; tick < scene.ticks; ++tick) {
         simulation.step();

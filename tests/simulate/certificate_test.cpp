@@ -83,7 +83,7 @@ TEST(Certificate, TheLastTickCountsWhateverItsNumber) {
     const Scene scene = test::scene_from_text(text.dump());
     const Retelling bodies = with_bodies_in_order(scene.topology, {1, 0});
     const Scene anew = retold(scene, bodies);
-    const SourceEntry& source = registry().source(registry().response("xpbd").sources.front());
+    const SourceEntry& source = registry().source(default_source(parse_method("xpbd")));
     Simulation one(scene, make_detector("ohc"), make_response("xpbd"), source);
     Simulation other(anew, make_detector("ohc"), make_response("xpbd"), source);
     double force = 0.0;

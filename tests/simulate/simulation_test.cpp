@@ -294,7 +294,7 @@ TEST(Simulation, ReplayAnswersLikeTheLoopThatMadeTheFrames) {
         const StepRow row = replay.replay(frame);
         EXPECT_EQ(row.tick, frame.tick);
         EXPECT_EQ(row.outcome, OutcomeKind::ok);
-        EXPECT_EQ(row.contacts, row.pairs);
+        EXPECT_EQ(row.contacts_offered, row.pairs);
         EXPECT_TRUE(std::isnan(row.tool_force.x()));
         pairs += row.pairs;
     }
@@ -311,7 +311,7 @@ TEST(Simulation, NoStageOfOursAllocatesAfterWarmUp) {
     for (const DetectorEntry& detector : registry().detectors()) {
         for (const ResponseEntry& response : registry().responses()) {
             if (!detector.own || !response.own) continue;
-            const SourceEntry& source = registry().source(response.sources.front());
+            const SourceEntry& source = registry().source(default_source(parse_method(response.name)));
             if (!why_untold(detector, source).empty()) continue;
             Simulation simulation(scene, make_detector(detector.name), make_response(response.name), source,
                                   {.watched = response.name == "hold"});

@@ -36,7 +36,7 @@ TEST(SizeScenes, ATickOfTheMedianHasATouch) {
         if (scene.topology.vertex_count > most_vertices) continue;
         ++scenes;
         Simulation simulation(scene, make_detector("ohc_clustered"), make_response("hold"),
-                              registry().source(registry().response("hold").sources.front()),
+                              registry().source(default_source(parse_method("hold"))),
                               {.stepper = parse_method("regional"), .watched = false});
         int touched = 0;
         for (int tick = 0; tick < ticks; ++tick) {

@@ -517,16 +517,16 @@ TEST_F(StudyFile, AResponseMayChooseItsDetectorsAndSources) {
 TEST_F(StudyFile, AnAblationOfOneSettingTurnsItsOptionsAndItsSource) {
     const std::string head = R"({"format":"trocar-study-1","name":"s","ablation":{"scenes":["a.json"],
         "detector":"ohc","from":"hold","switches":[)";
-    const Study study = read(head + R"({"parameter":"source","to":"near"},{"parameter":"skin","to":"0.05"}]}})");
+    const Study study = read(head + R"({"parameter":"source","to":"near"},{"parameter":"contact_offset","to":"0.05"}]}})");
     std::map<std::string, std::pair<std::string, std::string>> runs;  // by knob: response and source
     for (const PlannedRun& run : make_plan(study)) runs[run.spec.knob] = {run.spec.response, run.spec.contacts};
     ASSERT_EQ(runs.size(), 3U);
     EXPECT_EQ(runs.at(""), (std::pair<std::string, std::string>("hold", "tracked")));
     EXPECT_EQ(runs.at("source"), (std::pair<std::string, std::string>("hold", "near")));
-    EXPECT_EQ(runs.at("skin"), (std::pair<std::string, std::string>("hold:skin=0.05", "tracked")));
+    EXPECT_EQ(runs.at("contact_offset"), (std::pair<std::string, std::string>("hold:contact_offset=0.05", "tracked")));
     EXPECT_NE(complaint(head + R"({"parameter":"source","to":"nobody"}]}})").find("/ablation/switches/0/to"),
               std::string::npos);
-    EXPECT_NE(complaint(head + R"({"parameter":"skin","from":"0.001","to":"0.05"}]}})").find("/switches/0/from"),
+    EXPECT_NE(complaint(head + R"({"parameter":"contact_offset","from":"0.001","to":"0.05"}]}})").find("/switches/0/from"),
               std::string::npos);
 }
 

@@ -137,7 +137,7 @@ public:
         response_->prepare(topology, materials);
         detector_ = make_detector("brute_force");
         detector_->prepare(topology, frame);
-        const SourceEntry& source = registry().source(registry().response(spec.name).sources.front());
+        const SourceEntry& source = registry().source(default_source(spec));
         wants_reach_ = source.wants_reach;
         source_ = make_source(source.name);
         source_->prepare(topology, frame);

@@ -16,7 +16,7 @@ inline Record run_scene_with(const Scene& scene, const std::string& response, st
     spec.mode = "closed_loop";
     spec.detector = "ohc_clustered";
     spec.response = response;
-    spec.contacts = registry().response(parse_method(response).name).sources.front();
+    spec.contacts = default_source(parse_method(response));
     spec.ticks = ticks;
     spec.truth_stride = truth_stride;
     spec.stepper = stepper;

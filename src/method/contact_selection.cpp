@@ -1,0 +1,103 @@
+#include "method/contact_selection.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "method/entry.hpp"
+#include "scene/vertex_springs.hpp"
+
+namespace trocar {
+namespace {
+
+constexpr const char* look_ahead_name = "look_ahead";
+constexpr const char* contact_offset_name = "contact_offset";
+
+ContactSelection::Settings read_settings(const ResponseEntry& entry, const ParameterValues& values) {
+    ContactSelection::Settings settings;
+    if (values.is(look_ahead_name, "all")) {
+        settings.rule = ContactSelection::Rule::all;
+    } else if (values.is(look_ahead_name, "scripts")) {
+        settings.rule = ContactSelection::Rule::scripts;
+    } else {
+        settings.look_ahead = values.number(look_ahead_name);
+    }
+    const bool has_offset =
+        std::any_of(entry.parameters.begin(), entry.parameters.end(),
+                    [](const Parameter& parameter) { return parameter.name == contact_offset_name; });
+    if (has_offset) settings.contact_offset = values.number(contact_offset_name);
+    return settings;
+}
+
+/// Hands its response the contacts that pass.
+class SelectingResponse final : public Response {
+public:
+    SelectingResponse(std::unique_ptr<Response> response, const ContactSelection::Settings& settings)
+        : response_(std::move(response)), selection_(settings) {}
+
+    [[nodiscard]] bool holds_forces() const override { return response_->holds_forces(); }
+    [[nodiscard]] std::map<std::string, double> values_in_force() const override {
+        return response_->values_in_force();
+    }
+    void prepare(const Topology& topology, const Materials& materials) override {
+        selection_.prepare(topology, materials);
+        response_->prepare(topology, materials);
+    }
+    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> loads,
+                 Effect& effect) override {
+        const auto passes = [&](const Contact& contact) { return selection_.passes(frame, dt, contact); };
+        const std::vector<Contact>& offered = contacts.contacts;
+        if (std::all_of(offered.begin(), offered.end(), passes)) {
+            response_->respond(frame, dt, contacts, loads, effect);
+            return;
+        }
+        selected_.pairs = contacts.pairs;
+        selected_.near = contacts.near;
+        selected_.reach = contacts.reach;
+        selected_.truncated = contacts.truncated;
+        selected_.contacts.clear();
+        std::copy_if(offered.begin(), offered.end(), std::back_inserter(selected_.contacts), passes);
+        response_->respond(frame, dt, selected_, loads, effect);
+        effect.skip(SkipReason::apart, static_cast<std::int64_t>(offered.size() - selected_.contacts.size()));
+    }
+
+private:
+    std::unique_ptr<Response> response_;
+    ContactSelection selection_;
+    ContactSet selected_;
+};
+
+}  // namespace
+
+void ContactSelection::prepare(const Topology& topology, const Materials& materials) {
+    edge_ = mean_spring_lengths(topology, materials);
+}
+
+bool ContactSelection::passes(const Frame& frame, double dt, const Contact& contact) const {
+    const bool of_features = contact.kind == ContactCase::point_face || contact.kind == ContactCase::edge_edge;
+    if (!of_features || settings_.rule == Rule::all) return true;
+    if (settings_.rule == Rule::scripts) return !(contact.gap + contact.approach > 0.0);
+    const double edge = edge_[static_cast<std::size_t>(contact.body_b)];
+    const double closing =
+        contact.on_a.blend(frame.velocity).dot(contact.normal) - contact.on_b.blend(frame.velocity).dot(contact.normal);
+    const double gap = contact.gap - settings_.contact_offset * edge;
+    return !(gap > settings_.look_ahead * edge + 2.0 * std::max(0.0, closing) * dt);
+}
+
+Parameter look_ahead_parameter() {
+    return {.name = look_ahead_name,
+            .unit = "1",
+            .default_value = "0.1",
+            .minimum = 0.0,
+            .maximum = 1e6,
+            .meaning =
+                "gap up to which contacts are passed on beside what closes in the tick, in mean edges of the "
+                "tissue; all: the whole reach; scripts: what scripts alone close",
+            .words = {"all", "scripts"}};
+}
+
+std::unique_ptr<Response> make_selecting(const ResponseEntry& entry, const ParameterValues& values) {
+    return std::make_unique<SelectingResponse>(entry.make(values), read_settings(entry, values));
+}
+
+}  // namespace trocar

@@ -1,0 +1,82 @@
+// Force laws of contacts, shared by all responses: stiffness, damping, and what a response may switch on for contacts
+// on tissue (contact offset, clear speed, force limit, friction).
+#pragma once
+
+#include <limits>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "contact/effect.hpp"
+#include "geometry/types.hpp"
+#include "method/entry.hpp"
+#include "respond/common.hpp"
+#include "respond/tissue_scale.hpp"
+#include "scene/world.hpp"
+
+namespace trocar {
+
+/// What a user sets of a response's force laws. NaN stands for `auto`.
+struct LawSettings {
+    double k = std::numeric_limits<double>::quiet_NaN();           ///< N/m
+    double mu = std::numeric_limits<double>::quiet_NaN();          ///< N s/m
+    double relaxation_time = 0.003;                                ///< s, mu / k
+    double contact_offset = 0.0;                                   ///< mean edges of the tissue
+    double clear_speed = std::numeric_limits<double>::infinity();  ///< m/s
+    double pressure = std::numeric_limits<double>::infinity();     ///< Pa
+    double friction = 0.0;                                         ///< Coulomb coefficient
+    double friction_k = 1000.0;                                    ///< N/m
+    bool operator==(const LawSettings&) const = default;
+};
+
+/// Built once per run; a look-up is one table entry.
+class ContactLaws {
+public:
+    void prepare(const Topology& topology, const Materials& materials, const LawSettings& settings);
+    /// N/m: the method's number, else the scene's; NaN when neither says anything.
+    [[nodiscard]] double k(Index body_a, Index body_b) const { return law(body_a, body_b).k; }
+    /// N s/m, of a law of stiffness `stiffness` (N/m): the method's number, else the scene's where the stiffness is not
+    /// the method's, else stiffness × relaxation time.
+    [[nodiscard]] double mu(Index body_a, Index body_b, double stiffness) const;
+    [[nodiscard]] CollisionClass kind(Index body_a, Index body_b) const { return law(body_a, body_b).kind; }
+    /// N/m, of a load on tissue where k() says nothing: the weighted mean of the springs at its vertices.
+    [[nodiscard]] double mean_of_springs(const ContactPoint& load) const;
+    /// Of a law that pushes `tissue`: widens its gap by the contact offset, cuts a depth that would be left faster than
+    /// clear speed, and sets force limit and friction. `other_velocity`: m/s, of the other surface.
+    void finish_on_tissue(Index tissue, const Vector3& other_velocity, LinearContact& linear) const;
+    /// Figures k_effective_n_per_m, mu_effective_ns_per_m, relaxation_time_effective_s and damping_ratio of the
+    /// stiffest pair with tissue, else of the stiffest pair. `on_tissue`: N/m, the method's own stiffness there; NaN:
+    /// as above. The damping ratio is mu / (2 √(k m)) with the mean mass m of a tissue vertex.
+    [[nodiscard]] std::map<std::string, double> values_in_force(
+        double on_tissue = std::numeric_limits<double>::quiet_NaN()) const;
+
+private:
+    struct Law {
+        double k = std::numeric_limits<double>::quiet_NaN();
+        double mu = std::numeric_limits<double>::quiet_NaN();
+        CollisionClass kind = CollisionClass::none;
+    };
+    [[nodiscard]] const Law& law(Index a, Index b) const {
+        return table_[static_cast<std::size_t>(a) * static_cast<std::size_t>(bodies_) + static_cast<std::size_t>(b)];
+    }
+    [[nodiscard]] double own_pressure(Range vertices, const TissueScale& scale) const;
+
+    LawSettings settings_;
+    const Topology* topology_ = nullptr;
+    const Materials* materials_ = nullptr;
+    Index bodies_ = 0;
+    std::vector<Law> table_;
+    std::vector<TissueScale> scale_;   ///< per body
+    std::vector<double> clear_speed_;  ///< m/s, per body
+    std::vector<double> pressure_;     ///< Pa, per body
+};
+
+/// `k`, `mu` and `relaxation_time`. `auto_k`: what k is where neither method nor scene says anything.
+std::vector<Parameter> law_parameters(const std::string& auto_k);
+/// `contact_offset`, `clear_speed`, `pressure`, `friction` and `friction_k`; `on`: with the defaults of the response
+/// `hold`, else all off.
+std::vector<Parameter> tissue_law_parameters(bool on);
+/// Of those parameters that the values declare.
+LawSettings read_law_settings(const ParameterValues& values);
+
+}  // namespace trocar
