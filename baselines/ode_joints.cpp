@@ -278,6 +278,8 @@ private:
         std::array<Side, 3> b;
         const int count_a = sides_of(frame, contact.body_a, contact.a, driven, a);
         const int count_b = sides_of(frame, contact.body_b, contact.b, driven, b);
+        // The reaction lies on the line of the force.
+        for (Side& side : a) side.point = contact.b.blend(frame.position);
         bool moves = false;
         for (int i = 0; i < count_a; ++i) {
             for (int j = 0; j < count_b; ++j) {

@@ -54,6 +54,17 @@ struct DepthTruth::State {
         }
     }
 
+    /// m, of the samples of one direction; at most `nearest`.
+    [[nodiscard]] double clearance(const Direction& direction, double nearest) {
+        const Box& surface = body(direction.into).box();
+        for (std::size_t i = 0; i < direction.side.size(); ++i) {
+            const Vector3 p = body(direction.from).point(i);
+            const Vector3 beside = (surface.min - p).cwiseMax(p - surface.max).cwiseMax(0.0);
+            if (beside.norm() < nearest) nearest = std::min(nearest, body(direction.into).distance(p));
+        }
+        return nearest;
+    }
+
     [[nodiscard]] EdgeDepth depth_of_edges(const Direction& direction) {
         const BodySurface& from = body(direction.from);
         BodySurface& into = body(direction.into);
@@ -139,16 +150,21 @@ DepthTruth::Result DepthTruth::measure(const Frame& frame) {
 }
 
 double DepthTruth::clearance() const {
-    State& s = *state_;
     double nearest = std::numeric_limits<double>::infinity();
-    for (const Direction& direction : s.directions) {
-        if (!direction.counted) continue;
-        const Box& surface = s.body(direction.into).box();
-        for (std::size_t i = 0; i < direction.side.size(); ++i) {
-            const Vector3 p = s.body(direction.from).point(i);
-            const Vector3 beside = (surface.min - p).cwiseMax(p - surface.max).cwiseMax(0.0);
-            if (beside.norm() < nearest) nearest = std::min(nearest, s.body(direction.into).distance(p));
-        }
+    for (const Direction& direction : state_->directions) {
+        if (direction.counted) nearest = state_->clearance(direction, nearest);
+    }
+    return nearest;
+}
+
+double DepthTruth::clearance(Index body_a, Index body_b) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Direction& direction : state_->directions) {
+        const bool asked = (direction.from == body_a && direction.into == body_b) ||
+                           (direction.from == body_b && direction.into == body_a);
+        if (!asked) continue;
+        if (std::find(direction.side.begin(), direction.side.end(), Side::wrong) != direction.side.end()) return 0.0;
+        nearest = state_->clearance(direction, nearest);
     }
     return nearest;
 }

@@ -50,6 +50,8 @@ public:
     /// Smallest distance between a sample of one body and the surface of the other on the last measured frame, over the
     /// counted pairs, m; infinite when there is none.
     [[nodiscard]] double clearance() const;
+    /// The same between two bodies, counted or not; 0 where a sample of one is on the wrong side of the other.
+    [[nodiscard]] double clearance(Index body_a, Index body_b) const;
 
     /// What is said of one sample, and where it rides: at a vertex (`place.triangle` -1), or on a triangle.
     struct Judgement {

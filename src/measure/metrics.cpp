@@ -237,6 +237,8 @@ struct Extremes {
             const Vector3 now = of(rows[i]);
             if (!now.allFinite()) continue;
             size = std::fmax(size, now.norm());
+            // Nothing is shown before the first tick.
+            if (i == 0) jump = now.norm();
             if (i > 0 && of(rows[i - 1]).allFinite()) jump = std::fmax(jump, (now - of(rows[i - 1])).norm());
         }
     }
@@ -270,6 +272,7 @@ void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
     double squares = 0.0;
     double count = 0.0;
     double force_max = not_known;
+    double first_jump = not_known;  // N, from zero at the first tick
     std::vector<double> jumps;
     std::vector<Vector3> forces;
     double flips = 0.0;
@@ -298,6 +301,7 @@ void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
         count += 1.0;
         force_max = std::fmax(force_max, row.tool_force.norm());
         forces.push_back(row.tool_force);
+        if (i == 0) first_jump = row.tool_force.norm();
         if (i > 0 && rows[i - 1].tool_force.allFinite()) {
             jumps.push_back((row.tool_force - rows[i - 1].tool_force).norm());
             flips += row.tool_force.dot(rows[i - 1].tool_force) < 0.0 ? 1.0 : 0.0;
@@ -306,7 +310,7 @@ void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
     figures["force_rms_n"] = std::sqrt(ratio(squares, count));
     figures["force_max_n"] = force_max;
     figures["force_jump_p99_n"] = p99(jumps);
-    figures["force_jump_max_n"] = largest(jumps);
+    figures["force_jump_max_n"] = std::fmax(largest(jumps), first_jump);
     figures["force_flips"] = jumps.empty() ? not_known : flips;
     const double dt = rows.size() > 1 ? rows[1].time - rows[0].time : 0.0;
     const FastPart fast = dt > 0.0 ? part_above(forces, dt, force_cutoff_hz) : FastPart{};

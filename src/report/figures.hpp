@@ -77,10 +77,11 @@ struct RunFigures {
     double force_bound_hard = not_known;        ///< N RMS
     double position_worst_equal_k = not_known;  ///< m
     double reference_clears = not_known;
-    double force_jump_p99 = not_known;  ///< N per tick
-    double force_jump_max = not_known;  ///< N per tick
-    double force_flips = not_known;     ///< ticks on which the force turned by more than 90 degrees
-    double force_fast_rms = not_known;  ///< N, above 30 Hz
+    double force_jump_p99 = not_known;       ///< N per tick
+    double force_jump_max = not_known;       ///< N per tick
+    double force_without_touch = not_known;  ///< m
+    double force_flips = not_known;          ///< ticks on which the force turned by more than 90 degrees
+    double force_fast_rms = not_known;       ///< N, above 30 Hz
     double force_fast_share = not_known;
     double momentum_share = not_known;
     double energy_share = not_known;
@@ -94,9 +95,6 @@ struct RunFigures {
     [[nodiscard]] bool ok() const { return record->outcome.ok(); }
     /// False where the study wanted this run timed only: see Results.
     [[nodiscard]] bool judged() const { return record->spec.truth_stride > 0; }
-    /// The response told a rupture where the hard reference passes the strain limit: the right answer, whatever is deep
-    /// in torn tissue.
-    [[nodiscard]] bool tears_when_due() const { return ruptures > 0.0 && reference_clears == 0.0; }
 };
 
 RunFigures figures_of(const Record& record);

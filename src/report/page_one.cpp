@@ -5,7 +5,9 @@
 #include <cmath>
 #include <map>
 #include <set>
-#include <tuple>
+#include <utility>
+
+#include "report/verdict_order.hpp"
 
 namespace trocar {
 namespace {
@@ -29,7 +31,6 @@ ResponseRow make_row(const Results& results, const Contestant& contestant, const
     row.control = results.fact(contestant, "response.control") == "yes";
     std::vector<double> depths;
     std::vector<double> forces;
-    std::vector<double> places;
     for (const std::string& scene : scenes) {
         const SceneResult* result = results.find(contestant, scene);
         if (result == nullptr || result->not_applicable()) {
@@ -47,17 +48,16 @@ ResponseRow make_row(const Results& results, const Contestant& contestant, const
         if (!std::isnan(first.left_max) && !(first.left_max <= row.depth_worst)) {
             row.depth_worst = first.left_max;
             row.worst_on = scene;
-            row.worst_is_due = first.tears_when_due();
         }
-        if (!first.tears_when_due()) take_larger(row.depth_worst_else, first.left_max);
         keep_known(forces, first.force_error_hard);
-        keep_known(places, summary_of(*first.record, "position_error_rms_hard"));
+        if (!std::isnan(first.ruptures))
+            row.tears = std::isnan(row.tears) ? first.ruptures : row.tears + first.ruptures;
+        take_larger(row.force_without_touch, first.force_without_touch);
         take_larger(row.force_jump, first.force_jump_max);
         take_larger(row.tick_p99, result->of(&RunFigures::tick_p99).value);
     }
     row.depth_median = quantile(depths, 0.5);
     row.force_error = quantile(forces, 0.5);
-    row.position_error = quantile(places, 0.5);
     return row;
 }
 
@@ -78,12 +78,11 @@ bool same_bits(const Results& results, const Contestant& a, const Contestant& b,
 
 }  // namespace
 
-std::vector<ResponseRow> response_rows(const Draft& draft) {
+std::vector<ResponseRow> response_rows(const Draft& draft, bool tissue) {
     const Results& results = draft.results;
-    std::vector<std::string> scenes;
-    for (const std::string& scene : results.scenes("closed_loop")) {
-        if (!scene.empty()) scenes.push_back(scene);
-    }
+    std::vector<std::string> scenes = judged_scenes(results, results.scenes("closed_loop"), tissue);
+    if (scenes.empty() && tissue) scenes = judged_scenes(results, results.scenes("closed_loop"), false);
+    std::erase(scenes, "");
     std::vector<Contestant> contestants;
     for (const Contestant& contestant : results.contestants("closed_loop")) {
         if (contestant.response.empty() || results.fact(contestant, "detector.control") == "yes") continue;
@@ -106,8 +105,13 @@ std::vector<ResponseRow> response_rows(const Draft& draft) {
         if (row.runs > 0) rows.push_back(std::move(row));
     }
     const auto rank = [](const ResponseRow& row) {
-        return std::tuple(row.failed > 0, row.not_run > 0, or_last(as_printed(row.depth_worst)), or_last(row.tick_p99),
-                          row.who.front());
+        return std::pair(response_order({.control = row.control,
+                                         .failed = row.failed > 0,
+                                         .not_run = row.not_run > 0,
+                                         .worst = row.depth_worst,
+                                         .median = row.depth_median,
+                                         .tick_p99 = row.tick_p99}),
+                         row.who.front());
     };
     std::sort(rows.begin(), rows.end(),
               [&rank](const ResponseRow& a, const ResponseRow& b) { return rank(a) < rank(b); });

@@ -1,5 +1,5 @@
 // Page 1 of a report: what a reader takes away in two minutes. One sentence, a table of detectors, a table of responses
-// and a picture, each of at most ten rows and eight columns; everything else stands behind it.
+// and a picture, each of at most ten rows and nine columns; everything else stands behind it.
 #pragma once
 
 #include <string>
@@ -10,33 +10,32 @@
 namespace trocar {
 
 inline constexpr std::size_t page_one_rows = 10;
-inline constexpr std::size_t page_one_columns = 8;
+inline constexpr std::size_t page_one_columns = 9;
 
 /// One response, with its settings, over all scenes of the closed loop. Of several contestants that moved alike, bit by
 /// bit on every scene, the first is told and names the others; times are the first one's.
 struct ResponseRow {
-    std::vector<Contestant> who;          ///< the first is the one that is told
-    std::string setting;                  ///< "default", "recommended" or "tuned", as the study says
-    bool ours = false;                    ///< the study names its response as `ours`
-    bool control = false;                 ///< its response is there to hold the others to account
-    double depth_median = not_known;      ///< m, median over scenes of the median over ticks
-    double depth_worst = not_known;       ///< m, of every scene and judged tick
-    std::string worst_on;                 ///< scene of it
-    bool worst_is_due = false;            ///< there hard contact tears too, and the response told the rupture
-    double depth_worst_else = not_known;  ///< m, the worst of the scenes where no tear is due
-    double force_error = not_known;       ///< N, against hard contact, RMS below 30 Hz, median over scenes
-    double position_error = not_known;    ///< m, against hard contact, RMS, median over scenes
-    double force_jump = not_known;        ///< N, worst of every scene, tick to tick
-    double tick_p99 = not_known;          ///< ns, of the slowest scene
+    std::vector<Contestant> who;             ///< the first is the one that is told
+    std::string setting;                     ///< "default", "recommended" or "tuned", as the study says
+    bool ours = false;                       ///< the study names its response as `ours`
+    bool control = false;                    ///< its response is there to hold the others to account
+    double depth_median = not_known;         ///< m, median over scenes of the median over ticks
+    double depth_worst = not_known;          ///< m, of every scene and judged tick
+    std::string worst_on;                    ///< scene of it
+    double tears = not_known;                ///< ruptures, summed over the scenes
+    double force_without_touch = not_known;  ///< m, worst of every scene
+    double force_error = not_known;          ///< N, against hard contact, RMS below 30 Hz, median over scenes
+    double force_jump = not_known;           ///< N, worst of every scene, tick to tick
+    double tick_p99 = not_known;             ///< ns, of the slowest scene
     int runs = 0;
     int failed = 0;
     int not_run = 0;  ///< scenes of the study on which it was not planned, or could not be run
     [[nodiscard]] std::string method() const { return method_name(who.front().response); }
 };
 
-/// Sorted by the worst depth, faster first among equals; then those that were not run on every scene, then those that
-/// failed on one. Contestants with a detector that is a control take no part.
-std::vector<ResponseRow> response_rows(const Draft& draft);
+/// Over the closed-loop scenes with tissue, or over those without; where the study has none with tissue, both are the
+/// latter. In response_order. Contestants with a detector that is a control take no part.
+std::vector<ResponseRow> response_rows(const Draft& draft, bool tissue = true);
 
 /// Positions of the rows that page 1 shows, ascending: the best setting of every response, then the next rows, ten in
 /// all.
@@ -59,7 +58,7 @@ std::string detector_sentence(const Verdict& verdict, const Draft& draft);
 
 /// Without rows when nothing was replayed.
 Table detectors_table(const Draft& draft);
-Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows);
+Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, bool tissue = true);
 
 /// p99 tick against worst depth, a line per method over its settings; failed rows stand on a rail of their own.
 ScatterChart depth_against_time(const std::vector<ResponseRow>& rows);

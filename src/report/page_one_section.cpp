@@ -8,6 +8,7 @@
 #include "geometry/fnv_hash.hpp"
 #include "report/inline_text.hpp"
 #include "report/page_one.hpp"
+#include "report/verdict_order.hpp"
 
 namespace trocar {
 namespace {
@@ -159,6 +160,11 @@ void add_page_one(Draft& draft, const std::string& worst_tick) {
     add_worst_tick(draft, worst_tick);
     draft.paragraph(origin(draft), Paragraph::Style::small);
     draft.document.page_one = draft.document.blocks.size();
+    if (rows.empty() || judged_scenes(draft.results, draft.results.scenes("closed_loop"), true).empty()) return;
+    const Table rigid = responses_table(draft, response_rows(draft, false), false);
+    if (rigid.rows.empty()) return;
+    draft.heading(2, "Responses without tissue");
+    draft.add(rigid);
 }
 
 std::string terminal_text(const Draft& draft) {

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "report/page_one.hpp"
+#include "report/verdict_order.hpp"
 
 namespace trocar {
 namespace {
@@ -43,11 +44,16 @@ std::string common_detector(const std::vector<ResponseRow>& rows) {
 }
 
 std::vector<std::string> closed_loop_scenes(const Draft& draft) {
-    std::vector<std::string> scenes;
-    for (const std::string& scene : draft.results.scenes("closed_loop")) {
-        if (!scene.empty()) scenes.push_back(scene);
-    }
+    std::vector<std::string> scenes = draft.results.scenes("closed_loop");
+    std::erase(scenes, "");
     return scenes;
+}
+
+/// "7 tissue scenes", or of a study without one "2 rigid scenes": those that response_rows() are over.
+std::string judged_text(const Draft& draft, bool tissue) {
+    std::size_t count = judged_scenes(draft.results, closed_loop_scenes(draft), tissue).size();
+    if (count == 0 && tissue) return judged_text(draft, false);
+    return fmt::format("{} {} scene{}", count, tissue ? "tissue" : "rigid", count == 1 ? "" : "s");
 }
 
 std::string scenes_text(std::size_t count) { return fmt::format("{} scene{}", count, count == 1 ? "" : "s"); }
@@ -128,12 +134,9 @@ std::string response_sentence(const Draft& draft, const std::vector<ResponseRow>
         });
         return alone ? code(row.who.front().response) : name_of_row(row, detector);
     };
-    std::string text = fmt::format("Over {} {} left {} mm at worst", scenes_text(closed_loop_scenes(draft).size()),
-                                   name(*first), scaled(first->depth_worst, mm));
-    if (first->worst_is_due) {
-        text += fmt::format(" (on {}, where hard contact tears too; {} mm elsewhere)", first->worst_on,
-                            scaled(first->depth_worst_else, mm));
-    }
+    std::string text = fmt::format("Over {} {} left {} mm at worst", judged_text(draft, true), name(*first),
+                                   scaled(first->depth_worst, mm));
+    if (first->tears > 0.0) text += fmt::format(" (on {}; {:.0f} tears in all)", first->worst_on, first->tears);
     if (other != nullptr) {
         text += fmt::format(", {}, {}, {} mm", named ? "the best other response" : "the next", name(*other),
                             scaled(other->depth_worst, mm));
@@ -235,7 +238,7 @@ Table detectors_table(const Draft& draft) {
         if (row->failed_runs > 0) line.style = TableRow::Style::failed;
         table.rows.push_back(std::move(line));
     }
-    table.note = "Times over scenes are geometric means.";
+    table.note = "Order: failed last, then pairs missed and added, then time. Times over scenes are geometric means.";
     if (const std::int64_t stride = widest_stride(draft, "replay"); stride > 1) {
         table.note += fmt::format(" Pairs were judged on every {}th tick only.", stride);
     }
@@ -243,23 +246,33 @@ Table detectors_table(const Draft& draft) {
     return table;
 }
 
-Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows) {
+Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, bool tissue) {
     Table table;
     if (rows.empty()) return table;
     const std::string detector = common_detector(rows);
     const std::vector<std::size_t> shown = rows_that_matter(rows);
-    table.caption =
-        fmt::format("Responses, {}, with {}", scenes_text(closed_loop_scenes(draft).size()), code(detector));
-    table.columns = {{"response", false, true},        {"depth median (mm)", true},   {"depth worst (mm)", true},
-                     {"force error median (N)", true}, {"position error (mm)", true}, {"force jump worst (N)", true},
-                     {"tick p99 (ms)", true},          {"failed of N", true}};
+    table.caption = fmt::format("Responses, {}, with {}", judged_text(draft, tissue), code(detector));
+    table.columns = {{"response", false, true},
+                     {"residual penetration, median (mm)", true},
+                     {"residual penetration, worst (mm)", true},
+                     {"tears", true},
+                     {"force without touch (mm)", true},
+                     {"force error median (N)", true},
+                     {"force jump worst (N)", true},
+                     {"tick p99 (ms)", true},
+                     {"failed of N", true}};
     for (const std::size_t i : shown) {
         const ResponseRow& row = rows[i];
         TableRow line;
-        line.cells = {name_of_row(row, detector),     scaled(row.depth_median, mm),
-                      scaled(row.depth_worst, mm),    scaled(row.force_error),
-                      scaled(row.position_error, mm), small_text(row.force_jump),
-                      scaled(row.tick_p99, ms),       count_failed(row.failed, row.runs, row.not_run)};
+        line.cells = {name_of_row(row, detector),
+                      scaled(row.depth_median, mm),
+                      scaled(row.depth_worst, mm),
+                      count_text(row.tears),
+                      scaled(row.force_without_touch, mm),
+                      scaled(row.force_error),
+                      small_text(row.force_jump),
+                      scaled(row.tick_p99, ms),
+                      count_failed(row.failed, row.runs, row.not_run)};
         line.command = run_command(draft, row.who.front());
         if (row.failed > 0) {
             line.style = TableRow::Style::failed;
@@ -270,9 +283,10 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows) 
     }
     const std::int64_t stride = widest_stride(draft, "closed_loop");
     table.note =
-        "Sorted by worst depth, failed rows last; a failed row tells of the scenes it finished. Errors are against "
-        "hard "
-        "contact, median over scenes; p99 is of the slowest scene. " +
+        std::string(response_order_text) +
+        " A failed row is of the scenes that it finished. Force errors are against hard contact, median over scenes; "
+        "p99 is of the slowest scene. Force without touch: the largest clearance in a tick with contact force; n/a "
+        "where a method's forces are not told apart by pair. " +
         (stride > 1 ? fmt::format("Depths were judged on every {}th tick only.", stride)
                     : std::string("Depths are of every tick.")) +
         others_text(rows, shown, detector) + replayed_only(draft);

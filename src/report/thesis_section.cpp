@@ -49,7 +49,6 @@ struct Measured {
     double ticks = 0.0;
     double left_rigid = not_known;   ///< m, worst run on a scene without tissue
     double left_tissue = not_known;  ///< m, worst run on a scene with tissue, due tears apart
-    double due_tear = not_known;     ///< m, worst run with RunFigures::tears_when_due
     int ok = 0;
     int runs = 0;
     std::set<std::string> scenes;
@@ -98,7 +97,7 @@ void add_table_2_1(Draft& draft) {
         m.misses += run.deadline_misses;
         m.ticks += run.timed_ticks;
         const bool tissue = spec.pair_class.find('T') != std::string::npos;
-        raise(run.tears_when_due() ? m.due_tear : tissue ? m.left_tissue : m.left_rigid, run.left_max);
+        raise(tissue ? m.left_tissue : m.left_rigid, run.left_max);
     }
     if (measured.empty()) return;
     draft.heading(2, "Table 2.1 of the thesis, measured");
@@ -131,9 +130,7 @@ void add_table_2_1(Draft& draft) {
                            scenes_text(m.scenes), scaled(median, us),
                            std::isnan(m.tick_p99) ? "n too small" : format_number(m.tick_p99 * us),
                            m.ticks > 0.0 ? fmt::format("{} of {}", count_text(m.misses), count_text(m.ticks)) : "n/a",
-                           scaled(m.left_rigid, mm),
-                           scaled(m.left_tissue, mm) +
-                               (std::isnan(m.due_tear) ? "" : "; tear due " + scaled(m.due_tear, mm))}});
+                           scaled(m.left_rigid, mm), scaled(m.left_tissue, mm)}});
         }
     };
     for (const PreviousSystem& system : previous_systems) {

@@ -47,6 +47,8 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
     std::vector<double> depth_errors;
     std::vector<double> left;
     std::vector<double> errors;
+    std::vector<std::string> judged = judged_scenes(results, scenes, true);
+    if (judged.empty()) judged = scenes;
     for (const std::string& scene : scenes) {
         const SceneResult* result = results.find(contestant, scene);
         if (result == nullptr) continue;
@@ -72,18 +74,16 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
         ++row.scenes_ok;
         take_larger(row.depth_error_max, result->first(&RunFigures::depth_error_max));
         take_larger(row.undecided_max, result->first(&RunFigures::undecided_max));
-        const double left_max = result->first(&RunFigures::left_max);
-        if (result->runs.front().tears_when_due()) {
-            row.due_tears.push_back(scene);
-            take_larger(row.due_tear_max, left_max);
-        } else if (!std::isnan(left_max)) {
-            if (!(left_max <= row.left_max)) {
-                row.left_max = left_max;
-                row.torn_in = result->first(&RunFigures::ruptures) > 0.0 ? scene : std::string();
-            }
+        const bool counts = std::find(judged.begin(), judged.end(), scene) != judged.end();
+        if (const double left_max = result->first(&RunFigures::left_max); counts && !std::isnan(left_max)) {
+            take_larger(row.left_max, left_max);
             left.push_back(result->first(&RunFigures::left_p50));
+        }
+        if (!std::isnan(result->first(&RunFigures::left_max))) {
             errors.push_back(error_on(*result, results.class_of(scene)));
         }
+        add(row.tears, result->first(&RunFigures::ruptures));
+        take_larger(row.slowest_p99, result->of(&RunFigures::tick_p99).value);
         const RunFigures& first = result->runs.front();
         take_force_error(row.force_error_equal_k, row.force_within_equal_k, first.force_error_equal_k,
                          first.force_bound_equal_k);
@@ -102,7 +102,7 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
     }
     row.depth_error_p50 = quantile(depth_errors, 0.5);
     row.left_p50 = quantile(left, 0.5);
-    if (!errors.empty() || !row.due_tears.empty()) row.error = errors.empty() ? 0.0 : geometric_mean(errors);
+    if (!errors.empty()) row.error = geometric_mean(errors);
     // A contestant that failed somewhere has no mean over the scenes: leaving the scene out would flatter it.
     if (row.scenes_ok == row.scenes) {
         row.p50 = over_scenes(p50);

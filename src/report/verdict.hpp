@@ -27,17 +27,16 @@ struct VerdictRow {
     double missing = not_known;
     double truncated_ticks = 0.0;  ///< in which a limit cut the list of pairs
     double extra = not_known;
-    double contacts_between = not_known;  ///< of bodies, seen by the space-time oracle, sum over scenes
-    double contacts_untold = not_known;   ///< of these, neither at a frame nor between frames
-    double depth_error_p50 = not_known;   ///< m, median over scenes of the median
-    double depth_error_max = not_known;   ///< m, worst over scenes
-    double error = not_known;     ///< m, geometric mean over scenes of error_on(): what rows with depths are sorted by
-    double left_p50 = not_known;  ///< m, median over scenes of the median; due tears apart
-    double left_max = not_known;  ///< m, worst over scenes; due tears apart
+    double contacts_between = not_known;      ///< of bodies, seen by the space-time oracle, sum over scenes
+    double contacts_untold = not_known;       ///< of these, neither at a frame nor between frames
+    double depth_error_p50 = not_known;       ///< m, median over scenes of the median
+    double depth_error_max = not_known;       ///< m, worst over scenes
+    double error = not_known;                 ///< m, geometric mean over scenes of error_on()
+    double left_p50 = not_known;              ///< m, median over the tissue scenes of the median; without one, over all
+    double left_max = not_known;              ///< m, worst of the same scenes
+    double slowest_p99 = not_known;           ///< ns, p99 of the slowest scene
+    double tears = not_known;                 ///< ruptures, summed over the scenes
     double undecided_max = not_known;         ///< samples whose side truth leaves open, worst over scenes
-    std::string torn_in;                      ///< scene of left_max where the response told a rupture there; else empty
-    std::vector<std::string> due_tears;       ///< scenes where it told a rupture and hard contact tears too
-    double due_tear_max = not_known;          ///< m, worst of these
     double force_error_equal_k = not_known;   ///< N RMS to the reference of equal stiffness, worst over scenes
     double force_error_hard = not_known;      ///< N RMS to hard contact, worst over scenes
     double force_within_equal_k = not_known;  ///< N RMS, largest bound of the references that tell no error

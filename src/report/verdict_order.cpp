@@ -9,7 +9,6 @@ namespace trocar {
 namespace {
 
 constexpr double least_error = 1.0e-6;  // m
-constexpr double alike = 1.1;           // factor between depths
 
 bool move_alike(const Results& results, const VerdictRow& a, const VerdictRow& b,
                 const std::vector<std::string>& scenes) {
@@ -27,22 +26,6 @@ bool move_alike(const Results& results, const VerdictRow& a, const VerdictRow& b
 
 double time_of(const VerdictRow& row) { return row.p50.value; }
 
-/// Within runs of rows of alike depth, each within a tenth of its first, those come first that miss and add less.
-void sort_alike(std::vector<VerdictRow>& rows) {
-    for (auto first = rows.begin(); first != rows.end();) {
-        const auto last = std::find_if(first, rows.end(), [&first](const VerdictRow& row) {
-            return row.control || row.failed_runs > 0 || std::isnan(row.error) || std::isnan(time_of(row)) ||
-                   row.error > alike * first->error;
-        });
-        if (last == first) return;  // the rest has no answer
-        std::sort(first, last, [](const VerdictRow& a, const VerdictRow& b) {
-            return std::tuple(or_last(a.wrong()), time_of(a), a.contestant) <
-                   std::tuple(or_last(b.wrong()), time_of(b), b.contestant);
-        });
-        first = last;
-    }
-}
-
 }  // namespace
 
 double error_on(const SceneResult& result, const std::string& pair_class) {
@@ -50,6 +33,22 @@ double error_on(const SceneResult& result, const std::string& pair_class) {
     const bool rigid = pair_class == "I2I" || pair_class == "I2R";
     // NaN stays NaN: std::max gives its first argument when neither is larger.
     return std::max(rigid && !std::isnan(way) ? way : result.first(&RunFigures::left_max), least_error);
+}
+
+std::vector<std::string> judged_scenes(const Results& results, const std::vector<std::string>& scenes, bool tissue) {
+    std::vector<std::string> judged;
+    for (const std::string& scene : scenes) {
+        const std::string& pair_class = results.class_of(scene);
+        const bool has_tissue = pair_class.find('T') != std::string::npos;
+        if (has_tissue == tissue) judged.push_back(scene);
+    }
+    return judged;
+}
+
+ResponseOrder response_order(const ResponseStanding& row) {
+    return {
+        row.control,          row.failed, row.not_run, or_last(as_printed(row.worst)), or_last(as_printed(row.median)),
+        or_last(row.tick_p99)};
 }
 
 bool have_depths(const std::vector<VerdictRow>& rows) {
@@ -60,13 +59,22 @@ double error_of(const VerdictRow& row, bool depth) { return depth ? as_printed(r
 
 void compare_rows(const Results& results, const std::vector<std::string>& scenes, std::vector<VerdictRow>& rows) {
     const bool depth = have_depths(rows);
-    const auto rank = [depth](const VerdictRow& row) {
-        return std::tuple(row.control, row.failed_runs > 0, std::isnan(time_of(row)), or_last(error_of(row, depth)),
+    const auto of_response = [](const VerdictRow& row) {
+        return std::pair(response_order({.control = row.control,
+                                         .failed = row.failed_runs > 0,
+                                         .not_run = row.not_applicable,
+                                         .worst = row.left_max,
+                                         .median = row.left_p50,
+                                         .tick_p99 = row.slowest_p99}),
+                         row.contestant);
+    };
+    const auto of_detector = [](const VerdictRow& row) {
+        return std::tuple(row.control, row.failed_runs > 0, std::isnan(time_of(row)), or_last(row.wrong()),
                           or_last(time_of(row)), row.contestant);
     };
-    std::sort(rows.begin(), rows.end(),
-              [&rank](const VerdictRow& a, const VerdictRow& b) { return rank(a) < rank(b); });
-    if (depth) sort_alike(rows);
+    std::sort(rows.begin(), rows.end(), [&](const VerdictRow& a, const VerdictRow& b) {
+        return depth ? of_response(a) < of_response(b) : of_detector(a) < of_detector(b);
+    });
     for (std::size_t i = 0; i < rows.size(); ++i) {
         VerdictRow& row = rows[i];
         for (std::size_t j = 0; j < i && row.identical_to < 0; ++j) {

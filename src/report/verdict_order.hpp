@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "report/verdict.hpp"
@@ -14,14 +15,33 @@ namespace trocar {
 /// the reference of equal stiffness, if there is one. NaN: no depth.
 double error_on(const SceneResult& result, const std::string& pair_class);
 
+/// Those of the scenes with, or without, a tissue body among what meets.
+std::vector<std::string> judged_scenes(const Results& results, const std::vector<std::string>& scenes, bool tissue);
+
+/// What rows of responses are ordered by, in every table and sentence.
+struct ResponseStanding {
+    bool control = false;
+    bool failed = false;          ///< on a scene
+    bool not_run = false;         ///< on a scene
+    double worst = not_known;     ///< m, residual penetration over the tissue scenes; where there is none, over all
+    double median = not_known;    ///< m, over these scenes
+    double tick_p99 = not_known;  ///< ns, of the slowest scene
+};
+using ResponseOrder = std::tuple<bool, bool, bool, double, double, double>;
+/// Ascending: no controls, no failure, run everywhere, worst residual penetration, its median, slowest p99.
+ResponseOrder response_order(const ResponseStanding& row);
+/// For the note under a table.
+inline constexpr const char* response_order_text =
+    "Order: rows that failed last, then those not run everywhere, worst residual penetration, its median, p99.";
+
 bool have_depths(const std::vector<VerdictRow>& rows);
 
 /// What a row is ranked by: VerdictRow::error as printed where the table has depths, else VerdictRow::wrong(); NaN = no
 /// answer.
 double error_of(const VerdictRow& row, bool depth);
 
-/// Sorts rows that were planned on the same scenes and tells which move alike and which are dominated. Depths that
-/// differ by less than a tenth are alike: of these, what misses or adds fewer pairs stands first, then the faster one.
+/// Sorts rows that were planned on the same scenes, responses by response_order, detectors by failures, pairs missed
+/// and added, and time. Marks which move alike and which are dominated.
 void compare_rows(const Results& results, const std::vector<std::string>& scenes, std::vector<VerdictRow>& rows);
 
 }  // namespace trocar

@@ -35,12 +35,7 @@ std::string two_numbers(double first, double second, double scale) {
 }
 
 std::string left_text(const VerdictRow& row) {
-    const bool only_tears = std::isnan(row.left_max) && !row.due_tears.empty();
-    std::string text = only_tears ? "" : two_numbers(row.left_p50, row.left_max, mm);
-    if (!row.torn_in.empty()) text += " torn";
-    if (!row.due_tears.empty())
-        text += fmt::format("{}tear due {}", only_tears ? "" : "; ", format_number(row.due_tear_max * mm));
-    return text + undecided_text(row.undecided_max);
+    return two_numbers(row.left_p50, row.left_max, mm) + undecided_text(row.undecided_max);
 }
 
 std::string forces_text(const VerdictRow& row, bool closed_loop) {
@@ -124,7 +119,8 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
                      {"pairs missed / extra of true", true},
                      {"depth error, median / worst (mm)", true},
                      {"error over scenes (mm)", true},
-                     {"left after the tick, median / max (mm)", true},
+                     {"residual penetration, median / worst (mm)", true},
+                     {"tears", true},
                      {"force error, equal k / hard (N RMS)", true},
                      {"tick p50 (µs)", true},
                      {"tick p99 (µs)", true},
@@ -145,6 +141,7 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
                                          two_numbers(row.depth_error_p50, row.depth_error_max, mm),
                                          std::isnan(row.error) ? "n/a" : format_number(row.error * mm),
                                          left_text(row),
+                                         closed_loop ? count_text(row.tears) : "n/a",
                                          forces_text(row, closed_loop),
                                          time_text(row, row.p50, false),
                                          time_text(row, row.p99, true),
@@ -164,6 +161,11 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
         }
         if (row.undecided_max > 0.0) table.note = undecided_note;
     }
+    const std::string order =
+        have_depths(rows)
+            ? std::string(response_order_text) + " Residual penetration is of scenes with tissue, where there are any."
+            : "Order: failed last, then pairs missed and added, then time.";
+    table.note = table.note.empty() ? order : order + " " + table.note;
     return table;
 }
 

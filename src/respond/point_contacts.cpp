@@ -76,7 +76,7 @@ constexpr double alike = 1e-9;  ///< part of a depth or a distance: well above r
 /// the nearest, whose corners are the ones that a load at this point belongs to. Positive: a comes before b.
 int compare(const PointContact& a, const PointContact& b) {
     const double deeper = a.depth - b.depth;
-    if (std::abs(deeper) > alike * std::max(a.depth, b.depth)) return deeper > 0.0 ? 1 : -1;
+    if (std::abs(deeper) > alike * (a.depth + a.distance + b.distance)) return deeper > 0.0 ? 1 : -1;
     const double nearer = b.distance - a.distance;
     if (std::abs(nearer) > alike * (a.depth + a.distance + b.distance)) return nearer > 0.0 ? 1 : -1;
     return 0;

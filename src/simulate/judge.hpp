@@ -27,6 +27,9 @@ public:
     /// start, m, so that a gap which the script opened is no overshoot.
     void judge_outcome(const Frame& after, StepRow& row, double scripted_path = 0.0, bool in_detail = true);
 
+    /// DepthTruth::clearance of two bodies on the frame judged last.
+    [[nodiscard]] double clearance(Index body_a, Index body_b) const { return depth_.clearance(body_a, body_b); }
+
     /// Ticks after the last depth in which a gap counts as overshoot.
     static constexpr std::int64_t overshoot_window = 20;
 

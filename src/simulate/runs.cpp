@@ -12,6 +12,7 @@
 #include "geometry/fnv_hash.hpp"
 #include "geometry/input_error.hpp"
 #include "measure/environment.hpp"
+#include "measure/force_without_touch.hpp"
 #include "measure/metrics.hpp"
 #include "measure/passage.hpp"
 #include "measure/space_time.hpp"
@@ -279,6 +280,9 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     Simulation simulation(scene, detector_of(spec), response_of(spec), source, settings);
     Judge judge(scene.topology, scene.first, simulation.yielding_pairs(), &scene.materials);
     Balance balance(scene);
+    // Needs the start and the end of every tick.
+    std::optional<ForceWithoutTouch> untouched;
+    if (spec.truth_stride == 1) untouched.emplace(scene.topology, scene.first, simulation.yielding_pairs());
     ScriptedPath script(scene);
     PassageTruth passages(scene);
     const FoundReference reference = find_reference(scene);
@@ -295,6 +299,10 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
             const bool in_detail = is_judged_in_detail(spec, tick, ticks);
             judge.judge_detection(simulation.seen(), simulation.contacts(), row, in_detail);
             if (judged) judge.judge_outcome(simulation.frame(), row, script.up_to(row.time), in_detail);
+        }
+        if (record.outcome.ok() && untouched) {
+            untouched->observe(simulation.frame(), simulation.effect(), simulation.contact_loads(),
+                               [&judge](Index a, Index b) { return judge.clearance(a, b); });
         }
         if (record.outcome.ok()) {
             // Held before it crosses, what touches has no pair.
@@ -314,6 +322,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     record.summary.merge(balance.figures());
     record.summary.merge(simulation.book_figures());
     record.summary.merge(simulation.values_in_force());
+    record.summary["force_without_touch_m"] = untouched ? untouched->largest() : std::nan("");
     record.summary.merge(comparison.figures());
     return record;
 }

@@ -206,6 +206,8 @@ std::string action_is_reaction(const ResponseContestant& who) {
             };
             for (const LinearContact& linear : one.effect.contacts) {
                 ++count;
+                // A grasp pulls by three springs along the axes, whose moments cancel together.
+                if (linear.role == ContactRole::grasp) continue;
                 const double before = arm;
                 off_sum = std::max(off_sum, std::abs(linear.weights[0] + linear.weights[1] + linear.weights[2] - 1.0));
                 const bool on_tissue = linear.reaction_vertices[0] >= 0 || linear.reaction_vertices[1] >= 0 ||
@@ -686,7 +688,13 @@ class ResponseContract : public testing::TestWithParam<std::tuple<ResponseContes
 
 TEST_P(ResponseContract, Holds) {
     const auto& [who, check] = GetParam();
-    expect_kept(who.name(), check.name, check.run(who));
+    std::string failures;
+    try {
+        failures = check.run(who);
+    } catch (const std::exception& error) {
+        failures = fmt::format("threw: {}", error.what());
+    }
+    expect_kept(who.name(), check.name, failures);
 }
 
 INSTANTIATE_TEST_SUITE_P(Every, ResponseContract,

@@ -1,4 +1,6 @@
 #include "report/report.hpp"
+#include "report/page_one.hpp"
+#include "report/verdict_order.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -295,74 +297,59 @@ TEST(Verdict, NumbersAreThoseOfTheRecords) {
     EXPECT_DOUBLE_EQ(results.noise_floor(), 2.0);
 }
 
-TEST(Verdict, WorstOfATornRunIsToldAsTorn) {
+TEST(Verdict, TearsAreCountedInAColumnOfTheirOwnAndExcuseNoDepth) {
     std::vector<Record> records{synthetic({.scene = "stab", .left_mm = 0.5}),
                                 synthetic({.scene = "drag", .left_mm = 2.0})};
-    const auto left = [&records] {
-        const Results results(records);
-        return verdict_table(verdict_of(results), "", 1.0).rows.front().cells.at(5);
-    };
-    records[0].summary["ruptures"] = 1;  // not where the worst is
-    EXPECT_EQ(left(), "1.25 / 2.00");
+    for (Record& record : records) record.summary["reference_clears_hard"] = 0.0;
+    records[0].summary["ruptures"] = 1;
     records[1].summary["ruptures"] = 2;
-    EXPECT_EQ(left(), "1.25 / 2.00 torn");
-}
-
-TEST(Verdict, OfScenesThatAreLeftEquallyDeepTheFirstIsTheOneThatIsTold) {
-    std::vector<Record> records{synthetic({.scene = "drag", .left_mm = 2.0}),
-                                synthetic({.scene = "stab", .left_mm = 2.0})};
-    const auto torn_in = [&records](double ruptures_of_first, double ruptures_of_second) {
-        records[0].summary["ruptures"] = ruptures_of_first;
-        records[1].summary["ruptures"] = ruptures_of_second;
-        const Results results(records);
-        return verdict_of(results).rows.front().torn_in;
-    };
-    EXPECT_EQ(torn_in(1.0, 0.0), "drag");
-    EXPECT_EQ(torn_in(1.0, 1.0), "drag");
-    EXPECT_EQ(torn_in(0.0, 1.0), "");
-}
-
-TEST(Verdict, ATearThatHardContactCallsForIsNoDepthThatRowsAreRankedBy) {
-    // mine tells the tear and is deep in the torn tissue; theirs is a little less deep and says nothing.
-    std::vector<Record> records{
-        synthetic({.scene = "poke", .left_mm = 0.4}), synthetic({.scene = "drag", .left_mm = 1.5}),
-        synthetic({.scene = "poke", .detector = "theirs", .own = false, .left_mm = 0.4, .state_hash = "b"}),
-        synthetic({.scene = "drag", .detector = "theirs", .own = false, .left_mm = 1.3, .state_hash = "b"})};
-    const auto first = [&records](double clears) {
-        for (Record& record : records) {
-            if (record.spec.scene == "drag") record.summary["reference_clears_hard"] = clears;
-        }
-        const Results results(records);
-        return verdict_of(results).rows.front();
-    };
-    records[1].summary["ruptures"] = 2;
-    const VerdictRow due = first(0.0);
-    EXPECT_EQ(due.contestant.detector, "mine");
-    EXPECT_NEAR(due.error, 0.4e-3, 1e-12);
-    EXPECT_NEAR(due.left_max, 0.4e-3, 1e-12);
-    EXPECT_EQ(due.due_tears, std::vector<std::string>{"drag"});
-    EXPECT_NEAR(due.due_tear_max, 1.5e-3, 1e-12);
-    // Where hard contact clears, the tear is a wrong answer and its depth counts.
-    EXPECT_TRUE(first(1.0).due_tears.empty());
     const Results results(records);
-    for (const VerdictRow& row : verdict_of(results).rows) {
-        const bool mine = row.contestant.detector == "mine";
-        EXPECT_NEAR(row.error, std::sqrt(0.4e-3 * (mine ? 1.5e-3 : 1.3e-3)), 1e-12);
-        EXPECT_EQ(row.torn_in, mine ? "drag" : "");
-    }
+    const Verdict verdict = verdict_of(results);
+    EXPECT_NEAR(verdict.rows.front().left_max, 2e-3, 1e-12);
+    const Table table = verdict_table(verdict, "", 1.0);
+    EXPECT_EQ(table.rows.front().cells.at(5), "1.25 / 2.00");
+    EXPECT_EQ(table.columns.at(6).header, "tears");
+    EXPECT_EQ(table.rows.front().cells.at(6), "3");
 }
 
-TEST(Verdict, OfAlikeDepthsTheDetectorThatMissesPairsStandsLast) {
-    // theirs leaves 5 % less and is faster, but misses every second pair.
-    const auto rows_with = [](double theirs_mm) {
-        const std::vector<Record> records{
-            synthetic({.left_mm = 1.0}),
-            synthetic({.detector = "theirs", .own = false, .first_tick_us = 50, .left_mm = theirs_mm, .missing = 2})};
-        const Results results(records);
-        return verdict_of(results).rows.front().contestant.detector;
+TEST(Verdict, ResponsesStandInOneOrderHereAndOnPageOne) {
+    // By the worst depth of tissue scenes: the geometric mean over scenes, a rigid scene and pairs missed say
+    // otherwise.
+    std::vector<Record> records{
+        synthetic({.scene = "poke", .response = "even", .left_mm = 1.0, .missing = 2, .state_hash = "a"}),
+        synthetic({.scene = "stab", .response = "even", .left_mm = 1.0, .state_hash = "b"}),
+        synthetic({.scene = "poke", .response = "uneven", .left_mm = 0.01, .state_hash = "c"}),
+        synthetic({.scene = "stab", .response = "uneven", .left_mm = 1.1, .state_hash = "d"}),
+        synthetic({.scene = "cross", .pair_class = "I2I", .response = "even", .left_mm = 9.0, .state_hash = "e"}),
+        synthetic({.scene = "cross", .pair_class = "I2I", .response = "uneven", .left_mm = 0.1, .state_hash = "f"})};
+    const Draft draft(records);
+    const Verdict verdict = verdict_of(draft.results);
+    const std::vector<ResponseRow> rows = response_rows(draft);
+    ASSERT_EQ(verdict.rows.size(), 2U);
+    ASSERT_EQ(rows.size(), 2U);
+    EXPECT_EQ(verdict.rows.front().contestant.response, "even");
+    EXPECT_EQ(rows.front().who.front().response, "even");
+    EXPECT_NEAR(verdict.rows.front().left_max, 1e-3, 1e-12);
+    EXPECT_NEAR(rows.front().depth_worst, 1e-3, 1e-12);
+    // The rigid scene has a table of its own.
+    EXPECT_EQ(response_rows(draft, false).front().who.front().response, "uneven");
+    EXPECT_NE(test::whole(make_report(records)).find("## Responses without tissue"), std::string::npos);
+}
+
+TEST(Verdict, ResponsesAreOrderedByFailuresThenDepthsThenTime) {
+    const ResponseStanding best{.worst = 1e-3, .median = 1e-4, .tick_p99 = 1e5};
+    const auto behind = [&best](const auto& change) {
+        ResponseStanding other = best;
+        change(other);
+        return response_order(best) < response_order(other);
     };
-    EXPECT_EQ(rows_with(0.95), "mine");
-    EXPECT_EQ(rows_with(0.85), "theirs") << "more than a tenth is no chance";
+    EXPECT_TRUE(behind([](ResponseStanding& r) { r.control = true; }));
+    EXPECT_TRUE(behind([](ResponseStanding& r) { r.failed = true, r.worst = 0.0; }));
+    EXPECT_TRUE(behind([](ResponseStanding& r) { r.not_run = true, r.worst = 0.0; }));
+    EXPECT_TRUE(behind([](ResponseStanding& r) { r.worst = 2e-3, r.median = 0.0; }));
+    EXPECT_TRUE(behind([](ResponseStanding& r) { r.median = 2e-4, r.tick_p99 = 0.0; }));
+    EXPECT_TRUE(behind([](ResponseStanding& r) { r.tick_p99 = 2e5; }));
+    EXPECT_TRUE(behind([](ResponseStanding& r) { r.worst = not_known; }));
 }
 
 TEST(Verdict, AContactAsSoftAsItsSceneAsksIsNoError) {
@@ -374,9 +361,11 @@ TEST(Verdict, AContactAsSoftAsItsSceneAsksIsNoError) {
     records[1].summary["position_error_worst_equal_k"] = 2.0e-3;
     const Results results(records);
     const Verdict verdict = verdict_of(results);
-    EXPECT_EQ(verdict.rows.front().contestant.response, "push");
-    EXPECT_NEAR(verdict.rows.front().error, 0.2e-3, 1e-12);
-    EXPECT_NEAR(verdict.rows.front().left_max, 0.8e-3, 1e-12) << "told all the same";
+    const auto soft = std::find_if(verdict.rows.begin(), verdict.rows.end(),
+                                   [](const VerdictRow& row) { return row.contestant.response == "push"; });
+    ASSERT_NE(soft, verdict.rows.end());
+    EXPECT_NEAR(soft->error, 0.2e-3, 1e-12);
+    EXPECT_NEAR(soft->left_max, 0.8e-3, 1e-12) << "told all the same";
 }
 
 TEST(Verdict, TimesOverScenesAreGeometricMeans) {
@@ -426,7 +415,7 @@ TEST(Verdict, ARatioWithinTheNoiseIsToldAsNearOne) {
     const auto ratios = [verdict = verdict_of(results)](double noise_floor) {
         std::map<std::string, std::string> by_name;
         for (const TableRow& row : verdict_table(verdict, "", noise_floor).rows) {
-            by_name[row.cells.at(1).substr(0, 9)] = row.cells.at(9);
+            by_name[row.cells.at(1).substr(0, 9)] = row.cells.at(10);
         }
         return by_name;
     };
@@ -457,7 +446,7 @@ TEST(Verdict, AFailedSceneLeavesNoMeanAndGoesLast) {
     EXPECT_EQ(last.failed_runs, 1);
     EXPECT_TRUE(std::isnan(last.p50.value));
     const Table table = verdict_table(verdict, "", 1.0);
-    EXPECT_EQ(table.rows.back().cells.at(7), "fails");
+    EXPECT_EQ(table.rows.back().cells.at(8), "fails");
     EXPECT_EQ(table.rows.back().cells.back(), "1 of 3 runs, 1 of 2 scenes ok");
 }
 
@@ -602,8 +591,8 @@ TEST(Report, ThesisTableStandsBesideThePublishedFigures) {
 TEST(Report, TableTwoOneHasNumbersWhereAResponseStandsForARowAndNotMeasuredElsewhere) {
     std::vector<Record> records = three_contestants();
     EXPECT_NE(test::whole(make_report(records)).find("| in no row |"), std::string::npos);
-    // Three runs of 1100 timed ticks of a response that stands for a row: 3.5 mm left at worst with tissue, 1.25 mm
-    // without, and 9 mm in tissue that hard contact tears too.
+    // Three runs of 1100 timed ticks of a response that stands for a row: 9 mm left at worst with tissue, 1.25 mm
+    // without.
     Record tissue = synthetic({.response = "bounce", .left_mm = 3.5});
     Record rigid = synthetic({.scene = "cross", .pair_class = "I2I", .response = "bounce", .left_mm = 1.25});
     Record broken = synthetic({.scene = "stab", .response = "bounce", .outcome = {OutcomeKind::unstable, "blew up"}});
@@ -619,7 +608,7 @@ TEST(Report, TableTwoOneHasNumbersWhereAResponseStandsForARowAndNotMeasuredElsew
     records.back().summary["reference_clears_hard"] = 0;
     const std::string markdown = test::whole(make_report(records));
     EXPECT_NE(markdown.find("| B. Mirtich et al | Impulse based | Y / N / N | `bounce` (canonical) | 3 of 4 | 4 | 7.00 "
-                            "| 107 | 0 of 3300 | 1.25 | 3.50; tear due 9.00 |"),
+                            "| 107 | 0 of 3300 | 1.25 | 9.00 |"),
               std::string::npos)
         << markdown.substr(markdown.find("Table 2.1"), 5000);
     EXPECT_NE(markdown.find("| D. Baraff et al | Constraint | N / Y / Y | not measured |"), std::string::npos);

@@ -1,0 +1,155 @@
+#!/usr/bin/env python3
+"""Two summaries of a study's results.csv that no section of a report has yet.
+
+  bench/analysis.py search   reports/response_search/results.csv    the best setting of every response
+  bench/analysis.py ablation reports/ablation_contacts/results.csv  which part of a response does the work
+
+search: of every response the setting with the least mean over scenes of log(worst residual penetration + 0.02 edge),
+among those whose runs all end ok. Settings within 1 % of the least are tied;
+of these the one with the smallest force jump is taken. The edge is 5 mm, that of the scenes.
+
+ablation: shares of the variance of log(worst residual penetration + 0.02 edge) that each factor explains, as an
+analysis of variance with the scene as block, and the ratio of geometric means of the two laws at their best stiffness
+with a 90 % interval, bootstrapped over scenes.
+"""
+import csv
+import math
+import random
+import statistics
+import sys
+from collections import defaultdict
+
+OFFSET_MM = 0.02 * 5.0
+
+
+def read(path):
+    """Rows with `method`, NAME:key=value as on a command line, from the columns response and response.KEY."""
+    with open(path, newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["mode"] == "closed_loop"]
+    for row in rows:
+        given = [f"{key.removeprefix('response.')}={value}" for key, value in sorted(row.items())
+                 if key.startswith("response.") and value]
+        row["method"] = row["response"] + (":" + ",".join(given) if given else "")
+    return rows
+
+
+def number(row, name):
+    text = row.get(name, "")
+    return float(text) if text not in ("", "nan", "NaN", "NA", "n/a") else math.nan
+
+
+def log_depth(row):
+    return math.log(1e3 * number(row, "residual_max_m") + OFFSET_MM)
+
+
+def parameters(method):
+    name, _, rest = method.partition(":")
+    return name, dict(item.split("=", 1) for item in rest.split(",") if "=" in item)
+
+
+def family(method):
+    name, given = parameters(method)
+    return name + (":profile=" + given["profile"] if "profile" in given else "")
+
+
+def search(rows):
+    runs = defaultdict(list)
+    for row in rows:
+        runs[(row["method"], row["contacts"])].append(row)
+    scenes = len({row["scene"] for row in rows})
+    best = defaultdict(list)
+    for (method, contacts), list_of in runs.items():
+        failed = sum(row["outcome"] != "ok" for row in list_of) + scenes - len(list_of)
+        jump = max((number(row, "force_jump_max_n") for row in list_of), default=math.nan)
+        if failed:
+            best[family(method)].append((math.inf, jump, method, contacts, failed, math.nan))
+            continue
+        objective = statistics.fmean(log_depth(row) for row in list_of)
+        worst = max(1e3 * number(row, "residual_max_m") for row in list_of)
+        best[family(method)].append((objective, jump, method, contacts, 0, worst))
+    print("| response | settings | of these ok | best setting | contacts | worst (mm) | force jump (N) | objective |")
+    print("|---|---:|---:|---|---|---:|---:|---:|")
+    for name, settings in sorted(best.items(), key=lambda item: min(item[1])[0]):
+        sound = [one for one in settings if math.isfinite(one[0])]
+        if not sound:
+            print(f"| {name} | {len(settings)} | 0 | none | | | | |")
+            continue
+        least = min(one[0] for one in sound)
+        tied = [one for one in sound if one[0] <= least + math.log(1.01)]
+        objective, jump, method, contacts, _, worst = min(tied, key=lambda one: (one[1], one[2]))
+        print(f"| {name} | {len(settings)} | {len(sound)} | `{method}` | {contacts} | {worst:.3g} | {jump:.3g} "
+              f"| {objective:.3f} |")
+
+
+def factors_of(row):
+    name, given = parameters(row["method"])
+    return {"side information": row["contacts"], "look-ahead": given.get("look_ahead", "0.1"),
+            "stiffness": given.get("k", "auto"), "law": name}
+
+
+def ablation(rows):
+    cells, failed = [], 0
+    for row in rows:
+        if row["contacts"] not in ("near", "tracked"):
+            continue
+        if row["outcome"] != "ok" or math.isnan(number(row, "residual_max_m")):
+            failed += 1
+        cells.append((factors_of(row), row["scene"], row))
+    # A failed run counts as the deepest of its scene: infinite has no logarithm.
+    deepest = {scene: max(log_depth(r) for _, s, r in cells if s == scene and r["outcome"] == "ok")
+               for scene in {s for _, s, _ in cells}}
+    value = [(f, s, log_depth(r) if r["outcome"] == "ok" else deepest[s]) for f, s, r in cells]
+    names = list(cells[0][0])
+
+    def shares(data):
+        scene_mean = {s: statistics.fmean(v for _, t, v in data if t == s) for s in {s for _, s, _ in data}}
+        centred = [(f, v - scene_mean[s]) for f, s, v in data]
+        total = sum(v * v for _, v in centred)
+        result = {}
+        for name in names:
+            groups = defaultdict(list)
+            for f, v in centred:
+                groups[f[name]].append(v)
+            result[name] = sum(len(g) * statistics.fmean(g) ** 2 for g in groups.values()) / total
+        result["interactions and rest"] = 1.0 - sum(result.values())
+        return result
+
+    scenes = sorted({s for _, s, _ in value})
+    by_scene = {s: [one for one in value if one[1] == s] for s in scenes}
+    generator = random.Random(1)
+
+    def drawn(index):
+        return [(f, (index, i), v) for i, s in enumerate(generator.choices(scenes, k=len(scenes)))
+                for f, _, v in by_scene[s]]
+
+    draws = [shares(drawn(i)) for i in range(500)]
+    print(f"{len(value)} runs on {len(scenes)} scenes, {failed} failed (counted as the deepest of their scene).\n")
+    print("| factor | share of variance | 90 % interval over scenes |")
+    print("|---|---:|---:|")
+    for name, share in shares(value).items():
+        sample = sorted(one[name] for one in draws)
+        print(f"| {name} | {100 * share:.0f} % | {100 * sample[25]:.0f} to {100 * sample[474]:.0f} % |")
+    print("\n| cell | geometric mean (mm) |\n|---|---:|")
+    groups = defaultdict(list)
+    for f, _, v in value:
+        groups[tuple(f.values())].append(v)
+    for cell, logs in sorted(groups.items(), key=lambda item: statistics.fmean(item[1])):
+        print(f"| {', '.join(cell)} | {math.exp(statistics.fmean(logs)) - OFFSET_MM:.3g} |")
+    stiffest = max({f["stiffness"] for f, _, _ in value}, key=float)
+    top = {(f["law"], s): v for f, s, v in value
+           if f["side information"] == "tracked" and f["look-ahead"] != "scripts" and f["stiffness"] == stiffest}
+    laws = sorted({law for law, _ in top})
+    if len(laws) == 2:
+        differences = [top[(laws[1], s)] - top[(laws[0], s)] for s in scenes]
+        boot = sorted(math.exp(statistics.fmean(generator.choices(differences, k=len(differences))))
+                      for _ in range(2000))
+        ratio = math.exp(statistics.fmean(differences))
+        verdict = "equivalent" if boot[100] >= 0.8 and boot[1899] <= 1.25 else "not shown to be equivalent"
+        print(f"\n{laws[1]} / {laws[0]} with tracked contacts, look-ahead and k = {stiffest}: {ratio:.2f}, 90 % interval "
+              f"{boot[100]:.2f} to {boot[1899]:.2f}: {verdict} (0.8 to 1.25).")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3 or sys.argv[1] not in ("search", "ablation"):
+        sys.exit(__doc__)
+    {"search": search, "ablation": ablation}[sys.argv[1]](read(sys.argv[2]))

@@ -1,0 +1,57 @@
+// Contact force between bodies that do not touch: the honest second side of residual penetration.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "contact/contact.hpp"
+#include "contact/effect.hpp"
+#include "scene/world.hpp"
+
+namespace trocar {
+
+/// Follows the forces of body pairs beside the clearance between them. Forces that pull by design (grasps) and dampers
+/// do not count. The distance of two surfaces is that of their triangles (geometry/triangle_distance).
+class ForceWithoutTouch {
+public:
+    /// `counted`: one flag per Topology::body_pairs entry. The topology outlives the object.
+    ForceWithoutTouch(const Topology& topology, const Frame& first, std::span<const std::uint8_t> counted);
+
+    /// m, an upper bound of the clearance of two bodies on the frame of the call, 0 where one is inside the other.
+    using Bound = std::function<double(Index body_a, Index body_b)>;
+    /// After every tick: the frame after it, its effect, and what its contacts gave.
+    void observe(const Frame& after, const Effect& effect, std::span<const ContactLoad> loads, const Bound& bound);
+
+    /// m: per pair the largest, over ticks with more than 1 % of the pair's peak force, of the smaller of the
+    /// clearances at the tick's start and end; the largest over pairs. NaN without such a tick, and where an effect has
+    /// forces that no contact carries, so that pairs cannot be told apart.
+    [[nodiscard]] double largest() const;
+
+private:
+    /// A tick of a pair.
+    struct Sample {
+        double force = 0.0;      ///< N
+        double clearance = 0.0;  ///< m
+    };
+    struct Pair {
+        double start =
+            std::numeric_limits<double>::infinity();  ///< m, bound at the end of the last tick; infinite: none
+        double force = 0.0;                           ///< N, in this tick
+        double peak = 0.0;                            ///< N
+        std::vector<Sample> samples;                  ///< none has less force and less clearance than another
+    };
+    [[nodiscard]] Index pair_of(const LinearContact& contact) const;
+    [[nodiscard]] double clearance(const Frame& frame, Index pair, double bound);
+    static void keep(Pair& pair, double force, double clearance);
+
+    const Topology* topology_;
+    std::vector<std::uint8_t> counted_;
+    std::vector<Pair> pairs_;  ///< per Topology::body_pairs entry
+    Frame before_;             ///< positions at the start of the tick
+    std::vector<TrianglePair> near_;
+    bool untold_ = false;
+};
+
+}  // namespace trocar

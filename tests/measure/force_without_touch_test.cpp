@@ -1,0 +1,91 @@
+#include "measure/force_without_touch.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "scene/world.hpp"
+
+namespace trocar {
+namespace {
+
+/// A triangle of an instrument at a height (m) above a triangle of tissue, and a second instrument far away.
+struct Stack {
+    Topology topology;
+    Frame frame;
+    Stack() {
+        Triangles one(3, 1);
+        one.col(0) << 0, 1, 2;
+        topology = make_topology({{.name = "tool", .kind = BodyKind::instrument, .vertex_count = 3, .triangles = one},
+                                  {.name = "other", .kind = BodyKind::instrument, .vertex_count = 3, .triangles = one},
+                                  {.name = "tissue", .kind = BodyKind::tissue, .vertex_count = 3, .triangles = one}});
+        frame.position.resize(3, 9);
+        for (Index body = 0; body < 3; ++body) {
+            frame.position.middleCols(3 * body, 3) << 0, 0.01, 0, 0, 0, 0.01, 0, 0, 0;
+        }
+        frame.position.row(2).segment(3, 3).setConstant(1.0);
+        place(1e-3);
+    }
+    void place(double height) { frame.position.row(2).segment(0, 3).setConstant(height); }
+};
+
+LinearContact contact_on(Index vertex, Index reaction_body) {
+    LinearContact contact;
+    contact.vertices = {vertex, -1, -1};
+    contact.weights = {1.0, 0.0, 0.0};
+    contact.normal = -Vector3::UnitZ();
+    contact.reaction_body = reaction_body;
+    return contact;
+}
+
+/// Follows heights (m, after each tick) and forces (N) of the first pair.
+double follow(const std::vector<std::pair<double, double>>& ticks, const std::function<void(Effect&)>& more = {}) {
+    Stack stack;
+    const std::vector<std::uint8_t> counted(stack.topology.body_pairs.size(), 1);
+    ForceWithoutTouch figure(stack.topology, stack.frame, counted);
+    Effect effect;
+    effect.resize(9, 3);
+    for (const auto& [height, force] : ticks) {
+        stack.place(height);
+        effect.clear();
+        effect.contacts = {contact_on(6, 0)};
+        if (more) more(effect);
+        std::vector<ContactLoad> loads(effect.contacts.size());
+        loads[0] = {.normal = force, .force = Vector3(0.0, 0.0, -force)};
+        figure.observe(stack.frame, effect, loads, [&](Index a, Index b) {
+            return a == 0 && b == 2 ? height : 1.0;  // parallel triangles: the bound is the distance
+        });
+    }
+    return figure.largest();
+}
+
+TEST(ForceWithoutTouch, IsTheLargestOfTheSmallerClearancesOfTicksWithForce) {
+    // Starts 1 mm apart. With force: 1 → 0.3 mm, 0.3 → 0.2, 0.2 → 0.5, and 0.5 → 0.4 with too little of it.
+    const std::vector<std::pair<double, double>> ticks{{3e-4, 2.0}, {2e-4, 2.0}, {5e-4, 2.0}, {4e-4, 0.019}};
+    EXPECT_NEAR(follow(ticks), 3e-4, 1e-15);
+    // One with more than 1 % of the peak counts, however early the peak was; an early one with less than 1 % of a later
+    // peak does not.
+    EXPECT_NEAR(follow({{3e-4, 2.0}, {5e-4, 0.0}, {4e-4, 0.021}}), 4e-4, 1e-15);
+    EXPECT_NEAR(follow({{6e-4, 0.019}, {1e-4, 2.0}}), 1e-4, 1e-15);
+    EXPECT_NEAR(follow({{3e-4, 0.0}, {0.0, 1.0}}), 0.0, 1e-15);
+    EXPECT_TRUE(std::isnan(follow({{3e-4, 0.0}}))) << "no force is no figure";
+}
+
+TEST(ForceWithoutTouch, IsUnknownWhereForcesArePutDownToNoPair) {
+    const std::vector<std::pair<double, double>> ticks{{3e-4, 1.0}};
+    EXPECT_NEAR(follow(ticks), 3e-4, 1e-15);
+    EXPECT_TRUE(std::isnan(follow(ticks, [](Effect& effect) { effect.placements.push_back({.vertex = 6}); })));
+    EXPECT_TRUE(std::isnan(follow(ticks, [](Effect& effect) { effect.wrench[0].force = Vector3::UnitX(); })));
+    EXPECT_TRUE(std::isnan(follow(ticks, [](Effect& effect) { effect.held_force(2, 6) = 1.0; })));
+}
+
+TEST(ForceWithoutTouch, LeavesOutWhatPullsByDesign) {
+    EXPECT_TRUE(
+        std::isnan(follow({{3e-4, 1.0}}, [](Effect& effect) { effect.contacts[0].role = ContactRole::grasp; })));
+}
+
+}  // namespace
+}  // namespace trocar
