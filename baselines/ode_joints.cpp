@@ -31,6 +31,8 @@
 #include <cmath>
 #include <memory>
 #include <stdexcept>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "geometry/input_error.hpp"
@@ -456,6 +458,15 @@ ResponseEntry ode_joints_response() {
     const std::vector<Parameter> law =
         law_parameters("1000 between instruments and rigid bodies, on tissue the mean of the springs there");
     entry.parameters.insert(entry.parameters.begin() + 1, law.begin(), law.end());
+    // `near` offers several open features per vertex. dWorldStep's dense solver takes minutes per simulated second for
+    // them, and a check of its own fails (dxLDLTRemove).
+    entry.why_unreadable = [](const ParameterValues& values, std::string_view source) -> std::string {
+        const bool dense =
+            values.is("stepper", "auto") ? values.is("setting", "penalty") : values.is("stepper", "world");
+        if (source != "near" || !dense) return {};
+        return "dWorldStep of ode_joints cannot bear the many open contacts of 'near'; take stepper=quick or another "
+               "contact source";
+    };
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         if (!ode_precision_matches()) {
             throw InputError("ode_joints: ODE's library and headers differ in the size of a number");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "respond/equations.hpp"
 
@@ -161,7 +162,8 @@ bool PointContacts::keep_deepest(PointContact& contact) {
                 return (contact.normal - normal).norm() <= alike;
             });
             if (!seen && end != known.normals.end()) known.normals[at(known.normal_count++)] = contact.normal;
-            if (contact.id < known.id) {
+            const auto rank = [](const PointContact& one) { return std::tie(one.id, one.a.weights, one.b.weights); };
+            if (rank(contact) < rank(known)) {
                 contact.normals = known.normals;
                 contact.normal_count = known.normal_count;
                 contact.next = known.next;
