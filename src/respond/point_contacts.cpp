@@ -119,9 +119,7 @@ void PointContacts::gather(const Topology& topology, const Frame& frame, const C
                 effect.skip(SkipReason::no_direction);
             } else if (!reduce || point.depth < 0.0) {
                 list_.push_back(point);
-            } else if ((edges &&
-                        (stands_for(contact.vertex_a, point.body_b) || stands_for(contact.vertex_b, point.body_a))) ||
-                       !keep_deepest(point)) {
+            } else if ((edges && is_left_to_a_vertex(contact, point)) || !keep_deepest(point)) {
                 effect.skip(SkipReason::reduced);
             }
         }
@@ -132,6 +130,17 @@ void PointContacts::gather(const Topology& topology, const Frame& frame, const C
         const double length = sum.norm();
         if (contact.normal_count > 1 && length > 0.0) contact.normal = sum / length;
     }
+}
+
+bool PointContacts::is_left_to_a_vertex(const Contact& contact, const PointContact& point) const {
+    if (contact.kind != ContactCase::edge_edge) {
+        return stands_for(contact.vertex_a, point.body_b) || stands_for(contact.vertex_b, point.body_a);
+    }
+    const auto any_end = [this](const ContactPoint& edge, Index other) {
+        return std::any_of(edge.vertices.begin(), edge.vertices.end(),
+                           [&](Index vertex) { return stands_for(vertex, other); });
+    };
+    return any_end(contact.on_a, point.body_b) || any_end(contact.on_b, point.body_a);
 }
 
 bool PointContacts::stands_for(Index vertex, Index other) const {

@@ -45,6 +45,8 @@ public:
 private:
     /// The list holds the contact of this very vertex with that body.
     [[nodiscard]] bool stands_for(Index vertex, Index other) const;
+    /// Of a contact of edges: a vertex beside it is inside the other body and stands for the overlap.
+    [[nodiscard]] bool is_left_to_a_vertex(const Contact& contact, const PointContact& point) const;
     /// False where another contact of the vertex stands for it.
     bool keep_deepest(PointContact& contact);
     std::vector<Index> first_;  ///< N; first contact of a vertex

@@ -130,10 +130,11 @@ private:
         contacts.contacts.push_back(point_face_contact(start, under, normal, one.distance - 2.0 * home.depth));
     }
 
-    /// Weights of the point of a tissue face's plane that lies under the vertex, so that force and reaction act on one
-    /// line. Some are negative where it lies beside the face. A needle has no place beside it: its nearest point stays.
+    /// Between two tissues, weights of the point of the face's plane that lies under the vertex, so that force and
+    /// reaction act on one line. Some are negative where it lies beside the face. A needle has no place beside it: its
+    /// nearest point stays. A body that is no tissue takes its force anywhere on the line.
     [[nodiscard]] Vector3 weights_under(const TickStart& start, const PointFace& one) const {
-        if (!start.is_tissue(one.face_body)) return one.weights;
+        if (!start.is_tissue(one.face_body) || !start.is_tissue(one.vertex_body)) return one.weights;
         const auto corner = topology_->triangles.col(one.triangle);
         const auto place = [&](int i) { return start.position(corner[i], one.face_body); };
         const Vector3 weights =

@@ -73,9 +73,9 @@ struct WorkPrecisionPart {
         std::vector<std::string> scenes;
         std::vector<StudyMethod> detectors;
         std::vector<StudyMethod> responses;  ///< empty: the detectors on replayed frames
-        std::string contacts = default_contacts;
-        std::string knob;                 ///< dt | k | substeps | detector.KEY | response.KEY
-        std::vector<std::string> values;  ///< as written after KEY=
+        std::string contacts;                ///< empty: each response's own
+        std::string knob;                    ///< dt | k | substeps | detector.KEY | response.KEY
+        std::vector<std::string> values;     ///< as written after KEY=
     };
     std::vector<Sweep> sweeps;
     std::int64_t ticks = 0;  ///< at the scene's own dt

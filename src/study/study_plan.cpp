@@ -132,13 +132,15 @@ void add_sweeps(const Study& study, std::int64_t repetition, std::vector<Planned
             for (const StudyMethod& detector : sweep.detectors) {
                 for (const StudyMethod& response : responses) {
                     if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
-                    const std::string reason = why_without_contacts(detector, response, sweep.contacts);
+                    const bool own = sweep.contacts.empty() && !response.text.empty();
+                    const std::string contacts = own ? own_source(response) : sweep.contacts;
+                    const std::string reason = why_without_contacts(detector, response, contacts);
                     for (const std::string& value : sweep.values) {
                         PlannedRun run =
                             planned(study, "work_precision", scene, part.ticks, part.truth_stride, repetition,
                                     owner == "detector" ? with_parameter(detector, key, value) : detector,
                                     owner == "response" ? with_parameter(response, key, value) : response,
-                                    sweep.responses.empty() ? "" : sweep.contacts);
+                                    sweep.responses.empty() ? "" : contacts);
                         if (owner == sweep.knob) run.spec.overrides = sweep.knob + "=" + value;
                         run.spec.knob = sweep.knob;
                         run.spec.point = value;

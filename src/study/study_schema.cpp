@@ -66,7 +66,7 @@ std::string study_schema() {
           "properties": {
             "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
             "responses": {"$ref": "#/$defs/methods", "description": "Absent: the detectors on replayed frames"},
-            "contacts": {"enum": ["native", "canonical", "near", "tracked"], "default": "tracked"},
+            "contacts": {"enum": ["native", "canonical", "near", "tracked"], "description": "Absent: each response's own, as in trocar run"},
             "knob": {"type": "string", "description": "dt (s, the run keeps its length), k (N/m, contact stiffness), substeps, detector.KEY or response.KEY with a parameter of trocar list"},
             "values": {"type": "array", "minItems": 1, "items": {"type": ["number", "string"]}}}}},
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},

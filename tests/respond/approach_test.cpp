@@ -221,11 +221,11 @@ TEST(Approach, TissueIsClearOfAHandLedToolAfterTheTickInWhichItLands) {
         for (const double led_at : {0.25, 0.5, 1.0, 2.0, 3.0}) {
             const Scene scene = landing(tool, led_at);
             EXPECT_LE(first_touch(scene, hold).depth, 1e-5) << tool.name << " at " << led_at;
-            // The plain spring acts on what has crossed.
+            // The plain spring is as soft as the tissue.
             latest = std::max(latest, first_touch(scene, "penalty").depth);
         }
     }
-    EXPECT_GT(latest, 5e-4) << "the test should have seen late contact";
+    EXPECT_GT(latest, 1e-4) << "the test should have seen late contact";
 }
 
 TEST(Approach, TissueGainsNoMoreThanAHandGivesWhenItsToolLands) {

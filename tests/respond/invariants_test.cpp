@@ -535,6 +535,9 @@ std::vector<Switch> switches() {
         {"k", "thesis:resolution=none", "123", "force on the tool", tip(vertex_of_a_in_b, instrument, tissue, none, 0)},
         {"mu", "thesis:resolution=none", "0.7", "force on a moving tool",
          tip(vertex_of_a_in_b, instrument, tissue, speed, 0)},
+        {"relaxation_time", "thesis:k=100,resolution=none", "0.1", "force on a moving tool",
+         tip(vertex_of_a_in_b, instrument, tissue, speed, 0)},
+        {"look_ahead", "thesis:profile=corrected", "scripts", "force on two jaws that lift a fold", grasped_force},
         {"distribute", "thesis", "force_at_vertex", "weight of the first loaded vertex",
          measured(vertex_of_a_in_b, instrument, tissue, none,
                   [](const PairSample& s) { return s.effect.contacts.at(0).weights[0]; })},
@@ -545,7 +548,8 @@ std::vector<Switch> switches() {
         {"closest_point", "thesis", "on", "closing speed where the face's corners move differently",
          tip(
              vertex_of_b_in_a, instrument, instrument, [](PairSample& s) { s.frame.velocity(2, 1) = 0.3; }, 1)},
-        {"normal", "thesis:profile=corrected,resolution=none", "face", "direction of the first contact on a wavy sheet",
+        {"normal", "thesis:profile=corrected,resolution=none,tissue_tissue=exchange", "face",
+         "direction of the first contact on a wavy sheet",
          stabbed(5,
                  [](const ClosedLoop& loop) {
                      double sum = 0.0;

@@ -35,7 +35,9 @@ struct Watched {
 
 Watched run_watched(const Scene& scene, const std::string& response, std::int64_t ticks, bool watched) {
     const MethodSpec spec = parse_method(response);
-    const SourceEntry& source = registry().source(default_source(spec));
+    // Contacts of meeting triangles where the response reads them: they come late, and let go all at once.
+    const bool late = why_unreadable(registry().source("canonical"), spec).empty();
+    const SourceEntry& source = registry().source(late ? "canonical" : default_source(spec));
     Simulation simulation(scene, make_detector("ohc_clustered"), make_response(spec.name, spec.parameters), source,
                           {.watched = watched});
     Balance balance(scene);

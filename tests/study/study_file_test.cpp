@@ -75,8 +75,8 @@ TEST_F(StudyFile, AResponseThatTheContactsDoNotServeRunsOnItsOwnUnlessTheyAreNam
     };
     const std::string before = R"({"format":"trocar-study-1","name":"s","closed_loop":{"scenes":["a.json"],)";
     using Found = std::map<std::string, std::set<std::string>>;
-    EXPECT_EQ(sources(read(before + R"("detectors":["ohc"],"responses":["penalty","hold"]}})")),
-              (Found{{"penalty", {"canonical"}}, {"hold", {"tracked"}}}));
+    EXPECT_EQ(sources(read(before + R"("detectors":["ohc"],"responses":["penalty","hold","thesis"]}})")),
+              (Found{{"penalty", {"tracked"}}, {"hold", {"tracked"}}, {"thesis", {"canonical"}}}));
     EXPECT_EQ(
         sources(read(before + R"("detectors":["ohc"],"contacts":["canonical"],"responses":["penalty","hold"]}})")),
         (Found{{"penalty", {"canonical"}}, {"hold", {"settled"}}}));
@@ -245,7 +245,7 @@ TEST_F(StudyFile, ASweepRunsAMethodOnItsScenesAndTellsWhatHasNoContactsOfItsOwn)
     if (ends.at("a|fcl_bvh|penalty|native") == "absent") GTEST_SKIP() << "without FCL";
     const std::map<std::string, std::string> expected{
         {"a|ohc|thesis|canonical", "to do"},       {"b|ohc|thesis|canonical", "to do"},
-        {"b|ohc|penalty|canonical", "to do"},      {"a|ohc|penalty|native", "unsupported"},
+        {"b|ohc|penalty|tracked", "to do"},        {"a|ohc|penalty|native", "unsupported"},
         {"a|ohc|thesis|native", "unsupported"},    {"a|fcl_bvh|penalty|native", "to do"},
         {"a|fcl_bvh|thesis|native", "unsupported"}};
     EXPECT_EQ(ends, expected);
@@ -428,7 +428,7 @@ TEST_F(StudyFile, ResponseThatCannotReadNativeContactsIsToldOnce) {
             ++thesis_rows;
             ASSERT_TRUE(run.settled);
             EXPECT_EQ(run.settled->kind, OutcomeKind::unsupported);
-            EXPECT_NE(run.settled->message.find("from contacts canonical, near, tracked, not from 'native'"),
+            EXPECT_NE(run.settled->message.find("from contacts tracked, near, canonical, not from 'native'"),
                       std::string::npos);
         } else {
             ++penalty_runs;
@@ -517,7 +517,8 @@ TEST_F(StudyFile, AResponseMayChooseItsDetectorsAndSources) {
 TEST_F(StudyFile, AnAblationOfOneSettingTurnsItsOptionsAndItsSource) {
     const std::string head = R"({"format":"trocar-study-1","name":"s","ablation":{"scenes":["a.json"],
         "detector":"ohc","from":"hold","switches":[)";
-    const Study study = read(head + R"({"parameter":"source","to":"near"},{"parameter":"contact_offset","to":"0.05"}]}})");
+    const Study study =
+        read(head + R"({"parameter":"source","to":"near"},{"parameter":"contact_offset","to":"0.05"}]}})");
     std::map<std::string, std::pair<std::string, std::string>> runs;  // by knob: response and source
     for (const PlannedRun& run : make_plan(study)) runs[run.spec.knob] = {run.spec.response, run.spec.contacts};
     ASSERT_EQ(runs.size(), 3U);
@@ -526,8 +527,9 @@ TEST_F(StudyFile, AnAblationOfOneSettingTurnsItsOptionsAndItsSource) {
     EXPECT_EQ(runs.at("contact_offset"), (std::pair<std::string, std::string>("hold:contact_offset=0.05", "tracked")));
     EXPECT_NE(complaint(head + R"({"parameter":"source","to":"nobody"}]}})").find("/ablation/switches/0/to"),
               std::string::npos);
-    EXPECT_NE(complaint(head + R"({"parameter":"contact_offset","from":"0.001","to":"0.05"}]}})").find("/switches/0/from"),
-              std::string::npos);
+    EXPECT_NE(
+        complaint(head + R"({"parameter":"contact_offset","from":"0.001","to":"0.05"}]}})").find("/switches/0/from"),
+        std::string::npos);
 }
 
 TEST_F(StudyFile, AbsentMethodBecomesRowsWithItsReason) {

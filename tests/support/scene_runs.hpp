@@ -9,14 +9,16 @@
 
 namespace trocar::test {
 
-/// With the fast detector; the depth is measured on every `truth_stride`-th tick. `ticks`: 0 = as the scene says.
+/// With the fast detector; the depth is measured on every `truth_stride`-th tick. `ticks`: 0 = as the scene says;
+/// `contacts`: empty = the response's own.
 inline Record run_scene_with(const Scene& scene, const std::string& response, std::int64_t truth_stride = 1,
-                             std::int64_t ticks = 0, const RunLimits& limits = {}, const std::string& stepper = {}) {
+                             std::int64_t ticks = 0, const RunLimits& limits = {}, const std::string& stepper = {},
+                             const std::string& contacts = {}) {
     RunSpec spec;
     spec.mode = "closed_loop";
     spec.detector = "ohc_clustered";
     spec.response = response;
-    spec.contacts = default_source(parse_method(response));
+    spec.contacts = contacts.empty() ? default_source(parse_method(response)) : contacts;
     spec.ticks = ticks;
     spec.truth_stride = truth_stride;
     spec.stepper = stepper;
