@@ -136,7 +136,9 @@ std::string response_sentence(const Draft& draft, const std::vector<ResponseRow>
     };
     std::string text = fmt::format("Over {} {} left {} mm at worst", judged_text(draft, true), name(*first),
                                    scaled(first->depth_worst, mm));
-    if (first->tears > 0.0) text += fmt::format(" (on {}; {:.0f} tears in all)", first->worst_on, first->tears);
+    if (first->tears > 0.0)
+        text += fmt::format(" (on {}; {:.0f} tear{} in all)", first->worst_on, first->tears,
+                            first->tears == 1.0 ? "" : "s");
     if (other != nullptr) {
         text += fmt::format(", {}, {}, {} mm", named ? "the best other response" : "the next", name(*other),
                             scaled(other->depth_worst, mm));

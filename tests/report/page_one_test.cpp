@@ -128,7 +128,7 @@ TEST(PageOne, TearsAreNamedBesideTheWorst) {
     records[1].summary["reference_clears_hard"] = 0;
     const Draft draft(records);
     const std::string sentence = response_sentence(draft, response_rows(draft));
-    EXPECT_NE(sentence.find("`hold` left 0.500 mm at worst (on b; 1 tears in all)"), std::string::npos) << sentence;
+    EXPECT_NE(sentence.find("`hold` left 0.500 mm at worst (on b; 1 tear in all)"), std::string::npos) << sentence;
 }
 
 TEST(PageOne, WordsThatTakeSidesAreInNoTable) {
