@@ -62,11 +62,11 @@ TEST(Certificate, ADetectorThatMergesContactsOfOnePlaceDependsOnEveryTellingButT
 TEST(Certificate, AResponseThatGoesFromBodyToBodyDependsOnTheirOrder) {
     // Two instruments, each in a hand: what one has moved the other one meets.
     const Scene scene = scene_named("i2i_cross");
-    const Record xpbd = certificate(scene, "ohc", "xpbd", 0);
+    const Record thesis = certificate(scene, "ohc", "thesis", 0);
     const Record hold = certificate(scene, "ohc", "hold", 0);
     for (const char* name : {"certificate_bodies", "certificate_swapped"}) {
-        EXPECT_GT(xpbd.summary.at(std::string(name) + "_m"), 1e-6) << name;
-        EXPECT_GT(xpbd.summary.at(std::string(name) + "_n"), 1e-3) << name;
+        EXPECT_GT(thesis.summary.at(std::string(name) + "_m"), 1e-6) << name;
+        EXPECT_GT(thesis.summary.at(std::string(name) + "_n"), 1e-3) << name;
         EXPECT_LT(hold.summary.at(std::string(name) + "_m"), 1e-12) << name;
         EXPECT_LT(hold.summary.at(std::string(name) + "_n"), 1e-9) << name;
     }
