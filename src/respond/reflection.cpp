@@ -1,8 +1,7 @@
 // Reflection with bump and friction (Policarpo and Watt; thesis ref. 34): the colliding point is a particle, the other
 // surface a plane; the particle is put on the plane and its velocity mirrored. It knows no forces: what the tool is
-// shown is the momentum it gave. Two tissues that rest on each other bounce without end, so that rounding alone grows
-// tenfold in about 25 to 30 ticks: the method's own (tests/known_gaps.json). Between non-deformable bodies, whose
-// device mass a response does not know, it acts as `penalty`.
+// shown is the momentum it gave. Two tissues that rest on each other bounce without end. Between non-deformable bodies,
+// whose device mass a response does not know, it acts as `penalty`.
 #include <memory>
 #include <utility>
 
