@@ -15,10 +15,8 @@ struct Word {
     std::string_view figure;
 };
 constexpr std::array words{
-    Word{"residual penetration, worst", "residual_max_m"},
-    Word{"residual penetration, median", "residual_median_m"},
-    Word{"tears", "ruptures"},
-    Word{"force without touch", "force_without_touch_m"},
+    Word{"depth median", "residual_median_m"},
+    Word{"depth worst", "residual_max_m"},
     Word{"force error median", "force_error_rms_hard"},
     Word{"position error", "position_error_rms_hard"},
     Word{"force jump", "force_jump_max_n"},
