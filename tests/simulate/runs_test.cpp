@@ -117,7 +117,7 @@ double distance_of_two(const Topology& topology, const Matrix3X& position) {
 
 TEST(ForceWithoutTouch, OfAClosedLoopIsThatOfTheTicksOneByOne) {
     const Scene scene = test::scene_from_text(test::poke_text());
-    for (const std::string& response : {"hold", "penalty", "penalty:k=100000,reduction=pair"}) {
+    for (const std::string response : {"hold", "penalty", "penalty:k=100000,reduction=pair"}) {
         RunSpec spec = spec_of("closed_loop", "ohc", response);
         spec.contacts = "tracked";
         spec.truth_stride = 1;
