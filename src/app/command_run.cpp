@@ -168,8 +168,8 @@ void print_text(const Scene& scene, const Record& record) {
     if (record.summary.at("passed_through") >= 0.0) {
         fmt::print("passed     a body was led through another {} times\n", plain("passed_through"));
     }
-    fmt::print("tool force largest {}, root mean square {}, largest jump {}\n", newton("force_max_n"),
-               newton("force_rms_n"), newton("force_jump_max_n"));
+    fmt::print("tool force largest {}, root mean square {}, largest jump {}; without touch up to {}\n",
+               newton("force_max_n"), newton("force_rms_n"), newton("force_jump_max_n"), mm("force_without_touch_m"));
     fmt::print(
         "tip        force largest {}, largest jump {}; moment on the tool largest {}; device saturated in {} ticks\n",
         newton("tip_force_max_n"), newton("tip_force_jump_max_n"), shown(record, "tool_moment_max_nm", 1.0, " N m"),

@@ -212,15 +212,12 @@ void add_outcome(std::vector<SummaryFigure>& list) {
          "Change of the tool force from tick to tick before any filter, 99 %; n/a below 1000 ticks", force},
         {"force_jump_max_n", "N", Better::lower,
          "Largest change of the tool force from one tick to the next, the one from zero at the first tick included, "
-         "before "
-         "any filter",
+         "before any filter",
          force},
         {"force_without_touch_m", "m", Better::lower,
          "Contact force at a distance: per body pair the largest clearance (the smaller of the tick's start and end) "
-         "in a "
-         "tick with more than 1 % of the pair's peak force. n/a where forces of pairs are not told apart, and where "
-         "not "
-         "every tick was judged",
+         "in a tick with more than 1 % of the pair's peak force. n/a where forces of pairs are not told apart, where "
+         "no tick had force, and where not every tick was judged",
          geometry},
         {"force_flips", "1", Better::lower, "Ticks on which the tool force turned by more than 90 degrees", force},
         {"force_above_30hz_rms_n", "N", Better::lower,

@@ -1,6 +1,7 @@
 #include "measure/force_without_touch.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -8,6 +9,17 @@
 #include "measure/pair_truth.hpp"
 
 namespace trocar {
+namespace {
+
+/// Body of the first vertex that is set; -1: none is. A point on an edge of a triangle leaves any of the three unset.
+Index body_of_set(const Topology& topology, const std::array<Index, 3>& vertices) {
+    for (const Index vertex : vertices) {
+        if (vertex >= 0) return topology.body_of_vertex(vertex);
+    }
+    return -1;
+}
+
+}  // namespace
 
 ForceWithoutTouch::ForceWithoutTouch(const Topology& topology, const Frame& first,
                                      std::span<const std::uint8_t> counted)
@@ -19,10 +31,10 @@ ForceWithoutTouch::ForceWithoutTouch(const Topology& topology, const Frame& firs
 /// -1: not known. A contact with a body at rest does not name it: it is the one that the pushed body has a pair with.
 Index ForceWithoutTouch::pair_of(const LinearContact& contact) const {
     const Topology& topology = *topology_;
-    if (contact.vertices[0] < 0) return -1;
-    const Index pushed = topology.body_of_vertex(contact.vertices[0]);
-    Index other = contact.reaction_body;
-    if (contact.reaction_vertices[0] >= 0) other = topology.body_of_vertex(contact.reaction_vertices[0]);
+    const Index pushed = body_of_set(topology, contact.vertices);
+    if (pushed < 0) return -1;
+    Index other = body_of_set(topology, contact.reaction_vertices);
+    if (other < 0) other = contact.reaction_body;
     if (other >= 0) return topology.body_pair(pushed, other);
     Index found = -1;
     for (Index pair = 0; pair < static_cast<Index>(topology.body_pairs.size()); ++pair) {
@@ -93,11 +105,9 @@ void ForceWithoutTouch::observe(const Frame& after, const Effect& effect, std::s
             return one.force >= pair.force && one.clearance >= most;
         });
         if (known) continue;
-        double clear = clearance(after, static_cast<Index>(number), pair.start);
-        if (start < clear || std::isinf(start)) {
-            clear = std::min(clear, clearance(before_, static_cast<Index>(number), std::min(start, clear)));
-        }
-        keep(pair, pair.force, clear);
+        const double end = clearance(after, static_cast<Index>(number), pair.start);
+        // The bounds are of samples: where edges cross, the start may be nearer than its bound says.
+        keep(pair, pair.force, std::min(end, clearance(before_, static_cast<Index>(number), std::min(start, end))));
     }
     before_.position = after.position;
 }

@@ -280,6 +280,7 @@ void add_contacts_and_forces(Draft& draft) {
                      {"left, median / max / last (mm)", true},
                      {"largest force (N)", true},
                      {"force jump, p99 / max (N per tick)", true},
+                     {"force without touch (mm)", true},
                      {"force flips (ticks)", true},
                      {"largest strain", true},
                      {"ruptures", true},
@@ -312,6 +313,7 @@ void add_contacts_and_forces(Draft& draft) {
                            format_number(f.force_max),
                            (std::isnan(f.force_jump_p99) ? "n too small" : format_number(f.force_jump_p99)) + " / " +
                                format_number(f.force_jump_max),
+                           std::isnan(f.force_without_touch) ? "n/a" : format_number(f.force_without_touch * mm),
                            count_text(f.force_flips), format_number(f.strain_max), count_text(f.ruptures), same}});
         }
     }

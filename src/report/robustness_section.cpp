@@ -57,7 +57,7 @@ void add_rank_robustness(Draft& draft) {
     const Verdict all = verdict_of(scenes);
     if (all.rows.size() < 2) return;
     const Rule main_rule =
-        all.error_is_depth() ? Rule{"error over scenes", nullptr} : Rule{"pairs missed + extra", pairs_wrong};
+        all.error_is_depth() ? Rule{"the order of the tables", nullptr} : Rule{"pairs missed + extra", pairs_wrong};
     const VerdictRow* const first = winner(all, main_rule, Among::all);
     if (first == nullptr) return;
     draft.heading(2, "Does the winner change?");
@@ -114,9 +114,9 @@ void add_rank_robustness(Draft& draft) {
         if (std::string(rule.name) != main_rule.name) add(std::string("judged by: ") + rule.name, all, rule);
     }
     table.note =
-        "The winner has the least error, the fastest of equals; errors over scenes are ranked as under \"All "
-        "contestants\". Rows that "
-        "failed on a scene cannot win. Each row has its error from its own runs alone, so that leaving a rival out "
+        "The winner has the least of the figure, the fastest of equals; the order of the tables is that of \"All "
+        "contestants\". Rows that failed on a scene cannot win. Each row has its error from its own runs alone, so "
+        "that leaving a rival out "
         "changes the winner only where it was itself the winner; in the performance profile it can change the order "
         "among those that are not best, which is told there.";
     draft.paragraph(

@@ -48,7 +48,7 @@ struct Measured {
     double misses = 0.0;
     double ticks = 0.0;
     double left_rigid = not_known;   ///< m, worst run on a scene without tissue
-    double left_tissue = not_known;  ///< m, worst run on a scene with tissue, due tears apart
+    double left_tissue = not_known;  ///< m, worst run on a scene with tissue
     int ok = 0;
     int runs = 0;
     std::set<std::string> scenes;
@@ -154,8 +154,8 @@ void add_table_2_1(Draft& draft) {
         "Time and depth belong together: a response that leaves the bodies inside each other can be fast. Left at "
         "worst: greatest true depth after a tick; n/a where no run had both a depth and a truth. Without tissue only "
         "the contact gives way: that depth is the force over the scene's k, not an error. Rows of unlike scenes do not "
-        "compare: those of a few scenes name them. Tear due: in tissue that hard contact tears too and whose rupture "
-        "was told. Responses that edit velocities or positions (impulse, reflection, position-based) act once at the "
+        "compare: those of a few scenes name them. Responses that edit velocities or positions (impulse, reflection, "
+        "position-based) act once at the "
         "start of a tick and are judged at its end, after the tissue's sub-steps: with shorter ticks they leave less. "
         "They edit what has a mass, and a response does not know a hand's.";
     for (const auto& [what, names] : without_tissue) {

@@ -75,6 +75,7 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
         take_larger(row.depth_error_max, result->first(&RunFigures::depth_error_max));
         take_larger(row.undecided_max, result->first(&RunFigures::undecided_max));
         const bool counts = std::find(judged.begin(), judged.end(), scene) != judged.end();
+        if (counts) take_larger(row.slowest_p99, result->of(&RunFigures::tick_p99).value);
         if (const double left_max = result->first(&RunFigures::left_max); counts && !std::isnan(left_max)) {
             take_larger(row.left_max, left_max);
             left.push_back(result->first(&RunFigures::left_p50));
@@ -83,7 +84,6 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
             errors.push_back(error_on(*result, results.class_of(scene)));
         }
         add(row.tears, result->first(&RunFigures::ruptures));
-        take_larger(row.slowest_p99, result->of(&RunFigures::tick_p99).value);
         const RunFigures& first = result->runs.front();
         take_force_error(row.force_error_equal_k, row.force_within_equal_k, first.force_error_equal_k,
                          first.force_bound_equal_k);

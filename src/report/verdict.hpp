@@ -34,7 +34,7 @@ struct VerdictRow {
     double error = not_known;                 ///< m, geometric mean over scenes of error_on()
     double left_p50 = not_known;              ///< m, median over the tissue scenes of the median; without one, over all
     double left_max = not_known;              ///< m, worst of the same scenes
-    double slowest_p99 = not_known;           ///< ns, p99 of the slowest scene
+    double slowest_p99 = not_known;           ///< ns, p99 of the slowest of the same scenes
     double tears = not_known;                 ///< ruptures, summed over the scenes
     double undecided_max = not_known;         ///< samples whose side truth leaves open, worst over scenes
     double force_error_equal_k = not_known;   ///< N RMS to the reference of equal stiffness, worst over scenes

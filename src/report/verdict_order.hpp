@@ -25,19 +25,20 @@ struct ResponseStanding {
     bool not_run = false;         ///< on a scene
     double worst = not_known;     ///< m, residual penetration over the tissue scenes; where there is none, over all
     double median = not_known;    ///< m, over these scenes
-    double tick_p99 = not_known;  ///< ns, of the slowest scene
+    double tick_p99 = not_known;  ///< ns, of the slowest of these scenes
 };
 using ResponseOrder = std::tuple<bool, bool, bool, double, double, double>;
 /// Ascending: no controls, no failure, run everywhere, worst residual penetration, its median, slowest p99.
 ResponseOrder response_order(const ResponseStanding& row);
 /// For the note under a table.
 inline constexpr const char* response_order_text =
-    "Order: rows that failed last, then those not run everywhere, worst residual penetration, its median, p99.";
+    "Order: controls last, then rows that failed, rows not run everywhere, worst residual penetration, its median, "
+    "tick p99, name.";
 
 bool have_depths(const std::vector<VerdictRow>& rows);
 
-/// What a row is ranked by: VerdictRow::error as printed where the table has depths, else VerdictRow::wrong(); NaN = no
-/// answer.
+/// Error beside time in the chart and where rows are dominated: VerdictRow::error as printed where the table has
+/// depths, else VerdictRow::wrong(); NaN = no answer. Rows with depths are not ordered by it.
 double error_of(const VerdictRow& row, bool depth);
 
 /// Sorts rows that were planned on the same scenes, responses by response_order, detectors by failures, pairs missed

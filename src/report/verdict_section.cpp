@@ -66,16 +66,13 @@ std::string judged_note(const Draft& draft) {
 }
 
 std::string verdict_note(const Draft& draft) {
-    return "Rows are sorted by the error over scenes: the geometric mean of the depths left at worst, each at least "
-           "1 µm; in I2I and I2R of the largest way from the reference of equal stiffness. Of errors within a tenth "
-           "of each other the row that misses and adds fewer pairs stands first, then the faster one; without a depth "
-           "rows are sorted by what is missed, extra or never told. Grey: another row is at least as fast and as good, "
-           "and better in one of the two. Times are geometric means over the scenes of the medians (p50) and 99 % "
-           "values (p99) of a tick; a row that failed on a scene has none. Depths: median over scenes / worst of all; "
-           "tear due = the depth in tissue that hard contact tears too and whose rupture the response told: the right "
-           "answer, so it stands apart and takes no part in the error; torn = the worst is of a run whose response "
-           "told a rupture that hard contact does not call for, or has no reference for. Force errors: worst over the "
-           "scenes whose reference can tell; ≤: all lie within the references' own bound. " +
+    return "Error over scenes: the geometric mean of the depths left at worst, each at least 1 µm; in I2I and I2R of "
+           "the largest way from the reference of equal stiffness. Grey: another row is at least as fast and has as "
+           "small an error over scenes, and is better in one of the two. Times are geometric means over the scenes of "
+           "the medians (p50) and 99 % values (p99) of a tick; a row that failed on a scene has none. Residual "
+           "penetration: median over scenes / worst of all. Tears: ruptures told, summed over the scenes; a depth in "
+           "torn tissue counts like any other. Force errors: worst over the scenes whose reference can tell; ≤: all "
+           "lie within the references' own bound. " +
            draft.interval_note(draft.mode) +
            fmt::format(
                " Ratio: median tick over that of {} with the same response and source (of native contacts: "

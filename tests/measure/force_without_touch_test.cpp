@@ -12,15 +12,15 @@
 namespace trocar {
 namespace {
 
-/// A triangle of an instrument at a height (m) above a triangle of tissue, and a second instrument far away.
+/// A triangle of a body at a height (m) above a triangle of tissue, and a second body far away.
 struct Stack {
     Topology topology;
     Frame frame;
-    Stack() {
+    explicit Stack(BodyKind above = BodyKind::instrument, BodyKind far = BodyKind::instrument) {
         Triangles one(3, 1);
         one.col(0) << 0, 1, 2;
-        topology = make_topology({{.name = "tool", .kind = BodyKind::instrument, .vertex_count = 3, .triangles = one},
-                                  {.name = "other", .kind = BodyKind::instrument, .vertex_count = 3, .triangles = one},
+        topology = make_topology({{.name = "tool", .kind = above, .vertex_count = 3, .triangles = one},
+                                  {.name = "other", .kind = far, .vertex_count = 3, .triangles = one},
                                   {.name = "tissue", .kind = BodyKind::tissue, .vertex_count = 3, .triangles = one}});
         frame.position.resize(3, 9);
         for (Index body = 0; body < 3; ++body) {
@@ -41,9 +41,9 @@ LinearContact contact_on(Index vertex, Index reaction_body) {
     return contact;
 }
 
-/// Follows heights (m, after each tick) and forces (N) of the first pair.
-double follow(const std::vector<std::pair<double, double>>& ticks, const std::function<void(Effect&)>& more = {}) {
-    Stack stack;
+/// Follows heights (m, after each tick) and forces (N) of the first pair. Bounds are `slack` times the distance.
+double follow(const std::vector<std::pair<double, double>>& ticks, const std::function<void(Effect&)>& more = {},
+              double slack = 1.0, Stack stack = Stack()) {
     const std::vector<std::uint8_t> counted(stack.topology.body_pairs.size(), 1);
     ForceWithoutTouch figure(stack.topology, stack.frame, counted);
     Effect effect;
@@ -56,7 +56,7 @@ double follow(const std::vector<std::pair<double, double>>& ticks, const std::fu
         std::vector<ContactLoad> loads(effect.contacts.size());
         loads[0] = {.normal = force, .force = Vector3(0.0, 0.0, -force)};
         figure.observe(stack.frame, effect, loads, [&](Index a, Index b) {
-            return a == 0 && b == 2 ? height : 1.0;  // parallel triangles: the bound is the distance
+            return a == 0 && b == 2 ? slack * height : 1.0;  // parallel triangles: the height is the distance
         });
     }
     return figure.largest();
@@ -82,9 +82,41 @@ TEST(ForceWithoutTouch, IsUnknownWhereForcesArePutDownToNoPair) {
     EXPECT_TRUE(std::isnan(follow(ticks, [](Effect& effect) { effect.held_force(2, 6) = 1.0; })));
 }
 
+TEST(ForceWithoutTouch, ABoundThatIsTooLargeHidesNoClearanceAtTheStart) {
+    // The start is 0.1 mm apart and bounded by 1 mm, the end 0.5 mm.
+    EXPECT_NEAR(follow({{1e-4, 0.0}, {5e-4, 1.0}}, {}, 10.0), 1e-4, 1e-15);
+}
+
+TEST(ForceWithoutTouch, APointOnAnEdgeNamesItsBodyByTheVerticesThatAreSet) {
+    const std::vector<std::pair<double, double>> ticks{{3e-4, 1.0}};
+    const auto on_edge = [](Effect& effect) {
+        effect.contacts[0].vertices = {-1, 7, 8};
+        effect.contacts[0].weights = {0.0, 0.5, 0.5};
+    };
+    EXPECT_NEAR(follow(ticks, on_edge), 3e-4, 1e-15);
+    EXPECT_NEAR(follow(ticks,
+                       [&](Effect& effect) {
+                           on_edge(effect);
+                           effect.contacts[0].reaction_body = -1;
+                           effect.contacts[0].reaction_vertices = {-1, -1, 2};
+                       }),
+                3e-4, 1e-15);
+    EXPECT_TRUE(std::isnan(follow(ticks, [](Effect& effect) { effect.contacts[0].vertices = {-1, -1, -1}; })));
+}
+
+TEST(ForceWithoutTouch, AContactThatNamesNoBodyIsWithTheOnlyRigidOne) {
+    const std::vector<std::pair<double, double>> ticks{{3e-4, 1.0}};
+    const auto nobody = [](Effect& effect) { effect.contacts[0].reaction_body = -1; };
+    EXPECT_TRUE(std::isnan(follow(ticks, nobody))) << "no rigid body";
+    EXPECT_TRUE(std::isnan(follow(ticks, nobody, 1.0, Stack(BodyKind::rigid, BodyKind::rigid)))) << "one of two";
+    // The instrument is 0.3 mm away and the rigid body 1 m: the force is put down to the latter.
+    EXPECT_NEAR(follow(ticks, nobody, 1.0, Stack(BodyKind::instrument, BodyKind::rigid)), 1.0, 1e-15);
+}
+
 TEST(ForceWithoutTouch, LeavesOutWhatPullsByDesign) {
-    EXPECT_TRUE(
-        std::isnan(follow({{3e-4, 1.0}}, [](Effect& effect) { effect.contacts[0].role = ContactRole::grasp; })));
+    for (const ContactRole role : {ContactRole::grasp, ContactRole::damper}) {
+        EXPECT_TRUE(std::isnan(follow({{3e-4, 1.0}}, [role](Effect& effect) { effect.contacts[0].role = role; })));
+    }
 }
 
 }  // namespace

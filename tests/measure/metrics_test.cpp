@@ -98,6 +98,23 @@ TEST(Summary, ForceJumpIsTheLargestStepBetweenNeighbours) {
     EXPECT_DOUBLE_EQ(figures.at("force_rms_n"), std::sqrt((25.0 + 26.0) / 3.0));
 }
 
+TEST(Summary, TheFirstTickJumpsFromZeroInTheLargestJumpAlone) {
+    std::vector<StepRow> rows(1200);
+    for (StepRow& row : rows) {
+        row.tool_force = Vector3(0, 3, 4);
+        row.tip_force = Vector3(0, 0, 2);
+        row.device_force = Vector3(1, 0, 0);
+    }
+    rows[600].tool_force = Vector3(0, 3, 5);
+    const auto figures = summarize(rows);
+    EXPECT_DOUBLE_EQ(figures.at("force_jump_max_n"), 5.0);
+    EXPECT_DOUBLE_EQ(figures.at("tip_force_jump_max_n"), 2.0);
+    EXPECT_DOUBLE_EQ(figures.at("device_force_jump_max_n"), 1.0);
+    EXPECT_DOUBLE_EQ(figures.at("force_jump_p99_n"), 0.0);
+    rows[0].tool_force = Vector3::Zero();
+    EXPECT_DOUBLE_EQ(summarize(rows).at("force_jump_max_n"), 5.0) << "from the first tick to the second";
+}
+
 TEST(Summary, ResidualCountsTicksWithAPairOrADepth) {
     std::vector<StepRow> rows(4);
     for (StepRow& row : rows) row.max_depth = 0.0;

@@ -6,6 +6,7 @@
 #include <regex>
 
 #include "geometry/input_error.hpp"
+#include "report/words.hpp"
 #include "report/worst_tick.hpp"
 #include "synthetic.hpp"
 
@@ -120,6 +121,14 @@ TEST(PageOne, ADetectorThatHidesContactsIsNoContestant) {
     records.back().environment["detector.control"] = "yes";
     const Draft draft(records);
     EXPECT_EQ(response_rows(draft).size(), 3U);
+}
+
+TEST(PageOne, EveryFigureOfTheResponsesTableIsExplained) {
+    const std::vector<Record> records = four_responses();
+    const Draft draft(records);
+    Table table = responses_table(draft, response_rows(draft));
+    explain_headers(table);
+    for (std::size_t i = 1; i < table.columns.size(); ++i) EXPECT_FALSE(table.columns[i].help.empty()) << i;
 }
 
 TEST(PageOne, TearsAreNamedBesideTheWorst) {

@@ -336,6 +336,18 @@ TEST(Verdict, ResponsesStandInOneOrderHereAndOnPageOne) {
     EXPECT_NE(test::whole(make_report(records)).find("## Responses without tissue"), std::string::npos);
 }
 
+TEST(Verdict, ARigidSceneDecidesNoTieOfTissueScenes) {
+    // Alike in tissue but for time; in the rigid scene the slower one there is the faster one.
+    std::vector<Record> records{
+        synthetic({.scene = "poke", .response = "one", .first_tick_us = 100, .state_hash = "a"}),
+        synthetic({.scene = "poke", .response = "two", .first_tick_us = 200, .state_hash = "b"}),
+        synthetic({.scene = "cross", .pair_class = "I2I", .response = "one", .first_tick_us = 900, .state_hash = "c"}),
+        synthetic({.scene = "cross", .pair_class = "I2I", .response = "two", .first_tick_us = 300, .state_hash = "d"})};
+    const Draft draft(records);
+    EXPECT_EQ(response_rows(draft).front().who.front().response, "one");
+    EXPECT_EQ(verdict_of(draft.results).rows.front().contestant.response, "one");
+}
+
 TEST(Verdict, ResponsesAreOrderedByFailuresThenDepthsThenTime) {
     const ResponseStanding best{.worst = 1e-3, .median = 1e-4, .tick_p99 = 1e5};
     const auto behind = [&best](const auto& change) {
@@ -1049,7 +1061,7 @@ TEST(Report, AWinnerThatHangsOnOneSceneIsToldAsSuch) {
         synthetic({.scene = "a", .detector = "theirs", .own = false, .left_mm = 2.0, .state_hash = "b"}),
         synthetic({.scene = "b", .detector = "theirs", .own = false, .left_mm = 1.0, .state_hash = "b"})};
     const std::string markdown = test::whole(make_report(records));
-    EXPECT_NE(markdown.find("| nothing: error over scenes, all scenes | `theirs + push (canonical)` | yes |"),
+    EXPECT_NE(markdown.find("| nothing: the order of the tables, all scenes | `theirs + push (canonical)` | yes |"),
               std::string::npos)
         << markdown;
     EXPECT_NE(markdown.find("| scene b left out | `mine + push (canonical)` |"), std::string::npos);

@@ -7,9 +7,12 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <set>
 
+#include "geometry/exact.hpp"
 #include "geometry/input_error.hpp"
+#include "geometry/triangle_distance.hpp"
 #include "measure/metrics.hpp"
 #include "method/registry.hpp"
 #include "reference/reference.hpp"
@@ -92,6 +95,60 @@ TEST(PassedThrough, IsCountedExactlyWhereTwoShaftsHaveChangedSidesAndTheRunEndsO
         seen.insert(below);
     }
     EXPECT_EQ(seen.size(), 2U) << "some must hold and some pass";
+}
+
+/// m, between the two bodies of a scene over all their triangles; 0 where two of them meet.
+double distance_of_two(const Topology& topology, const Matrix3X& position) {
+    const auto corners = [&](Index triangle) {
+        const auto corner = topology.triangles.col(triangle);
+        return Corners{position.col(corner[0]), position.col(corner[1]), position.col(corner[2])};
+    };
+    double least = std::numeric_limits<double>::infinity();
+    const Range first = topology.bodies[0].triangles;
+    const Range second = topology.bodies[1].triangles;
+    for (Index a = first.first; a < first.end(); ++a) {
+        for (Index b = second.first; b < second.end(); ++b) {
+            if (oracle_intersect(corners(a), corners(b))) return 0.0;
+            least = std::min(least, triangle_distance(corners(a), corners(b)).squared_distance);
+        }
+    }
+    return std::sqrt(least);
+}
+
+TEST(ForceWithoutTouch, OfAClosedLoopIsThatOfTheTicksOneByOne) {
+    const Scene scene = test::scene_from_text(test::poke_text());
+    for (const std::string response : {"hold", "penalty", "penalty:k=100000,reduction=pair"}) {
+        RunSpec spec = spec_of("closed_loop", "ohc", response);
+        spec.contacts = "tracked";
+        spec.truth_stride = 1;
+        std::vector<std::pair<double, double>> ticks;  // force, N, and clearance, m
+        double start = distance_of_two(scene.topology, scene.first.position);
+        RunLimits limits;
+        limits.observe = [&](const Simulation& simulation, const StepRow&) {
+            double force = 0.0;
+            for (const ContactLoad& load : simulation.contact_loads()) force += load.force.norm();
+            const double end = distance_of_two(scene.topology, simulation.frame().position);
+            ticks.emplace_back(force, std::min(start, end));
+            start = end;
+        };
+        const Record record = run_closed_loop(scene, spec, limits);
+        ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
+        double peak = 0.0;
+        for (const auto& [force, clearance] : ticks) peak = std::max(peak, force);
+        ASSERT_GT(peak, 0.0) << response;
+        double expected = 0.0;
+        for (const auto& [force, clearance] : ticks) {
+            if (force > 0.01 * peak) expected = std::max(expected, clearance);
+        }
+        EXPECT_NEAR(record.summary.at("force_without_touch_m"), expected, 1e-12) << response;
+        spec.truth_stride = 2;
+        EXPECT_TRUE(std::isnan(run_closed_loop(scene, spec).summary.at("force_without_touch_m")))
+            << "not every tick is judged";
+    }
+    RunSpec spec = spec_of("closed_loop", "ohc", "impulse");
+    spec.truth_stride = 1;
+    EXPECT_TRUE(std::isnan(run_closed_loop(scene, spec).summary.at("force_without_touch_m")))
+        << "what acts by placements has no force of a pair";
 }
 
 TEST(Replay, WhatALimitCutsCountsAsMissedOnEveryTickItCuts) {
