@@ -86,11 +86,11 @@ void ForceWithoutTouch::observe(const Frame& after, const Effect& effect, std::s
             pairs_[at(pair)].force += force;
         }
     }
-    const bool held =
+    const bool placed =
         std::any_of(effect.placements.begin(), effect.placements.end(), [](const Placement& one) { return !one.held; });
     const bool wrenches = std::any_of(effect.wrench.begin(), effect.wrench.end(),
                                       [](const Wrench& one) { return !one.force.isZero(0.0); });
-    untold_ = untold_ || held || wrenches || !effect.held_force.isZero(0.0);
+    untold_ = untold_ || placed || wrenches || !effect.held_force.isZero(0.0);
     for (std::size_t number = 0; number < pairs_.size(); ++number) {
         Pair& pair = pairs_[number];
         if (counted_[number] == 0 || untold_) continue;

@@ -94,10 +94,9 @@ void visit_row(Row& row, Visit&& visit) {
     visit("ruptures", row.ruptures);
     visit("detached", row.detached);
     visit("grasped", row.grasped);
-    visit("skipped_apart", row.skipped[0]);
-    visit("skipped_no_direction", row.skipped[1]);
-    visit("skipped_not_handled", row.skipped[2]);
-    visit("skipped_reduced", row.skipped[3]);
+    for (std::size_t reason = 0; reason < skip_reason_count; ++reason) {
+        visit(fmt::format("skipped_{}", skip_reason_names.at(reason)), row.skipped.at(reason));
+    }
     visit("no_hit", row.no_hit);
     visit("limited_edges", row.limited_edges);
     visit("allocations", row.allocations);

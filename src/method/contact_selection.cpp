@@ -1,7 +1,7 @@
 #include "method/contact_selection.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "method/entry.hpp"
@@ -13,7 +13,7 @@ namespace {
 constexpr const char* look_ahead_name = "look_ahead";
 constexpr const char* contact_offset_name = "contact_offset";
 
-ContactSelection::Settings read_settings(const ResponseEntry& entry, const ParameterValues& values) {
+ContactSelection::Settings read_settings(const ParameterValues& values) {
     ContactSelection::Settings settings;
     if (values.is(look_ahead_name, "all")) {
         settings.rule = ContactSelection::Rule::all;
@@ -22,10 +22,7 @@ ContactSelection::Settings read_settings(const ResponseEntry& entry, const Param
     } else {
         settings.look_ahead = values.number(look_ahead_name);
     }
-    const bool has_offset =
-        std::any_of(entry.parameters.begin(), entry.parameters.end(),
-                    [](const Parameter& parameter) { return parameter.name == contact_offset_name; });
-    if (has_offset) settings.contact_offset = values.number(contact_offset_name);
+    if (values.has(contact_offset_name)) settings.contact_offset = values.number(contact_offset_name);
     return settings;
 }
 
@@ -47,7 +44,8 @@ public:
                  Effect& effect) override {
         const auto passes = [&](const Contact& contact) { return selection_.passes(frame, dt, contact); };
         const std::vector<Contact>& offered = contacts.contacts;
-        if (std::all_of(offered.begin(), offered.end(), passes)) {
+        const auto first_apart = std::find_if_not(offered.begin(), offered.end(), passes);
+        if (first_apart == offered.end()) {
             response_->respond(frame, dt, contacts, loads, effect);
             return;
         }
@@ -55,8 +53,8 @@ public:
         selected_.near = contacts.near;
         selected_.reach = contacts.reach;
         selected_.truncated = contacts.truncated;
-        selected_.contacts.clear();
-        std::copy_if(offered.begin(), offered.end(), std::back_inserter(selected_.contacts), passes);
+        selected_.contacts.assign(offered.begin(), first_apart);
+        std::copy_if(std::next(first_apart), offered.end(), std::back_inserter(selected_.contacts), passes);
         response_->respond(frame, dt, selected_, loads, effect);
         effect.skip(SkipReason::apart, static_cast<std::int64_t>(offered.size() - selected_.contacts.size()));
     }
@@ -97,7 +95,7 @@ Parameter look_ahead_parameter() {
 }
 
 std::unique_ptr<Response> make_selecting(const ResponseEntry& entry, const ParameterValues& values) {
-    return std::make_unique<SelectingResponse>(entry.make(values), read_settings(entry, values));
+    return std::make_unique<SelectingResponse>(entry.make(values), read_settings(values));
 }
 
 }  // namespace trocar

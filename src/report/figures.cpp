@@ -169,6 +169,12 @@ void take_larger(double& largest, double value) {
     if (!std::isnan(value) && !(value <= largest)) largest = value;
 }
 
+void add_known(double& sum, double value) {
+    if (!std::isnan(value)) sum = std::isnan(sum) ? value : sum + value;
+}
+
+bool meets_tissue(const std::string& pair_class) { return pair_class.find('T') != std::string::npos; }
+
 double or_last(double value) { return std::isnan(value) ? std::numeric_limits<double>::infinity() : value; }
 
 RunFigures figures_of(const Record& record) {

@@ -104,6 +104,10 @@ double summary_of(const Record& record, const std::string& key);
 
 /// Keeps the larger one of those that are known (not NaN).
 void take_larger(double& largest, double value);
+/// Adds where both are known; the first known value replaces NaN.
+void add_known(double& sum, double value);
+/// Whether a class of pairs ("I2T", "I2T+R2T" …) names tissue.
+bool meets_tissue(const std::string& pair_class);
 /// For orders by size: what is not known comes last.
 double or_last(double value);
 

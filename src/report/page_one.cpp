@@ -50,8 +50,7 @@ ResponseRow make_row(const Results& results, const Contestant& contestant, const
             row.worst_on = scene;
         }
         keep_known(forces, first.force_error_hard);
-        if (!std::isnan(first.ruptures))
-            row.tears = std::isnan(row.tears) ? first.ruptures : row.tears + first.ruptures;
+        add_known(row.tears, first.ruptures);
         take_larger(row.force_without_touch, first.force_without_touch);
         take_larger(row.force_jump, first.force_jump_max);
         take_larger(row.tick_p99, result->of(&RunFigures::tick_p99).value);
@@ -81,7 +80,6 @@ bool same_bits(const Results& results, const Contestant& a, const Contestant& b,
 std::vector<ResponseRow> response_rows(const Draft& draft, bool tissue) {
     const Results& results = draft.results;
     std::vector<std::string> scenes = judged_scenes(results, results.scenes("closed_loop"), tissue);
-    if (scenes.empty() && tissue) scenes = judged_scenes(results, results.scenes("closed_loop"), false);
     std::erase(scenes, "");
     std::vector<Contestant> contestants;
     for (const Contestant& contestant : results.contestants("closed_loop")) {

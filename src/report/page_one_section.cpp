@@ -8,7 +8,6 @@
 #include "geometry/fnv_hash.hpp"
 #include "report/inline_text.hpp"
 #include "report/page_one.hpp"
-#include "report/verdict_order.hpp"
 
 namespace trocar {
 namespace {
@@ -160,7 +159,12 @@ void add_page_one(Draft& draft, const std::string& worst_tick) {
     add_worst_tick(draft, worst_tick);
     draft.paragraph(origin(draft), Paragraph::Style::small);
     draft.document.page_one = draft.document.blocks.size();
-    if (rows.empty() || judged_scenes(draft.results, draft.results.scenes("closed_loop"), true).empty()) return;
+    // Without tissue in the study page 1 has these rows already.
+    const std::vector<std::string> scenes = draft.results.scenes("closed_loop");
+    const bool has_tissue = std::any_of(scenes.begin(), scenes.end(), [&draft](const std::string& scene) {
+        return meets_tissue(draft.results.class_of(scene));
+    });
+    if (rows.empty() || !has_tissue) return;
     const Table rigid = responses_table(draft, response_rows(draft, false), false);
     if (rigid.rows.empty()) return;
     draft.heading(2, "Responses without tissue");

@@ -51,9 +51,9 @@ std::vector<std::string> closed_loop_scenes(const Draft& draft) {
 
 /// "7 tissue scenes", or of a study without one "2 rigid scenes": those that response_rows() are over.
 std::string judged_text(const Draft& draft, bool tissue) {
-    std::size_t count = judged_scenes(draft.results, closed_loop_scenes(draft), tissue).size();
-    if (count == 0 && tissue) return judged_text(draft, false);
-    return fmt::format("{} {} scene{}", count, tissue ? "tissue" : "rigid", count == 1 ? "" : "s");
+    const std::vector<std::string> scenes = judged_scenes(draft.results, closed_loop_scenes(draft), tissue);
+    const bool soft = !scenes.empty() && meets_tissue(draft.results.class_of(scenes.front()));
+    return fmt::format("{} {} scene{}", scenes.size(), soft ? "tissue" : "rigid", scenes.size() == 1 ? "" : "s");
 }
 
 std::string scenes_text(std::size_t count) { return fmt::format("{} scene{}", count, count == 1 ? "" : "s"); }
@@ -240,7 +240,7 @@ Table detectors_table(const Draft& draft) {
         if (row->failed_runs > 0) line.style = TableRow::Style::failed;
         table.rows.push_back(std::move(line));
     }
-    table.note = "Order: failed last, then pairs missed and added, then time. Times over scenes are geometric means.";
+    table.note = std::string(detector_order_text) + " Times over scenes are geometric means.";
     if (const std::int64_t stride = widest_stride(draft, "replay"); stride > 1) {
         table.note += fmt::format(" Pairs were judged on every {}th tick only.", stride);
     }

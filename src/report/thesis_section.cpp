@@ -96,7 +96,7 @@ void add_table_2_1(Draft& draft) {
         raise(m.tick_p99, run.tick_p99);
         m.misses += run.deadline_misses;
         m.ticks += run.timed_ticks;
-        const bool tissue = spec.pair_class.find('T') != std::string::npos;
+        const bool tissue = meets_tissue(spec.pair_class);
         raise(tissue ? m.left_tissue : m.left_rigid, run.left_max);
     }
     if (measured.empty()) return;

@@ -13,10 +13,6 @@
 namespace trocar {
 namespace {
 
-/// Adds where both are known; the first known value replaces NaN.
-void add(double& sum, double value) {
-    if (!std::isnan(value)) sum = std::isnan(sum) ? value : sum + value;
-}
 /// An error within the reference's own bound says no more than that.
 void take_force_error(double& worst, double& within, double error, double bound) {
     const bool is_within = error <= bound;
@@ -47,8 +43,7 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
     std::vector<double> depth_errors;
     std::vector<double> left;
     std::vector<double> errors;
-    std::vector<std::string> judged = judged_scenes(results, scenes, true);
-    if (judged.empty()) judged = scenes;
+    const std::vector<std::string> judged = judged_scenes(results, scenes, true);
     for (const std::string& scene : scenes) {
         const SceneResult* result = results.find(contestant, scene);
         if (result == nullptr) continue;
@@ -64,12 +59,12 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
             row.deadline_misses += run.deadline_misses;
             row.timed_ticks += run.timed_ticks;
         }
-        add(row.true_pairs, result->first(&RunFigures::true_pairs));
-        add(row.missing, result->first(&RunFigures::missing));
-        add(row.extra, result->first(&RunFigures::extra));
-        add(row.contacts_between, result->first(&RunFigures::contacts_between));
-        add(row.contacts_untold, result->first(&RunFigures::contacts_untold));
-        add(row.truncated_ticks, result->first(&RunFigures::truncated_ticks));
+        add_known(row.true_pairs, result->first(&RunFigures::true_pairs));
+        add_known(row.missing, result->first(&RunFigures::missing));
+        add_known(row.extra, result->first(&RunFigures::extra));
+        add_known(row.contacts_between, result->first(&RunFigures::contacts_between));
+        add_known(row.contacts_untold, result->first(&RunFigures::contacts_untold));
+        add_known(row.truncated_ticks, result->first(&RunFigures::truncated_ticks));
         if (!result->ok()) continue;
         ++row.scenes_ok;
         take_larger(row.depth_error_max, result->first(&RunFigures::depth_error_max));
@@ -83,7 +78,7 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
         if (!std::isnan(result->first(&RunFigures::left_max))) {
             errors.push_back(error_on(*result, results.class_of(scene)));
         }
-        add(row.tears, result->first(&RunFigures::ruptures));
+        add_known(row.tears, result->first(&RunFigures::ruptures));
         const RunFigures& first = result->runs.front();
         take_force_error(row.force_error_equal_k, row.force_within_equal_k, first.force_error_equal_k,
                          first.force_bound_equal_k);

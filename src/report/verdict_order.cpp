@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <tuple>
 
@@ -37,12 +38,9 @@ double error_on(const SceneResult& result, const std::string& pair_class) {
 
 std::vector<std::string> judged_scenes(const Results& results, const std::vector<std::string>& scenes, bool tissue) {
     std::vector<std::string> judged;
-    for (const std::string& scene : scenes) {
-        const std::string& pair_class = results.class_of(scene);
-        const bool has_tissue = pair_class.find('T') != std::string::npos;
-        if (has_tissue == tissue) judged.push_back(scene);
-    }
-    return judged;
+    std::copy_if(scenes.begin(), scenes.end(), std::back_inserter(judged),
+                 [&](const std::string& scene) { return meets_tissue(results.class_of(scene)) == tissue; });
+    return tissue && judged.empty() ? scenes : judged;
 }
 
 ResponseOrder response_order(const ResponseStanding& row) {

@@ -15,7 +15,7 @@ namespace trocar {
 /// the reference of equal stiffness, if there is one. NaN: no depth.
 double error_on(const SceneResult& result, const std::string& pair_class);
 
-/// Those of the scenes with, or without, a tissue body among what meets.
+/// Those of the scenes with, or without, a tissue body among what meets; with, where there is none: all of them.
 std::vector<std::string> judged_scenes(const Results& results, const std::vector<std::string>& scenes, bool tissue);
 
 /// What rows of responses are ordered by, in every table and sentence.
@@ -34,6 +34,8 @@ ResponseOrder response_order(const ResponseStanding& row);
 inline constexpr const char* response_order_text =
     "Order: controls last, then rows that failed, rows not run everywhere, worst residual penetration, its median, "
     "tick p99, name.";
+
+inline constexpr const char* detector_order_text = "Order: failed last, then pairs missed and added, then time.";
 
 bool have_depths(const std::vector<VerdictRow>& rows);
 

@@ -164,7 +164,7 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
     const std::string order =
         have_depths(rows)
             ? std::string(response_order_text) + " Residual penetration is of scenes with tissue, where there are any."
-            : "Order: failed last, then pairs missed and added, then time.";
+            : detector_order_text;
     table.note = table.note.empty() ? order : order + " " + table.note;
     return table;
 }

@@ -65,6 +65,10 @@ double ContactLaws::mu(Index body_a, Index body_b, double stiffness) const {
     return std::isnan(given) ? stiffness * settings_.relaxation_time : given;
 }
 
+double ContactLaws::own_mu(double stiffness) const {
+    return std::isnan(settings_.mu) ? stiffness * settings_.relaxation_time : settings_.mu;
+}
+
 double ContactLaws::mean_of_springs(const ContactPoint& load) const {
     return mean_over(load.vertices, load.weights, materials_->mean_stiffness);
 }
@@ -120,8 +124,7 @@ std::map<std::string, double> ContactLaws::values_in_force(double on_tissue) con
             if (std::isnan(stiffness)) stiffness = tissue ? springs / count : rigid_stiffness;
             if (!(stiffness > stiffest)) continue;
             stiffest = stiffness;
-            const bool own = tissue && !std::isnan(on_tissue) && std::isnan(settings_.mu);
-            damping = own ? stiffness * settings_.relaxation_time : mu(a, b, stiffness);
+            damping = tissue && !std::isnan(on_tissue) ? own_mu(stiffness) : mu(a, b, stiffness);
         }
     }
     if (stiffest < 0.0) return {};
@@ -142,23 +145,27 @@ std::vector<Parameter> law_parameters(const std::string& auto_k) {
             "mu / k of laws whose k is not the scene's: the time constant in which an overlap decays; three ticks")};
 }
 
-std::vector<Parameter> tissue_law_parameters(bool on) {
-    return {number_parameter(
-                "contact_offset", "1", on ? "0.001" : "0", 0.0, 1.0,
-                "distance at which features are held apart, in mean edges of the tissue; keeps the normal defined"),
-            number_parameter(
-                "clear_speed", "m/s", on ? "auto" : "none", 1e-6, 1e6,
-                "fastest at which an overlap is taken back; auto: a twelfth of the tissue's sqrt(E/rho), 0.5 for the "
-                "default material",
-                {"auto", "none"}),
-            number_parameter(
-                "pressure", "Pa", on ? "auto" : "none", 1.0, 1e12,
-                "force limit, on the area of the pushed feature: what presses harder passes; auto: 138 kPa for a "
-                "sheet of 100 mm of the default material",
-                {"auto", "none"}),
-            number_parameter("friction", "1", "0", 0.0, 10.0, "Coulomb friction on tissue (0.1 is usual); 0: none"),
-            number_parameter("friction_k", "N/m", "1000", 0.0, 1e6,
-                             "tangential spring of a sticking contact with friction > 0")};
+std::vector<Parameter> law_parameters_on_tissue(const std::string& auto_k, bool on) {
+    std::vector<Parameter> parameters = law_parameters(auto_k);
+    const std::vector<Parameter> more{
+        number_parameter(
+            "contact_offset", "1", on ? "0.001" : "0", 0.0, 1.0,
+            "distance at which features are held apart, in mean edges of the tissue; keeps the normal defined"),
+        number_parameter(
+            "clear_speed", "m/s", on ? "auto" : "none", 1e-6, 1e6,
+            "fastest at which an overlap is taken back; auto: a twelfth of the tissue's sqrt(E/rho), 0.5 for the "
+            "default material",
+            {"auto", "none"}),
+        number_parameter(
+            "pressure", "Pa", on ? "auto" : "none", 1.0, 1e12,
+            "force limit, on the area of the pushed feature: what presses harder passes; auto: 138 kPa for a "
+            "sheet of 100 mm of the default material",
+            {"auto", "none"}),
+        number_parameter("friction", "1", "0", 0.0, 10.0, "Coulomb friction on tissue (0.1 is usual); 0: none"),
+        number_parameter("friction_k", "N/m", "1000", 0.0, 1e6,
+                         "tangential spring of a sticking contact with friction > 0")};
+    parameters.insert(parameters.end(), more.begin(), more.end());
+    return parameters;
 }
 
 LawSettings read_law_settings(const ParameterValues& values) {

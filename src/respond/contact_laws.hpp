@@ -38,6 +38,9 @@ public:
     /// N s/m, of a law of stiffness `stiffness` (N/m): the method's number, else the scene's where the stiffness is not
     /// the method's, else stiffness × relaxation time.
     [[nodiscard]] double mu(Index body_a, Index body_b, double stiffness) const;
+    /// N s/m, of a law whose stiffness (N/m) is the method's own: the method's number, else stiffness × relaxation
+    /// time.
+    [[nodiscard]] double own_mu(double stiffness) const;
     [[nodiscard]] CollisionClass kind(Index body_a, Index body_b) const { return law(body_a, body_b).kind; }
     /// N/m, of a load on tissue where k() says nothing: the weighted mean of the springs at its vertices.
     [[nodiscard]] double mean_of_springs(const ContactPoint& load) const;
@@ -73,9 +76,9 @@ private:
 
 /// `k`, `mu` and `relaxation_time`. `auto_k`: what k is where neither method nor scene says anything.
 std::vector<Parameter> law_parameters(const std::string& auto_k);
-/// `contact_offset`, `clear_speed`, `pressure`, `friction` and `friction_k`; `on`: with the defaults of the response
-/// `hold`, else all off.
-std::vector<Parameter> tissue_law_parameters(bool on);
+/// These and, for contacts on tissue, `contact_offset`, `clear_speed`, `pressure`, `friction` and `friction_k`; `on`:
+/// with the defaults of the response `hold`, else all off.
+std::vector<Parameter> law_parameters_on_tissue(const std::string& auto_k, bool on);
 /// Of those parameters that the values declare.
 LawSettings read_law_settings(const ParameterValues& values);
 

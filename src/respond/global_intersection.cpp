@@ -45,7 +45,6 @@ public:
     }
     void prepare(const Topology& topology, const Materials& materials) override {
         topology_ = &topology;
-        materials_ = &materials;
         laws_.prepare(topology, materials, settings_.law);
         points_.prepare(topology);
         surface_.prepare(topology);
@@ -227,7 +226,6 @@ private:
 
     Settings settings_;
     const Topology* topology_ = nullptr;
-    const Materials* materials_ = nullptr;
     ContactLaws laws_;
     PointContacts points_;
     SurfaceNeighbours surface_;
@@ -259,12 +257,11 @@ ResponseEntry global_intersection_response() {
                          .minimum = 0.0,
                          .maximum = 1e6,
                          .meaning = "damping between the two points across the pull"}};
-    for (Parameter& parameter :
-         law_parameters("1000 between instruments and rigid bodies, on tissue the mean of the springs there; of "
-                        "contacts without a region")) {
-        entry.parameters.push_back(std::move(parameter));
-    }
-    for (Parameter& parameter : tissue_law_parameters(false)) entry.parameters.push_back(std::move(parameter));
+    const std::vector<Parameter> law = law_parameters_on_tissue(
+        "1000 between instruments and rigid bodies, on tissue the mean of the springs there; of contacts without a "
+        "region",
+        false);
+    entry.parameters.insert(entry.parameters.end(), law.begin(), law.end());
     entry.left = {{"settle_time", "it is named relaxation_time"}};
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<GlobalIntersection>(Settings{.attraction = values.number("attraction"),

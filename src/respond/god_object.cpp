@@ -66,9 +66,8 @@ ResponseEntry god_object_response() {
     entry.version = "1";
     entry.own = true;
     entry.same_as = "is penalty, on tissue and wherever no instrument's tip is at a rigid body";
-    entry.parameters =
-        law_parameters("1000 between instruments and rigid bodies, on tissue the mean of the springs there");
-    for (Parameter& parameter : tissue_law_parameters(false)) entry.parameters.push_back(std::move(parameter));
+    entry.parameters = law_parameters_on_tissue(
+        "1000 between instruments and rigid bodies, on tissue the mean of the springs there", false);
     entry.parameters.push_back(reduction_parameter());
     entry.parameters.push_back({.name = "radius",
                                 .unit = "m",

@@ -42,7 +42,7 @@ public:
         has_tissue_ = std::any_of(topology.bodies.begin(), topology.bodies.end(),
                                   [](const BodyRange& body) { return body.kind == BodyKind::tissue; });
         stiffness_ = std::isnan(settings_.law.k) ? own_stiffness() : settings_.law.k;
-        damping_ = std::isnan(settings_.law.mu) ? stiffness_ * settings_.law.relaxation_time : settings_.law.mu;
+        damping_ = laws_.own_mu(stiffness_);
         if (grasps()) grasp_.prepare(topology, materials, settings_.grasping);
     }
 
@@ -137,9 +137,8 @@ ResponseEntry hold_response() {
     entry.version = "1";
     entry.own = true;
     entry.sources = {"tracked", "near"};
-    entry.parameters = law_parameters(
-        "on tissue 5000 times the stiffest vertex' mean spring (k_effective_n_per_m of a run), else 1000");
-    for (Parameter& parameter : tissue_law_parameters(true)) entry.parameters.push_back(std::move(parameter));
+    entry.parameters = law_parameters_on_tissue(
+        "on tissue 5000 times the stiffest vertex' mean spring (k_effective_n_per_m of a run), else 1000", true);
     const std::vector<Parameter> grasping{
         {.name = "grasp",
          .type = Parameter::Type::choice,

@@ -35,9 +35,8 @@ ResponseEntry penalty_response() {
     entry.version = "1";
     entry.table_row = "B. Geiger et al";
     entry.own = true;
-    entry.parameters =
-        law_parameters("1000 between instruments and rigid bodies, on tissue the mean of the springs there");
-    for (Parameter& parameter : tissue_law_parameters(false)) entry.parameters.push_back(std::move(parameter));
+    entry.parameters = law_parameters_on_tissue(
+        "1000 between instruments and rigid bodies, on tissue the mean of the springs there", false);
     entry.parameters.push_back(reduction_parameter());
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Penalty>(

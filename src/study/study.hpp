@@ -16,9 +16,6 @@
 
 namespace trocar {
 
-/// Contact source of a study that names none; a response that cannot read it works from its own.
-inline constexpr const char* default_contacts = "tracked";
-
 /// A method as a study names it, with the origin of its settings for the fairness block.
 struct StudyMethod {
     std::string text;                 ///< NAME[:key=value…], keys in alphabetical order

@@ -242,7 +242,7 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
                 part.contacts.push_back(contacts);
             }
         } else {
-            part.contacts = {default_contacts};
+            part.contacts = {"tracked"};
             for (StudyMethod& response : part.responses) serve(part.contacts, response);
         }
         if (node.has("steppers")) part.steppers = read_steppers(node.at("steppers"));

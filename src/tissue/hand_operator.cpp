@@ -83,8 +83,13 @@ void HandOperators::solve(double h, std::span<const LedHand> hands) {
             const double force = row.pressure - row.implicit * (speed - row.offset);
             const bool closed = row.depth >= 0.0;
             const bool closes = row.depth - h * speed > 0.0;
-            row.on = row.bilateral || (row.adhesive && closed) || (change == 0 && closed) ||
-                     (change > 0 && !row.adhesive && force > 0.0 && (row.on || closed || closes));
+            if (row.bilateral) {
+                row.on = true;
+            } else if (row.adhesive || change == 0) {
+                row.on = closed;
+            } else {
+                row.on = force > 0.0 && (row.on || closed || closes);
+            }
             row.capped = change > 0 && std::abs(force) > row.limit;
             row.force = std::clamp(force, -row.limit, row.limit);
             if (!row.on) continue;
@@ -150,7 +155,6 @@ void HandOperators::advance(const Topology& topology, const Frame& frame, const 
             row.implicit = row.damping + h * row.stiffness;
             row.pressure = row.stiffness * depth - row.implicit * row.offset - row.explicit_damping * rate(row, start_);
             row.depth = depth;
-            row.on = false;
         }
         solve(h, hands);
         for (const Row& row : rows_) {

@@ -12,6 +12,7 @@
 #include "method/registry.hpp"
 #include "simulate/balance.hpp"
 #include "simulate/simulation.hpp"
+#include "support/scene_runs.hpp"
 #include "support/scene_samples.hpp"
 #include "tissue/mass_spring.hpp"
 
@@ -36,8 +37,7 @@ struct Watched {
 Watched run_watched(const Scene& scene, const std::string& response, std::int64_t ticks, bool watched) {
     const MethodSpec spec = parse_method(response);
     // Contacts of meeting triangles where the response reads them: they come late, and let go all at once.
-    const bool late = why_unreadable(registry().source("canonical"), spec).empty();
-    const SourceEntry& source = registry().source(late ? "canonical" : default_source(spec));
+    const SourceEntry& source = registry().source(test::meeting_triangles_or_own(spec));
     Simulation simulation(scene, make_detector("ohc_clustered"), make_response(spec.name, spec.parameters), source,
                           {.watched = watched});
     Balance balance(scene);

@@ -35,9 +35,7 @@ std::optional<double> difference(const Scene& scene, const std::string& response
     constexpr std::int64_t never = 1'000'000;
     const RunLimits limits{.watched = false};  // what jitters beyond its scripts' work goes on
     // Meeting triangles where they are read: ties among faces are theirs.
-    const MethodSpec spec = parse_method(response);
-    const bool canonical = why_unreadable(registry().source("canonical"), spec).empty();
-    const std::string contacts = canonical ? "canonical" : default_source(spec);
+    const std::string contacts = test::meeting_triangles_or_own(parse_method(response));
     const Record one = test::run_scene_with(scene, response, never, ticks, limits, {}, contacts);
     const Record other = test::run_scene_with(through_millimetres(scene), response, never, ticks, limits, {}, contacts);
     if (one.outcome.kind == OutcomeKind::unsupported) return std::nullopt;

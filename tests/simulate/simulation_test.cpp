@@ -11,6 +11,7 @@
 #include "method/registry.hpp"
 #include "simulate/frame_source.hpp"
 #include "simulate/reach.hpp"
+#include "support/scene_runs.hpp"
 #include "support/scene_samples.hpp"
 
 namespace trocar {
@@ -312,9 +313,7 @@ TEST(Simulation, NoStageOfOursAllocatesAfterWarmUp) {
         for (const ResponseEntry& response : registry().responses()) {
             if (!detector.own || !response.own) continue;
             // A position response may blow up on other contacts.
-            const MethodSpec spec = parse_method(response.name);
-            const bool canonical = why_unreadable(registry().source("canonical"), spec).empty();
-            const SourceEntry& source = registry().source(canonical ? "canonical" : default_source(spec));
+            const SourceEntry& source = registry().source(test::meeting_triangles_or_own(parse_method(response.name)));
             if (!why_untold(detector, source).empty()) continue;
             Simulation simulation(scene, make_detector(detector.name), make_response(response.name), source,
                                   {.watched = response.name == "hold"});

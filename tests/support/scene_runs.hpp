@@ -9,6 +9,11 @@
 
 namespace trocar::test {
 
+/// The contact source of meeting triangles where the response can read it, else the response's own.
+inline std::string meeting_triangles_or_own(const MethodSpec& response) {
+    return why_unreadable(registry().source("canonical"), response).empty() ? "canonical" : default_source(response);
+}
+
 /// With the fast detector; the depth is measured on every `truth_stride`-th tick. `ticks`: 0 = as the scene says;
 /// `contacts`: empty = the response's own.
 inline Record run_scene_with(const Scene& scene, const std::string& response, std::int64_t truth_stride = 1,
