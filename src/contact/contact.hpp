@@ -2,6 +2,7 @@
 // Unset fields are poisoned (NaN, -1), so that "not filled" never looks like an answer.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -44,7 +45,12 @@ struct SweptContact {
     SweptKind kind = SweptKind::unset;
 };
 
-/// A point of a body: up to three vertices with weights that sum to 1; unused entries -1 with weight 0.
+/// One of the vertices that are set; -1: none is. A point on an edge of a triangle leaves any of the three unset.
+inline Index any_vertex(const std::array<Index, 3>& vertices) {
+    return *std::max_element(vertices.begin(), vertices.end());
+}
+
+/// A point of a body: up to three vertices with weights that sum to 1; unused entries, in any place, -1 with weight 0.
 struct ContactPoint {
     std::array<Index, 3> vertices{-1, -1, -1};
     std::array<double, 3> weights{0.0, 0.0, 0.0};

@@ -1,7 +1,6 @@
 #include "measure/force_without_touch.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -9,18 +8,6 @@
 #include "measure/pair_truth.hpp"
 
 namespace trocar {
-namespace {
-
-/// Body of the first vertex that is set; -1: none is. A point on an edge of a triangle leaves any of the three unset.
-Index body_of_set(const Topology& topology, const std::array<Index, 3>& vertices) {
-    for (const Index vertex : vertices) {
-        if (vertex >= 0) return topology.body_of_vertex(vertex);
-    }
-    return -1;
-}
-
-}  // namespace
-
 ForceWithoutTouch::ForceWithoutTouch(const Topology& topology, const Frame& first,
                                      std::span<const std::uint8_t> counted)
     : topology_(&topology), counted_(counted.begin(), counted.end()), pairs_(topology.body_pairs.size()) {
@@ -31,9 +18,9 @@ ForceWithoutTouch::ForceWithoutTouch(const Topology& topology, const Frame& firs
 /// -1: not known. A contact with a body at rest does not name it: it is the one that the pushed body has a pair with.
 Index ForceWithoutTouch::pair_of(const LinearContact& contact) const {
     const Topology& topology = *topology_;
-    const Index pushed = body_of_set(topology, contact.vertices);
+    const Index pushed = topology.body_of_vertex(any_vertex(contact.vertices));
     if (pushed < 0) return -1;
-    Index other = body_of_set(topology, contact.reaction_vertices);
+    Index other = topology.body_of_vertex(any_vertex(contact.reaction_vertices));
     if (other < 0) other = contact.reaction_body;
     if (other >= 0) return topology.body_pair(pushed, other);
     Index found = -1;

@@ -122,7 +122,7 @@ std::string why_not_taken(const StepperEntry& stepper, const Topology& topology,
             const auto body = static_cast<std::size_t>(vertex < 0 ? 0 : topology.body_of_vertex(vertex));
             return vertex >= 0 && topology.bodies[body].kind == BodyKind::tissue;
         };
-        return is_tissue(contact.vertices[0]) || is_tissue(contact.reaction_vertices[0]);
+        return is_tissue(any_vertex(contact.vertices)) || is_tissue(any_vertex(contact.reaction_vertices));
     };
     const char* what = nullptr;
     if (!stepper.takes_linear_contacts && std::any_of(effect.contacts.begin(), effect.contacts.end(), pushes_tissue)) {

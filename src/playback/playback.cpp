@@ -51,10 +51,6 @@ private:
     std::optional<Held> last_;
 };
 
-Index body_of(const Topology& topology, const std::array<Index, 3>& vertices) {
-    return vertices[0] < 0 ? -1 : topology.body_of_vertex(vertices[0]);
-}
-
 void add_found(const std::vector<Contact>& contacts, const Matrix3X& position, std::vector<PlayedContact>& played) {
     for (const Contact& contact : contacts) {
         PlayedContact one{.kind = ActingKind::found,
@@ -62,7 +58,7 @@ void add_found(const std::vector<Contact>& contacts, const Matrix3X& position, s
                           .other = contact.body_b,
                           .point = contact.point,
                           .normal = contact.normal};
-        if (contact.on_a.vertices[0] >= 0) one.point = contact.on_a.blend(position);
+        if (any_vertex(contact.on_a.vertices) >= 0) one.point = contact.on_a.blend(position);
         one.depth = std::isfinite(contact.depth) ? contact.depth : std::fmax(0.0, -contact.gap);
         if (one.point.allFinite() && one.normal.allFinite()) played.push_back(one);
     }
@@ -77,8 +73,9 @@ void add_acting(const Topology& topology, const Simulation& simulation, const Ma
         // Within reach, apart and without a force: nothing acts.
         if (contact.gap >= 0.0 && loads[c].force.squaredNorm() == 0.0) continue;
         const ContactPoint pushed{contact.vertices, contact.weights};
-        PlayedContact one{.kind = ActingKind::pushed, .body = body_of(topology, contact.vertices)};
-        one.other = contact.reaction_body >= 0 ? contact.reaction_body : body_of(topology, contact.reaction_vertices);
+        PlayedContact one{.kind = ActingKind::pushed, .body = topology.body_of_vertex(any_vertex(contact.vertices))};
+        one.other = contact.reaction_body >= 0 ? contact.reaction_body
+                                               : topology.body_of_vertex(any_vertex(contact.reaction_vertices));
         one.point = pushed.blend(position);
         one.normal = contact.normal;
         one.depth = std::max(0.0, -contact.gap);

@@ -43,7 +43,7 @@ double scripted_rate(const Topology& topology, const Frame& frame, double dt, co
         const Vector3 velocity = frame.velocity.col(vertex) - hand_velocity(frame, dt, body);
         rate += contact.weights[i] * velocity.dot(contact.normal);
     }
-    if (contact.reaction_vertices[0] >= 0) return rate;  // tissue
+    if (any_vertex(contact.reaction_vertices) >= 0) return rate;  // tissue
     rate -= contact.face_velocity;
     if (contact.reaction_body >= 0) rate += hand_velocity(frame, dt, contact.reaction_body).dot(contact.normal);
     return rate;

@@ -51,7 +51,7 @@ struct Topology {
 
     [[nodiscard]] Index triangle_count() const { return static_cast<Index>(triangles.cols()); }
     [[nodiscard]] Index body_count() const { return static_cast<Index>(bodies.size()); }
-    /// Body that holds this vertex.
+    /// Body that holds this vertex; -1: none does.
     [[nodiscard]] Index body_of_vertex(Index vertex) const;
     /// Position in body_pairs, -1 if the two are not tested against each other.
     [[nodiscard]] Index body_pair(Index body_a, Index body_b) const;

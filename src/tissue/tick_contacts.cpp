@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "contact/contact.hpp"
 #include "geometry/triangle_distance.hpp"
 
 namespace trocar {
@@ -107,7 +108,7 @@ bool TickContacts::enter(const LinearContact& contact, const Frame& frame, const
         }
     };
     for (std::size_t i = 0; i < 3; ++i) add(contact.vertices[i], contact.weights[i]);
-    if (contact.reaction_vertices[0] >= 0) {
+    if (any_vertex(contact.reaction_vertices) >= 0) {
         for (std::size_t i = 0; i < 3; ++i) add(contact.reaction_vertices[i], -contact.reaction_weights[i]);
     } else {
         entry.fixed_rate -= contact.face_velocity;
@@ -184,7 +185,7 @@ void TickContacts::turn(const TissueState& state) {
     for (TickContact& contact : contacts_) {
         if (!contact.turns) continue;
         const LinearContact& given = effect_->contacts[contact.source];
-        if (given.reaction_vertices[0] >= 0) {
+        if (any_vertex(given.reaction_vertices) >= 0) {
             turn_tissues(state, contact);
             continue;
         }
@@ -271,7 +272,7 @@ void TickContacts::take_weights(const TissueState& state, const Vector3& weights
     each([&](Index local, double weight) { yields = yields || (weight != 0.0 && state.moves(local)); });
     if (!yields) return;
     contact.normal = normal;
-    contact.surface = given.reaction_vertices[0] < 0 ? given.surface_velocity : Vector3(Vector3::Zero());
+    contact.surface = any_vertex(given.reaction_vertices) < 0 ? given.surface_velocity : Vector3(Vector3::Zero());
     contact.mobility = 0.0;
     contact.count = 0;
     each([&](Index local, double weight) {

@@ -210,8 +210,7 @@ std::string action_is_reaction(const ResponseContestant& who) {
                 if (linear.role == ContactRole::grasp) continue;
                 const double before = arm;
                 off_sum = std::max(off_sum, std::abs(linear.weights[0] + linear.weights[1] + linear.weights[2] - 1.0));
-                const bool on_tissue = linear.reaction_vertices[0] >= 0 || linear.reaction_vertices[1] >= 0 ||
-                                       linear.reaction_vertices[2] >= 0;
+                const bool on_tissue = any_vertex(linear.reaction_vertices) >= 0;
                 Vector3 reaction = linear.reaction_point;
                 if (on_tissue) {
                     // A body's vertices take nothing: its reaction would be lost.

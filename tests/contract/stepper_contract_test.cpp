@@ -236,6 +236,28 @@ TEST_P(StepperContract, AFaceHeldAgainstTissueThatNothingMovesIsPushedByItsWeigh
     EXPECT_EQ(s.frame.position.col(3), foot);
 }
 
+TEST_P(StepperContract, AReactionOnAnEdgeIsTakenWhicheverCornerIsLeftOut) {
+    for (const bool packed : {true, false}) {
+        test::TissueSample s =
+            test::make_tissue({Vector3(0.0, 0.0, 0.0), Vector3(-0.01, 0.0, 0.0), Vector3(0.01, 0.0, 0.0)},
+                              {1e-3, 1e-3, 1e-3}, {0, 0, 0}, {});
+        const auto stepper = test::stepper_of(GetParam());
+        stepper->prepare(s.topology, s.materials);
+        Effect effect = test::empty_effect(s.topology);
+        LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 100.0, 0.0);
+        contact.reaction_vertices = packed ? std::array<Index, 3>{1, 2, -1} : std::array<Index, 3>{-1, 1, 2};
+        contact.reaction_weights =
+            packed ? std::array<double, 3>{0.25, 0.75, 0.0} : std::array<double, 3>{0.0, 0.25, 0.75};
+        effect.contacts.push_back(contact);
+        std::vector<Wrench> reaction(1);
+        ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        const double momentum = 1e-3 * s.frame.velocity(2, 0);
+        EXPECT_GT(momentum, 0.0);
+        EXPECT_NEAR(1e-3 * s.frame.velocity(2, 1), -0.25 * momentum, 1e-9 * momentum) << packed;
+        EXPECT_NEAR(1e-3 * s.frame.velocity(2, 2), -0.75 * momentum, 1e-9 * momentum) << packed;
+    }
+}
+
 TEST_P(StepperContract, TheSameEffectsEndOnTheSameBits) {
     Pressed one(GetParam());
     Pressed two(GetParam());

@@ -20,7 +20,7 @@ inline double force_at_frame(const Topology& topology, const Frame& frame, doubl
         if (contact.vertices[i] < 0) continue;
         rate += contact.weights[i] * frame.velocity.col(contact.vertices[i]).dot(contact.normal);
     }
-    if (contact.reaction_vertices[0] >= 0) {
+    if (any_vertex(contact.reaction_vertices) >= 0) {
         for (std::size_t i = 0; i < 3; ++i) {
             if (contact.reaction_vertices[i] < 0) continue;
             rate -= contact.reaction_weights[i] * frame.velocity.col(contact.reaction_vertices[i]).dot(contact.normal);
