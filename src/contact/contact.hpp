@@ -45,7 +45,7 @@ struct SweptContact {
     SweptKind kind = SweptKind::unset;
 };
 
-/// One of the vertices that are set; -1: none is. A point on an edge of a triangle leaves any of the three unset.
+/// One of the vertices that are set; -1: none is. Any of the three may be unset.
 inline Index any_vertex(const std::array<Index, 3>& vertices) {
     return *std::max_element(vertices.begin(), vertices.end());
 }
@@ -55,6 +55,11 @@ struct ContactPoint {
     std::array<Index, 3> vertices{-1, -1, -1};
     std::array<double, 3> weights{0.0, 0.0, 0.0};
     static ContactPoint at_vertex(Index vertex) { return {{vertex, -1, -1}, {1.0, 0.0, 0.0}}; }
+    /// All three corners, with a weight or without: within the tick the point may get to where they have one.
+    static ContactPoint in_triangle(const Triangles& triangles, Index triangle, const Vector3& weights) {
+        return {{triangles(0, triangle), triangles(1, triangle), triangles(2, triangle)},
+                {weights[0], weights[1], weights[2]}};
+    }
     /// Weighted sum of the vertices' columns: positions, velocities.
     [[nodiscard]] Vector3 blend(const Matrix3X& columns) const {
         Vector3 sum = Vector3::Zero();

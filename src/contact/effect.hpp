@@ -2,6 +2,7 @@
 // stepper applies, so that every response is integrated in the same way.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -22,7 +23,8 @@ enum class ContactRole : std::uint8_t {
 };
 
 /// A contact force that the stepper re-evaluates in every sub-step (METHODS §4). It acts on the point
-/// P = Σ weights_i x_i along `normal` with F = k·d − mu·(v_P·normal − face_velocity), d = −gap, and at most `limit`.
+/// P = Σ weights_i x_i along `normal` with the law of StepLaw, v_P·normal − face_velocity as its rate and −gap as its
+/// depth, and at most `limit`.
 /// A contact with a positive gap is open: the stepper lets it join in the sub-step in which the gap closes.
 /// `gap` is that at the *start of the tick* (CONTACT §2): bodies that scripts lead where the tick finds them, tissue
 /// and what hands hold where the last tick left them; it changes by (v_P·normal − face_velocity)·t within the tick.
@@ -60,6 +62,20 @@ struct LinearContact {
 
     /// Acts at any gap, in both senses.
     [[nodiscard]] bool bilateral() const { return role == ContactRole::damper || role == ContactRole::grasp; }
+};
+
+/// A contact's law over a step of h (s), backward Euler on its penetration p = max(0, depth):
+/// F = max(0, k p_end + mu (p_end - p_start) / h), so that nothing presses unless the step ends inside. Up to the
+/// maximum, which is its user's, that is linear in the rate r (m/s) at which the gap opens: F = still - slope r.
+/// `both_senses`: the law of a contact that pulls as well, k depth_end - mu r, whatever its gap.
+struct StepLaw {
+    StepLaw() = default;
+    StepLaw(double k, double mu, double depth, double h, bool both_senses)
+        : still(k * depth + (both_senses ? 0.0 : mu * std::min(depth, 0.0) / h)), slope(mu + h * k) {}
+    [[nodiscard]] double force(double rate) const { return still - slope * rate; }
+
+    double still = 0.0;  ///< N
+    double slope = 0.0;  ///< N s/m
 };
 
 /// What one contact of an effect gave in the tick it was made for: handed back to the response in the next one.

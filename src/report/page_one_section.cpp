@@ -142,6 +142,8 @@ std::string plain_table(const Table& table) {
 void add_page_one(Draft& draft, const std::string& worst_tick) {
     draft.sentence = sentence_of(draft);
     if (!draft.sentence.empty()) draft.paragraph(draft.sentence, Paragraph::Style::quote);
+    const std::string quoted = common_fact(draft.records, "study.quotes");
+    if (!quoted.empty()) draft.paragraph(quoted);
     warnings(draft);
     const std::vector<Table> tables = tables_of(draft);
     for (const Table& table : tables) draft.add(table);

@@ -20,15 +20,6 @@ equations::Corners corners_of(const Topology& topology, const Matrix3X& position
     return {position.col(corner[0]), position.col(corner[1]), position.col(corner[2])};
 }
 
-ContactPoint point_in_triangle(const Topology& topology, Index triangle, const Vector3& weights) {
-    ContactPoint point;
-    for (int i = 0; i < 3; ++i) {
-        point.vertices[at(i)] = topology.triangles(i, triangle);
-        point.weights[at(i)] = weights[i];
-    }
-    return point;
-}
-
 Vector3 hand_velocity(const Frame& frame, double dt, Index body) {
     return at(body) < frame.hand_motion.size() ? Vector3(frame.hand_motion[at(body)] / dt) : Vector3::Zero();
 }

@@ -37,9 +37,6 @@ inline constexpr double rigid_stiffness = 1000.0;
 /// ResponseEntry::without_tissue of responses that have springs alone where nothing has a mass.
 inline constexpr const char* acts_as_penalty = "acts as penalty between bodies without tissue";
 
-/// The point of a triangle that has these barycentric weights.
-ContactPoint point_in_triangle(const Topology& topology, Index triangle, const Vector3& weights);
-
 /// Translation that a hand gave a body in the last tick, m/s; zero for bodies that no hand leads.
 Vector3 hand_velocity(const Frame& frame, double dt, Index body);
 /// How fast scripts alone open the gap of a contact within the tick, m/s: of the velocities that it was written for

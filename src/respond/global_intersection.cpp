@@ -8,8 +8,9 @@
 // the point where a ray along it meets the region, or to its nearest point where none does. Nearest points alone let a
 // tip stall 0.5 to 1.5 mm deep: in a cup of faces the nearest one changes every tick, and each is pulled aside. The
 // pull is a stiff spring whose damper lets the distance shrink with `relaxation_time`, evaluated implicitly; across it
-// the two points are slowed by `drag`, since a light vertex otherwise swings aside faster than it is pulled (2 mm left
-// instead of 0.01). Every other contact, such as those on open curves, and contacts without tissue act as in `penalty`.
+// the two points are slowed by `drag`, since a light vertex otherwise swings aside faster than it is pulled (1.7 mm left
+// instead of 0.01 after a stab that is dragged). Every other contact, such as those on open curves, and contacts without
+// tissue act as in `penalty`.
 //
 // Known gaps, which are the method's own: a curve that ends at the rim of an open sheet has no region; a tool that is
 // further through than not has the wrong region; a tool that is through altogether has no curve.
@@ -111,7 +112,7 @@ private:
         double least = std::numeric_limits<double>::infinity();
         for (const Index t : patch_) {
             const Vector3 weights = closest_point_on_triangle(corners_of(*topology_, frame.position, t), x);
-            const ContactPoint point = point_in_triangle(*topology_, t, weights);
+            const ContactPoint point = ContactPoint::in_triangle(topology_->triangles, t, weights);
             const double distance = (point.blend(frame.position) - x).squaredNorm();
             if (distance < least) {
                 least = distance;
@@ -135,7 +136,8 @@ private:
             if (solved[0] < -rim || solved[1] < -rim || solved[0] + solved[1] > 1.0 + rim) continue;
             if (solved[2] < 0.0 || solved[2] >= least) continue;
             least = solved[2];
-            hit = point_in_triangle(*topology_, t, Vector3(1.0 - solved[0] - solved[1], solved[0], solved[1]));
+            hit = ContactPoint::in_triangle(topology_->triangles, t,
+                                            Vector3(1.0 - solved[0] - solved[1], solved[0], solved[1]));
         }
         return std::isfinite(least);
     }

@@ -52,7 +52,7 @@ bool describe(const Topology& topology, const Frame& frame, const Contact& conta
     if (!point.allFinite()) return false;
     const auto spread = [&](Index triangle) {
         const equations::Corners corners = corners_of(topology, frame.position, triangle);
-        return point_in_triangle(topology, triangle, closest_point_on_triangle(corners, point));
+        return ContactPoint::in_triangle(topology.triangles, triangle, closest_point_on_triangle(corners, point));
     };
     out.a = vertex_of_a ? ContactPoint::at_vertex(contact.vertex_a) : spread(contact.a);
     out.b = vertex_of_b ? ContactPoint::at_vertex(contact.vertex_b) : spread(contact.b);

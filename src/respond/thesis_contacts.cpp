@@ -46,7 +46,7 @@ void read_vertices(const ThesisState& state, const Frame& frame, const Contact& 
         v.distance = (x - equations::point_at(corners, weights)).norm();
         if (v.vertex != deepest && (v.depth <= 0.0 || v.distance > 1.0001 * v.depth)) continue;
         if (state.settings.closest_point) v.depth = std::min(v.depth, v.distance);
-        v.face = point_in_triangle(topology, v.triangle, weights);
+        v.face = ContactPoint::in_triangle(topology.triangles, v.triangle, weights);
         v.nearest = v.vertex == deepest ? (b_enters ? contact.vertex_a : contact.vertex_b)
                                         : topology.triangles(equations::nearest_corner(corners, x), v.triangle);
         v.normal = state.settings.blended_normal
@@ -74,7 +74,8 @@ CrossedEdges read_crossing(const ThesisState& state, const Frame& frame, const C
     const auto load = [&](Index triangle, Index vertex) {
         if (!state.settings.distribute) return ContactPoint::at_vertex(vertex);
         const equations::Corners corners = corners_of(*state.topology, frame.position, triangle);
-        return point_in_triangle(*state.topology, triangle, closest_point_on_triangle(corners, contact.point));
+        return ContactPoint::in_triangle(state.topology->triangles, triangle,
+                                         closest_point_on_triangle(corners, contact.point));
     };
     const bool tissue = state.kind(contact.body_b) == BodyKind::tissue;
     return {.body_a = contact.body_a,

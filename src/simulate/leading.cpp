@@ -162,7 +162,9 @@ void Leading::press_scripted(const Effect& effect, const Frame& frame, std::vect
         const auto by_hand = [this](Index body) { return body >= 0 && hand_of_body_[at(body)] >= 0; };
         if (!by_hand(pushed) && !by_hand(contact.reaction_body)) {
             const double gap = contact.gap + rate * scene_->dt;
-            double force = -contact.k * gap - contact.mu * rate;
+            const bool both_senses = contact.bilateral() || contact.adhesive;
+            const StepLaw law(contact.k, std::max(contact.mu, 0.0), -contact.gap, scene_->dt, both_senses);
+            double force = law.force(rate) - std::min(contact.mu, 0.0) * rate;
             if (!contact.bilateral() && (gap > 0.0 || (!contact.adhesive && force < 0.0))) force = 0.0;
             force = std::clamp(force, -contact.limit, contact.limit);
             contact_loads[c] = {.normal = force, .at_limit = std::abs(force) >= contact.limit};

@@ -5,16 +5,6 @@
 namespace trocar {
 namespace {
 
-ContactPoint face_point(const Topology& topology, const PointFace& one) {
-    ContactPoint point;
-    for (int i = 0; i < 3; ++i) {
-        if (one.weights[i] == 0.0) continue;
-        point.vertices[at(i)] = topology.triangles(i, one.triangle);
-        point.weights[at(i)] = one.weights[i];
-    }
-    return point;
-}
-
 /// Weighted sum of what `of` says of the point's vertices.
 template <typename Of>
 Vector3 blend(const ContactPoint& point, const Of& of) {
@@ -31,7 +21,7 @@ Contact point_face_contact(const TickStart& start, const PointFace& one, const V
     Contact contact;
     contact.kind = ContactCase::point_face;
     const ContactPoint vertex{{one.vertex, -1, -1}, {1.0, 0.0, 0.0}};
-    const ContactPoint face = face_point(start.topology(), one);
+    const ContactPoint face = ContactPoint::in_triangle(start.topology().triangles, one.triangle, one.weights);
     const bool vertex_first = one.vertex_body < one.face_body;
     contact.body_a = vertex_first ? one.vertex_body : one.face_body;
     contact.body_b = vertex_first ? one.face_body : one.vertex_body;

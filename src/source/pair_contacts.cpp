@@ -16,21 +16,12 @@ void place_at_start(const TickStart& start, Contact& contact) {
     const Vector3 where = contact.point;
     const double depth = contact.depth;
     const auto on = [&](Index triangle, Index entering) {
-        ContactPoint point;
-        if (entering >= 0) {
-            point.vertices[0] = entering;
-            point.weights[0] = 1.0;
-            return point;
-        }
+        if (entering >= 0) return ContactPoint::at_vertex(entering);
         const auto corner = topology.triangles.col(triangle);
-        const Vector3 weights = closest_point_on_triangle(
-            {position.col(corner[0]), position.col(corner[1]), position.col(corner[2])}, where);
-        for (int i = 0; i < 3; ++i) {
-            if (weights[i] == 0.0) continue;
-            point.vertices[at(i)] = corner[i];
-            point.weights[at(i)] = weights[i];
-        }
-        return point;
+        return ContactPoint::in_triangle(
+            topology.triangles, triangle,
+            closest_point_on_triangle({position.col(corner[0]), position.col(corner[1]), position.col(corner[2])},
+                                      where));
     };
     contact.on_a = on(contact.a, contact.kind == ContactCase::a_enters_b ? contact.vertex_a : -1);
     contact.on_b = on(contact.b, contact.kind == ContactCase::b_enters_a ? contact.vertex_b : -1);

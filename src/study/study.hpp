@@ -141,6 +141,7 @@ struct Study {
     std::string device;          ///< of every closed loop, as RunSpec::device
     std::string reference;       ///< detector that ratios of times are taken to; empty: no ratios
     std::string ours;            ///< response that page one sets against all others; empty: methods written by us
+    std::string quotes;          ///< what another published report found, with its name; page one repeats it
     std::optional<ReplayPart> replay;
     std::optional<ClosedLoopPart> closed_loop;
     std::optional<TrianglePairPart> triangle_pair;

@@ -194,9 +194,9 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
     const Json document = parse_json(read_whole(file, "a study file"), file_name);
     const JsonNode root(document, file_name);
     expect_object(root,
-                  {"format", "name", "seed", "repetitions", "time_limit_s", "device", "reference", "ours", "replay",
-                   "closed_loop", "triangle_pair", "work_precision", "ablation", "paced", "cost_by_size", "hard_cases",
-                   "certificate"},
+                  {"format", "name", "seed", "repetitions", "time_limit_s", "device", "reference", "ours", "quotes",
+                   "replay", "closed_loop", "triangle_pair", "work_precision", "ablation", "paced", "cost_by_size",
+                   "hard_cases", "certificate"},
                   {"format", "name"});
     root.at("format").expect_word(study_format);
 
@@ -210,6 +210,7 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
     if (root.has("seed")) study.seed = root.at("seed").unsigned_integer();
     const std::int64_t repetitions = root.has("repetitions") ? count_of(root.at("repetitions")) : 1;
     if (root.has("time_limit_s")) study.time_limit_s = root.at("time_limit_s").positive();
+    if (root.has("quotes")) study.quotes = root.at("quotes").text();
     study.device = root.has("device") ? read_device_of(root.at("device")) : text_of({});
 
     if (root.has("replay")) {

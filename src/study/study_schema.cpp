@@ -30,6 +30,7 @@ std::string study_schema() {
            "ramp": {"type": "number", "minimum": 0, "maximum": 10, "default": 0, "description": "Time in which the force rises after contact begins, s; 0: off"}}}]},
     "reference": {"$ref": "#/$defs/method", "description": "Detector that ratios of times are taken to"},
     "ours": {"$ref": "#/$defs/method", "description": "Response of the closed loop that page one sets against the best of the others; absent: methods written by us against foreign ones"},
+    "quotes": {"type": "string", "minLength": 1, "description": "A finding of another published report, with its name: page one repeats it"},
     "replay": {
       "description": "Every detector on the same frames: accuracy and speed of detection",
       "type": "object", "additionalProperties": false, "required": ["scenes", "detectors"],

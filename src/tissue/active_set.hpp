@@ -18,13 +18,8 @@ inline bool leaves_limit(const TickContact& contact, double force) {
     return contact.force >= 0.0 ? force < contact.limit : force > -contact.limit;
 }
 
-/// N, of a contact that is on, from its rate after a step of h (s): backward Euler, k (d - h r) - mu r.
-inline double force_of(const TickContact& contact, double h, double rate) {
-    return contact.stiffness * (contact.depth - h * rate) - contact.damping * rate + contact.held;
-}
-
-/// Backward Euler of all contacts over a step of h (s): a contact that is on gives k (d - h r) - mu r, with r (m/s) the
-/// rate after the step, and none but a bilateral or adhesive one pulls. `solved()` solves for the flags `on` and
+/// Backward Euler of all contacts over a step of h (s): a contact that is on gives what its StepLaw says of its rate
+/// (m/s) after the step, and none but a bilateral or adhesive one pulls. `solved()` solves for the flags `on` and
 /// `capped` as they are and tells whether it could; `rate_of(contact)` is then its rate (m/s). False where a guess
 /// cannot be solved, which makes further guesses worthless, or where none settles; forces are N.
 template <typename Solved, typename RateOf>
@@ -38,8 +33,7 @@ bool find_active(std::span<TickContact> contacts, double h, const Solved& solved
         bool settled = true;
         for (TickContact& contact : contacts) {
             const double rate = rate_of(contact);
-            const double depth = contact.depth - h * rate;
-            const double force = force_of(contact, h, rate);
+            const double force = contact.law(h).force(rate) + contact.held;
             if (contact.capped && !leaves_limit(contact, force)) continue;
             if (contact.capped || reaches_limit(contact, force)) {
                 if (change < rounds_at_once || settled) {
@@ -52,7 +46,7 @@ bool find_active(std::span<TickContact> contacts, double h, const Solved& solved
             contact.force = contact.on ? force : 0.0;
             if (contact.bilateral || contact.adhesive) continue;
             const bool leaves = contact.on && force < 0.0;
-            const bool joins = !contact.on && force > 0.0 && depth > 0.0;
+            const bool joins = !contact.on && force > 0.0;
             if (leaves) contact.force = 0.0;
             if (!leaves && !joins) continue;
             if (change < rounds_at_once || settled) contact.on = joins;

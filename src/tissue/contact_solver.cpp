@@ -56,13 +56,13 @@ void ContactSolver::assemble(double h, const TissueState& state) {
             }
             continue;
         }
-        const double c = contact.damping + h * contact.stiffness;
-        const double pressure = contact.stiffness * contact.depth - c * contact.fixed_rate + contact.held;
+        const StepLaw law = contact.law(h);
+        const double pressure = law.force(contact.fixed_rate) + contact.held;
         for (int i = 0; i < contact.count; ++i) {
             const Index l = contacts_.spot(contact.vertex[at(i)]);
             const double w = contact.weight[at(i)];
             right_side_.col(l) += h * pressure * w * contact.normal;
-            block_inverse_[at(l)] += h * c * w * w * contact.normal * contact.normal.transpose();
+            block_inverse_[at(l)] += h * law.slope * w * w * contact.normal * contact.normal.transpose();
         }
     }
     for (Matrix3& block : block_inverse_) block = block.inverse().eval();
@@ -81,7 +81,7 @@ void ContactSolver::apply(double h, const Matrix3X& velocity, Matrix3X& result) 
         for (int i = 0; i < contact.count; ++i) {
             sum += contact.weight[at(i)] * velocity.col(contacts_.spot(contact.vertex[at(i)])).dot(contact.normal);
         }
-        sum *= h * (contact.damping + h * contact.stiffness);
+        sum *= h * contact.law(h).slope;
         for (int i = 0; i < contact.count; ++i) {
             result.col(contacts_.spot(contact.vertex[at(i)])) += contact.weight[at(i)] * sum * contact.normal;
         }
@@ -95,9 +95,9 @@ void ContactSolver::precondition() {
     }
 }
 
-/// Backward Euler of all contacts that are on: (M + h Σ c Jᵀ J) v' = M v + h Σ (k d − c r) Jᵀ with c = mu + h k and r
-/// the fixed part of the rate; one at its limit is a constant force on the right-hand side. Conjugate gradients with
-/// the exact 3×3 blocks of the vertices as preconditioner, so that contacts that move one vertex each are solved
+/// Backward Euler of all contacts that are on: (M + h Σ c Jᵀ J) v' = M v + h Σ F(r) Jᵀ with c the slope of the law F
+/// and r the fixed part of the rate; one at its limit is a constant force on the right-hand side. Conjugate gradients
+/// with the exact 3×3 blocks of the vertices as preconditioner, so that contacts that move one vertex each are solved
 /// exactly before the first iteration. False when they end before the solution is one.
 bool ContactSolver::solve_linear(double h, const TissueState& state) {
     assemble(h, state);
@@ -196,16 +196,12 @@ void ContactSolver::sweep(double h, TissueState& state) {
 
 /// What a contact gives when all others stay as they are; `speed` is its rate with the force that it gives so far.
 double ContactSolver::force_alone(double h, const TickContact& contact, double speed) {
-    const double c = contact.damping + h * contact.stiffness;
+    const StepLaw law = contact.law(h);
     const double response = h * contact.mobility;  // m/s per N
-    const double force = (contact.stiffness * contact.depth + contact.held - c * (speed - response * contact.force)) /
-                         (1.0 + c * response);
+    const double force = (law.force(speed - response * contact.force) + contact.held) / (1.0 + law.slope * response);
     if (contact.bilateral) return contact.within_limit(force);
-    if (contact.depth >= 0.0) return contact.within_limit(contact.adhesive ? force : std::max(force, 0.0));
-    // It meets the other side within this sub-step: at most what stops it there, else a damper would throw it back
-    // before it has arrived, and whether it acts would change from sweep to sweep.
-    const double stop = contact.force + (contact.depth / h - speed) / response;
-    return contact.within_limit(std::max(0.0, std::min(force, stop)));
+    if (contact.adhesive) return contact.depth >= 0.0 ? contact.within_limit(force) : 0.0;
+    return contact.within_limit(std::max(force, 0.0));
 }
 
 void ContactSolver::rub(double h, TissueState& state) {

@@ -65,9 +65,8 @@ double HandOperators::rate(const Row& row, const Eigen::VectorXd& velocity) cons
     return sum + row.offset;
 }
 
-/// (M + h Σ c Jᵀ J) v' = M v_free + h Σ (k d − c offset) Jᵀ with c = mu + h k and J = n on the pushed hand, −n on the
-/// other. Contacts that would pull leave the sum, open ones that close within the sub-step join it; then it is solved
-/// again.
+/// (M + h Σ c Jᵀ J) v' = M v_free + h Σ F(offset) Jᵀ with c the slope of the law F and J = n on the pushed hand, −n on
+/// the other. Contacts that would pull leave the sum, open ones that would press join it; then it is solved again.
 void HandOperators::solve(double h, std::span<const LedHand> hands) {
     velocity_ = free_;
     constexpr int most_changes = 8;
@@ -80,21 +79,19 @@ void HandOperators::solve(double h, std::span<const LedHand> hands) {
         }
         for (Row& row : rows_) {
             const double speed = rate(row, velocity_);
-            const double force = row.pressure - row.implicit * (speed - row.offset);
-            const bool closed = row.depth >= 0.0;
-            const bool closes = row.depth - h * speed > 0.0;
+            const double force = row.law.force(speed);
             if (row.bilateral) {
                 row.on = true;
             } else if (row.adhesive || change == 0) {
-                row.on = closed;
+                row.on = row.depth >= 0.0;
             } else {
-                row.on = force > 0.0 && (row.on || closed || closes);
+                row.on = force > 0.0;
             }
             row.capped = change > 0 && std::abs(force) > row.limit;
             row.force = std::clamp(force, -row.limit, row.limit);
             if (!row.on) continue;
-            const Matrix3 block = (row.capped ? 0.0 : h * row.implicit) * row.normal * row.normal.transpose();
-            const Vector3 push = h * (row.capped ? row.force : row.pressure) * row.normal;
+            const Matrix3 block = (row.capped ? 0.0 : h * row.law.slope) * row.normal * row.normal.transpose();
+            const Vector3 push = h * (row.capped ? row.force : row.law.force(row.offset)) * row.normal;
             if (row.plus >= 0) {
                 matrix_.block<3, 3>(3 * row.plus, 3 * row.plus) += block;
                 right_side_.segment<3>(3 * row.plus) += push;
@@ -152,8 +149,10 @@ void HandOperators::advance(const Topology& topology, const Frame& frame, const 
             if (row.plus >= 0) depth -= moved(row.plus).dot(row.normal);
             if (row.minus >= 0) depth += moved(row.minus).dot(row.normal);
             depth -= step * h * row.offset;
-            row.implicit = row.damping + h * row.stiffness;
-            row.pressure = row.stiffness * depth - row.implicit * row.offset - row.explicit_damping * rate(row, start_);
+            row.law = {row.stiffness, row.damping, depth, h, row.bilateral || row.adhesive};
+            // Negative damping from the velocity at the start of the sub-step.
+            const bool closed = row.bilateral || depth >= 0.0;
+            if (closed) row.law.still -= row.explicit_damping * rate(row, start_);
             row.depth = depth;
         }
         solve(h, hands);
@@ -161,8 +160,7 @@ void HandOperators::advance(const Topology& topology, const Frame& frame, const 
             ContactLoad& load = loads[row.source];
             load.at_limit = row.on && row.capped;
             if (!row.on) continue;
-            const double pressed =
-                row.capped ? row.force : row.pressure - row.implicit * (rate(row, velocity_) - row.offset);
+            const double pressed = row.capped ? row.force : row.law.force(rate(row, velocity_));
             load.normal += pressed / steps;
             const Vector3 force = pressed * row.normal;
             if (row.plus >= 0) hands[at(row.plus)].load.moment += row.plus_point.cross(force) / steps;

@@ -55,15 +55,14 @@ private:
         double stiffness = 0.0;
         double damping = 0.0;           ///< >= 0, implicit
         double explicit_damping = 0.0;  ///< <= 0
-        double pressure = 0.0;          ///< N, force without the implicit part
-        double implicit = 0.0;          ///< N s/m, of the sub-step
+        StepLaw law;                    ///< of the sub-step
         double limit = 0.0;             ///< N, largest force
         bool adhesive = false;
         bool bilateral = false;
         double depth = 0.0;  ///< m, at the start of the sub-step; negative: open
         bool on = false;
         bool capped = false;  ///< on, and at its limit
-        double force = 0.0;   ///< N, of the sub-step
+        double force = 0.0;   ///< N, of the sub-step, within the limit
     };
 
     void collect(const Topology& topology, const Frame& frame, const Effect& effect, double dt,

@@ -219,11 +219,10 @@ void ImplicitContacts::find_pressing(double h, std::span<TickContact> contacts) 
         double change = 0.0;
         for (std::size_t c = 0; c < contacts.size(); ++c) {
             TickContact& contact = contacts[c];
-            const double damping = contact.damping + h * contact.stiffness;
+            const StepLaw law = contact.law(h);
             const double own = h * answer_(eigen_index(c), eigen_index(c));
             const double others = rate(c, h) - own * force_[c];
-            double force =
-                (contact.stiffness * contact.depth + contact.held - damping * others) / (1.0 + damping * own);
+            double force = (law.force(others) + contact.held) / (1.0 + law.slope * own);
             if (!contact.bilateral && !contact.adhesive) force = std::max(force, 0.0);
             if (!contact.bilateral && contact.adhesive && contact.depth < 0.0) force = 0.0;
             contact.force = contact.within_limit(force);
@@ -235,7 +234,7 @@ void ImplicitContacts::find_pressing(double h, std::span<TickContact> contacts) 
     }
 }
 
-/// Forces of the contacts that are on: f / c + h W f = (k d + held) / c - r with c = mu + h k, all else as it is.
+/// Forces of the contacts that are on: f / c + h W f = F(r) / c with c the slope of the law F, all else as it is.
 bool ImplicitContacts::solve_pressing(double h, std::span<TickContact> contacts) {
     answer_to(0, contacts.size(), [&](std::size_t c) { return contacts[c].on; });
     on_.clear();
@@ -243,7 +242,7 @@ bool ImplicitContacts::solve_pressing(double h, std::span<TickContact> contacts)
         const TickContact& contact = contacts[c];
         force_[c] = contact.capped ? contact.force : 0.0;
         if (!contact.on || contact.capped) continue;
-        if (contact.damping + h * contact.stiffness > 0.0) {
+        if (contact.law(h).slope > 0.0) {
             on_.push_back(c);
         } else {
             force_[c] = contact.held;
@@ -253,12 +252,12 @@ bool ImplicitContacts::solve_pressing(double h, std::span<TickContact> contacts)
     for (Eigen::Index a = 0; a < count; ++a) {
         const std::size_t c = on_[static_cast<std::size_t>(a)];
         const TickContact& contact = contacts[c];
-        const double damping = contact.damping + h * contact.stiffness;
+        const StepLaw law = contact.law(h);
         for (Eigen::Index b = 0; b < count; ++b) {
             matrix_(a, b) = h * answer_(eigen_index(c), eigen_index(on_[static_cast<std::size_t>(b)]));
         }
-        matrix_(a, a) += 1.0 / damping;
-        right_side_[a] = (contact.stiffness * contact.depth + contact.held) / damping - rate(c, h);
+        matrix_(a, a) += 1.0 / law.slope;
+        right_side_[a] = (law.force(rate(c, h)) + contact.held) / law.slope;
     }
     Eigen::Ref<Eigen::MatrixXd> matrix = matrix_.topLeftCorner(count, count);
     const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(matrix);

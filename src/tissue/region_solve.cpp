@@ -22,7 +22,7 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     contacts.gather_grip();
     for (std::size_t c = 0; c < all.size(); ++c) {
         all[c].rubbed.setZero();
-        if (!all[c].rubs || !(known ? all[c].force > 0.0 : all[c].on)) continue;
+        if (!all[c].rubs || !(all[c].force > 0.0)) continue;
         const TickContacts::Grip& grip = contacts.grip(contacts.given(all[c]).slip_key);
         if (grip.most == 0.0 || grip.firmest == c) stick(h, c, contacts);
     }
@@ -30,13 +30,6 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
         for (const Index local : contacts.touched()) {
             const Vector3 change = change_.col(number_[0][at(local)]).head<3>();
             state.velocity.col(local).head<3>() = start_[at(contacts.spot(local))] + change;
-        }
-    };
-    const auto find = [&](const Part& part) {
-        constexpr int most_joins = 8;
-        find_change(h, part, tolerance, iterations, contacts);
-        for (int n = 0; n < most_joins && !known && let_join(h, contacts); ++n) {
-            find_change(h, part, tolerance, iterations, contacts);
         }
     };
     constexpr int most_rounds = 20;
@@ -48,8 +41,8 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
         take_rows(h, contacts);
         // Which contacts press is found out among the vertices, where an iteration costs a third; the coarser nodes
         // hardly change it then. Only while these are at rest: what they have changed by is no part of that search.
-        if (round == 0 && vertices_.nodes > 0) find(vertices_);
-        find(everything_);
+        if (round == 0 && vertices_.nodes > 0) find_change(h, vertices_, tolerance, iterations, contacts);
+        find_change(h, everything_, tolerance, iterations, contacts);
         show_velocities();
         double largest = 0.0;
         for (const TickContact& contact : all) largest = std::max(largest, std::abs(contact.force));
@@ -105,11 +98,8 @@ void RegionSystem::remember_forces(const TickContacts& contacts) {
               [](const Pressed& a, const Pressed& b) { return std::tie(a.id, a.force) < std::tie(b.id, b.force); });
 }
 
-/// What each contact gives for the rate r that it has after the step: k (d - h r) - mu r, within bounds. That falls
-/// with r, so that the step is the minimum of a convex function and there is one answer. The damper of one that may
-/// leave acts in a step that begins or, without it, ends inside (`let_join`): else it would push from afar. Where the
-/// speeds at the start bring it about, or it pressed in the last step, it acts without being asked: nearly always
-/// right, and half the iterations.
+/// What each contact gives for the rate that it has after the step, within bounds. That falls with the rate, so that
+/// the step is the minimum of a convex function and there is one answer.
 void RegionSystem::take_laws(double h, bool known, TickContacts& contacts) {
     const TissueState& state = tissue_->state();
     rows_.assign(contacts.all().size(), {});
@@ -119,41 +109,23 @@ void RegionSystem::take_laws(double h, bool known, TickContacts& contacts) {
         Row& row = rows_[c];
         const double rate = TickContacts::rate(contact, state);
         const bool may_leave = !contact.bilateral && !contact.adhesive;
-        contact.on = contact.bilateral || contact.depth >= 0.0;
-        if (may_leave && !contact.on) {
-            contact.on = contact.depth >= h * rate || pressed_before(contacts.given(contact).source_id) != nullptr;
-        }
+        const bool closed = contact.bilateral || contact.depth >= 0.0;
         row.most = contact.limit;
         row.least = may_leave && !known ? 0.0 : -contact.limit;
         if (known) {
             row.given = contact.held;
-        } else if (contact.on) {
-            // Negative damping from the velocity at the start of the step.
-            contact.held = -contact.explicit_damping * rate;
-            row.given = contact.stiffness * contact.depth + contact.held;
-            row.yield = contact.damping + h * contact.stiffness;
         } else {
-            contact.held = 0.0;
-            row.given = may_leave ? contact.stiffness * contact.depth : 0.0;
-            row.yield = may_leave ? h * contact.stiffness : 0.0;
+            // Negative damping from the velocity at the start of the step.
+            contact.held = closed ? -contact.explicit_damping * rate : 0.0;
+            if (closed || may_leave) {
+                const StepLaw law = contact.law(h);
+                row.given = law.still + contact.held;
+                row.yield = law.slope;
+            }
         }
         contact.force = row.force(rate);
         row.couples = contact.count > 1 && spanning++ < most_coupled;
     }
-}
-
-/// Contacts that began apart and end inside by their springs alone get their dampers. Says whether any has one.
-bool RegionSystem::let_join(double h, TickContacts& contacts) {
-    bool any = false;
-    for (std::size_t c = 0; c < rows_.size(); ++c) {
-        TickContact& contact = contacts.all()[c];
-        Row& row = rows_[c];
-        if (contact.on || row.yield == 0.0 || contact.depth - h * row.rate <= 0.0) continue;
-        contact.on = true;
-        row.yield += contact.damping;
-        any = any || contact.damping > 0.0;
-    }
-    return any;
 }
 
 /// N s/m, what the tangential spring of a contact, which has a critical damper, gives for the speed along the surface

@@ -134,7 +134,6 @@ private:
     void stick(double h, std::size_t c, TickContacts& contacts);
     void slide(double h, std::size_t c, double most, const Vector3& pull, TickContacts& contacts);
     void take_laws(double h, bool known, TickContacts& contacts);
-    bool let_join(double h, TickContacts& contacts);
     /// What a contact gave in the last step, where it gave way in it.
     [[nodiscard]] const Pressed* pressed_before(std::uint64_t id) const;
     void take_rows(double h, const TickContacts& contacts);

@@ -40,6 +40,12 @@ TickContacts::TickContacts(Index vertex_count, std::size_t moving) {
     rubbing_.reserve(at(vertex_count));
     spot_.assign(at(vertex_count), -1);
     touched_.reserve(moving);
+    // So many contacts find room without asking for memory in a tick.
+    const std::size_t usual = std::min<std::size_t>(moving, 1024);
+    contacts_.reserve(usual);
+    mean_normal_.reserve(usual);
+    mean_friction_.reserve(usual);
+    loads_.reserve(usual);
 }
 
 void TickContacts::collect(const Effect& effect, const Frame& frame, const TissueState& state,

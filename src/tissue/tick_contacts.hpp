@@ -41,6 +41,8 @@ struct TickContact {
     bool turns = false;
 
     [[nodiscard]] Vector3 along_surface(const Vector3& vector) const { return vector - vector.dot(normal) * normal; }
+    /// Over a step of h (s) from here; the damper below 0 is not in it.
+    [[nodiscard]] StepLaw law(double h) const { return {stiffness, damping, depth, h, bilateral || adhesive}; }
     [[nodiscard]] double within_limit(double given) const { return std::clamp(given, -limit, limit); }
 };
 

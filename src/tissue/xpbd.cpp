@@ -170,16 +170,14 @@ private:
         }
     }
 
-    /// Backward Euler on gap and rate: F = k (depth - way) - mu way / h, way = moved + F h² mobility.
+    /// Backward Euler: the law at the rate (moved + F h² mobility) / h.
     void press(TickContact& contact, double h, bool known) {
         contact.force = contact.held;
         if (!known) {
             const double moved = way(contact).dot(contact.normal) + contact.fixed_rate * h;
-            const double depth = contact.depth - moved;
-            const double stiff = contact.stiffness * h * h;
-            const double damped = contact.damping * h;
-            double force = (stiff * depth - damped * moved) / (1.0 + (stiff + damped) * contact.mobility) / (h * h);
-            const bool on = contact.bilateral || depth > 0.0 || (contact.adhesive && contact.depth >= 0.0);
+            const StepLaw law = contact.law(h);
+            double force = law.force(moved / h) / (1.0 + law.slope * h * contact.mobility);
+            const bool on = contact.bilateral || contact.depth >= (contact.adhesive ? 0.0 : moved);
             // Negative damping (eq. 3.6 as printed) is taken explicitly.
             force -= contact.explicit_damping * TickContacts::rate(contact, tissue().state());
             if (!contact.bilateral && !contact.adhesive) force = std::max(force, 0.0);

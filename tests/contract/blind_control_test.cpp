@@ -168,9 +168,11 @@ TEST(Blind, HiddenTrianglesMakeOurResponseWorse) {
         return record.summary.at("residual_max_m");
     };
     const double seeing = deepest("ohc_clustered");
-    const double hidden = deepest("blind:hide=0.1");
+    // The planes of the neighbours hold what the hidden ones would, up to two triangles of five.
+    const double hidden = deepest("blind:hide=0.5");
+    EXPECT_GT(deepest("blind:hide=0.1"), seeing);
     EXPECT_EQ(deepest("blind:hide=0"), seeing);
-    constexpr double margin = 0.1e-3;  // m
+    constexpr double margin = 1e-3;  // m
     EXPECT_GT(hidden, seeing + margin);
 }
 

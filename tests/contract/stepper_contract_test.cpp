@@ -2,6 +2,7 @@
 // question has the same answer, no tick asks for memory, and nothing has gone further than it says.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -158,6 +159,62 @@ TEST_P(StepperContract, TheForceOfAContactIsTakenFromTheStateThatTheEffectNames)
     }
     EXPECT_EQ(with_start, 1) << substep;
     EXPECT_EQ(with_end, 1) << implicit;
+}
+
+/// m/s, of a mass m (kg) after a step of h (s) against a plane that it is `depth` (m) deep in (negative: apart), by
+/// bisection on m (v' - v) = h max(0, k p_end + mu (p_end - p_start) / h) with p = max(0, depth).
+double rate_after_penetration_law(double m, double k, double mu, double depth, double rate, double h) {
+    const auto excess = [&](double after) {
+        const double end = std::max(0.0, depth - h * after);
+        return m * (after - rate) - h * std::max(0.0, k * end + mu * (end - std::max(0.0, depth)) / h);
+    };
+    double low = rate;
+    double high = std::max(rate, depth / h);
+    for (int i = 0; i < 200; ++i) {
+        const double middle = 0.5 * (low + high);
+        (excess(middle) < 0.0 ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+TEST_P(StepperContract, NoContactPressesUnlessASubStepEndsInside) {
+    // A free vertex of 1 g that comes near, passes or leaves a plane; dampers from none to one that would stop it dead.
+    constexpr double k = 1e4;
+    constexpr double m = 1e-3;
+    std::array<bool, 65> fits{};
+    fits.fill(true);
+    for (const double mu : {0.0, 0.3, 300.0}) {
+        for (const double depth : {2e-4, 0.0, -1e-5, -2e-4, -6e-4, -9.9e-4, -1.1e-3}) {
+            for (const double rate : {-1.0, -0.3, 0.0, 0.5}) {
+                test::TissueSample s = test::make_tissue({Vector3::Zero()}, {m}, {0}, {});
+                s.materials.substeps = 4;
+                s.frame.velocity(2, 0) = rate;
+                const auto stepper = test::stepper_of(GetParam());
+                stepper->prepare(s.topology, s.materials);
+                Effect effect = test::empty_effect(s.topology);
+                effect.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -depth, k, mu));
+                std::vector<Wrench> reaction(1);
+                ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+                const double after = s.frame.velocity(2, 0);
+                const double given = stepper->loads()[0].normal;
+                EXPECT_NEAR(m * (after - rate), given * dt, 1e-12);
+                for (int steps = 1; steps <= 64; ++steps) {
+                    double expected = rate;
+                    double now = depth;
+                    for (int i = 0; i < steps; ++i) {
+                        expected = rate_after_penetration_law(m, k, mu, now, expected, dt / steps);
+                        now -= dt / steps * expected;
+                    }
+                    fits[static_cast<std::size_t>(steps)] &= std::abs(after - expected) < 1e-9;
+                }
+                if (depth <= -1.1e-3) {
+                    EXPECT_EQ(given, 0.0) << "too far to be reached in the tick";
+                }
+            }
+        }
+    }
+    // How many sub-steps a tick has is the stepper's own matter.
+    EXPECT_EQ(std::count(fits.begin() + 1, fits.end(), true), 1);
 }
 
 TEST_P(StepperContract, AnEdgeHeldAgainstAnEdgeIsPushedWhereTheyCross) {

@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -49,6 +51,31 @@ TEST(Readme, FirstFiguresAreThoseOfThePublishedStudy) {
             });
         };
         EXPECT_TRUE(std::any_of(published.begin(), published.end(), fits)) << row.front();
+    }
+}
+
+std::string whole(const std::string& file) {
+    std::ifstream stream(std::string(TROCAR_SOURCE_DIR) + "/" + file);
+    std::string text{std::istreambuf_iterator<char>(stream), {}};
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    return text;
+}
+
+TEST(Readme, TheQuotedAblationIsThePublishedOne) {
+    const std::string published = whole("reports/ablation_contacts/README.md");
+    const std::vector<std::array<std::string, 2>> factors{{"side information", "side information explains"},
+                                                          {"look-ahead", "look-ahead"},
+                                                          {"stiffness", "stiffness"},
+                                                          {"interactions and rest", "their interactions"},
+                                                          {"law", "the contact law"}};
+    for (const auto& [factor, told] : factors) {
+        const std::size_t row = published.find("| " + factor + " | ");
+        ASSERT_NE(row, std::string::npos) << factor;
+        const std::size_t share = row + factor.size() + 5;
+        const std::string sentence = told + " " + published.substr(share, published.find(" |", share) - share);
+        for (const char* file : {"README.md", "bench/studies/default.json"}) {
+            EXPECT_NE(whole(file).find(sentence), std::string::npos) << file << ": " << sentence;
+        }
     }
 }
 

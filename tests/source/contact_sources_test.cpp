@@ -213,7 +213,7 @@ void check_tracked(const Simulation& run, const SecondFeatures& second, SecondSi
     std::set<Feature> either;
     std::set<Feature> beside;  // faces next to the one over which a vertex is: `tracked` holds a ridge by both
     // What has crossed is told at the nearest point, within reach or not.
-    std::set<std::pair<Index, Index>> crossed;
+    std::map<std::pair<Index, Index>, SecondPointFace> crossed;
     for (const auto& [vertices, b] : second.questions()) {
         for (Index v = vertices.first; v < vertices.end(); ++v) {
             const int count = sides.count(v, b);
@@ -225,7 +225,7 @@ void check_tracked(const Simulation& run, const SecondFeatures& second, SecondSi
                 either.insert(point_face(v, nearest.triangle));
                 continue;
             }
-            crossed.insert({v, b});
+            crossed[{v, b}] = nearest;
             SecondPointFace one = nearest;
             one.vertex = v;
             one.vertex_body = second.body_of(v);
@@ -243,6 +243,13 @@ void check_tracked(const Simulation& run, const SecondFeatures& second, SecondSi
     for (const SecondPointFace& one : second.point_faces(reach)) {
         const Feature feature = point_face(one.vertex, one.triangle);
         if (one.open) either.insert(feature);
+        const auto behind = crossed.find({one.vertex, one.face_body});
+        if (behind != crossed.end() && behind->second.triangle != one.triangle &&
+            std::abs(behind->second.distance - one.distance) < 1e-9L * reach) {
+            // Its nearest point is on an edge: which of the two faces has it hangs on rounding.
+            either.insert(feature);
+            either.insert(point_face(one.vertex, behind->second.triangle));
+        }
         if (!one.closest) {
             beside.insert(feature);
             continue;

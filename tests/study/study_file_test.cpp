@@ -487,7 +487,8 @@ TEST_F(StudyFile, MethodRunsOnItsOwnScenesOnly) {
 }
 
 TEST_F(StudyFile, AResponseMayChooseItsDetectorsAndSources) {
-    const Study study = read(R"({"format":"trocar-study-1","name":"s","ours":"hold","closed_loop":{"scenes":["a.json"],
+    const Study study = read(
+        R"({"format":"trocar-study-1","name":"s","ours":"hold","quotes":"seen elsewhere","closed_loop":{"scenes":["a.json"],
         "detectors":["ohc",{"method":"brute_force","judged":false}],"contacts":["canonical","tracked"],
         "detail_stride":7,"responses":[{"method":"hold","contacts":["tracked"]},
         {"method":"penalty","detectors":["ohc"],"contacts":["canonical"]}]}})");
@@ -498,6 +499,7 @@ TEST_F(StudyFile, AResponseMayChooseItsDetectorsAndSources) {
         EXPECT_EQ(run.spec.truth_stride, run.spec.detector == "brute_force" ? 0 : 1);
         runs.insert(run.spec.detector + " " + run.spec.response + " " + run.spec.contacts);
         EXPECT_EQ(method_facts(study, run).at("study.ours"), "hold");
+        EXPECT_EQ(method_facts(study, run).at("study.quotes"), "seen elsewhere");
     }
     EXPECT_EQ(runs, (std::set<std::string>{"ohc hold tracked", "brute_force hold tracked", "ohc penalty canonical"}));
     const std::string head = R"({"format":"trocar-study-1","name":"s","closed_loop":{"scenes":["a.json"],)";
