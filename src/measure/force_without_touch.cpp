@@ -1,6 +1,7 @@
 #include "measure/force_without_touch.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -35,10 +36,11 @@ Index ForceWithoutTouch::pair_of(const LinearContact& contact) const {
 }
 
 double ForceWithoutTouch::clearance(const Frame& frame, Index pair, double bound) {
-    const auto [body_a, body_b] = topology_->body_pairs[at(pair)];
+    const std::array<Index, 2>& bodies = topology_->body_pairs[at(pair)];
     if (!(bound > 0.0)) return 0.0;
     const auto of_pair = [&](const TrianglePair& one) {
-        return topology_->body_of_triangle[at(one.a)] == body_a && topology_->body_of_triangle[at(one.b)] == body_b;
+        return topology_->body_of_triangle[at(one.a)] == bodies[0] &&
+               topology_->body_of_triangle[at(one.b)] == bodies[1];
     };
     true_pairs(*topology_, frame, near_);
     if (std::any_of(near_.begin(), near_.end(), of_pair)) return 0.0;
