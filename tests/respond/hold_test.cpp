@@ -72,8 +72,8 @@ TEST_P(HoldOnShippedScenes, LeavesNoMoreThanATwentiethOfAMillimetreAtAnyTickAndS
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
     const auto is_clear = [&] { EXPECT_LE(worst_depth(record, starts_deep(GetParam()) ? 30 : 0), 5e-5); };
     if (GetParam() == "i2t_two_grasp") {
-        // A jaw's vertex leaves one face of the fold for the next over their edge within a tick. The contact with the
-        // next one is told along the way to that edge, and turns with the face only from there on.
+        // A jaw's vertex leaves one face of the fold for the next over their edge within a tick. The gap to the next
+        // one is told along the way to that edge; the contact turns to the face's normal, along which less is left.
         test::expect_known_gap("0.073 mm, for five ticks", is_clear);
     } else {
         is_clear();
