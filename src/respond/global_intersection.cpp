@@ -8,9 +8,9 @@
 // the point where a ray along it meets the region, or to its nearest point where none does. Nearest points alone let a
 // tip stall 0.5 to 1.5 mm deep: in a cup of faces the nearest one changes every tick, and each is pulled aside. The
 // pull is a stiff spring whose damper lets the distance shrink with `relaxation_time`, evaluated implicitly; across it
-// the two points are slowed by `drag`, since a light vertex otherwise swings aside faster than it is pulled (1.7 mm left
-// instead of 0.01 after a stab that is dragged). Every other contact, such as those on open curves, and contacts without
-// tissue act as in `penalty`.
+// the two points are slowed by `drag`, since a light vertex otherwise swings aside faster than it is pulled (1.7 mm
+// left instead of 0.01 after a stab that is dragged). Every other contact, such as those on open curves, and contacts
+// without tissue act as in `penalty`.
 //
 // Known gaps, which are the method's own: a curve that ends at the rim of an open sheet has no region; a tool that is
 // further through than not has the wrong region; a tool that is through altogether has no curve.
