@@ -1,27 +1,24 @@
-// ODE 0.16 as contact response: contact joints between the tissue nodes in contact and a kinematic instrument, solved
-// by ODE's own steppers.
+// ODE 0.16 as contact response: contact joints between tissue nodes and what touches them, solved by ODE's own steppers
+// in every sub-step of the tissue, from the velocities that the tissue's stepper predicts without them.
 //
-// World    built once, no gravity; bodies are pooled and set anew in every tick, so that no tick knows of the last.
-// Nodes    every tissue vertex in a contact is a particle for the tick: its mass, position, velocity, the force of its
-//          springs, rest bias and drag as external force, re-evaluated in every step of ODE with its neighbours moving
-//          on as they do. Angular motion is off (an inertia of 1e20).
-// Tool     per contact a kinematic body with the velocity of the instrument's surface there: what one kinematic body
-//          does, right for jaws too, and no contact joins the islands of another.
+// World    no gravity; bodies are pooled and set anew each time, so that nothing is known of the last.
+// Nodes    every tissue vertex with a joint is a particle with its mass and predicted velocity. Springs have acted on
+//          that; ODE adds the joints' impulses. Angular motion is off (an inertia of 1e20).
+// Tool     a joint with the static world whose wanted speed is that of the instrument's surface there.
 // Contacts are reduced first, one per vertex and other body, as for every response: N joints would add up to N k.
 //          A contact joint has two bodies, so a contact inside a face is three joints (for two tissues up to nine) with
 //          k and mu times the barycentric weights, each working on the way of its own node; points=vertex loads the
 //          heaviest vertex alone.
 // Law      setting=penalty: soft ERP = h k / (h k + mu) and soft CFM = 1 / (h k + mu) make the joint a spring and
-// damper
-//          at step h (BASELINES, ODE 10), dWorldStep, as many steps per tick as the tissue has sub-steps.
+//          damper at step h (BASELINES, ODE 10), dWorldStep. A joint whose gap would close within the step gets a
+//          wanted speed that closes it and no depth, which is the law of StepLaw.
 //          setting=library: as ODE comes: ERP 0.2 and CFM 1e-10 of the world, dWorldQuickStep with 20 iterations, one
-//          step per tick, vertex contacts. No friction in either, since no other response has any.
-// Random   QuickStep shuffles its rows: dRandSetSeed at the start of every tick.
-// Result   the mean over ODE's steps of every joint's force is handed over as force held over the tick, its opposite as
-//          wrench on the instrument. The same impulse as placed velocities would make a resting node jump by h f / m
-//          at the start of each tick and fall back; held, a node at rest stays at rest.
+//          step per tick whose forces are held, vertex contacts, joints only where there is overlap. No friction in
+//          either, since no other response has any.
+// Random   QuickStep shuffles its rows: dRandSetSeed before every step.
 // Without tissue both instruments are particles of `device_mass`, moved by their scripts' velocity; the hand's force is
 //          unknown to a response, which makes a pressed contact softer by the factor 1 / (1 + h (h k + mu) / m).
+//          Between an instrument and a rigid body or instrument the wrench is held over the tick.
 // A joint between two bodies that cannot move (a pinned vertex and a tool) has no solution in ODE and is left out.
 #include <fmt/format.h>
 #include <ode/ode.h>
@@ -33,6 +30,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "geometry/input_error.hpp"
@@ -50,10 +48,21 @@ struct Settings {
     bool share = true;    ///< three joints per point of a face; false: its heaviest vertex
     bool reduce = true;   ///< one contact per vertex and other body
     int iterations = 20;  ///< of QuickStep
-    int steps = 0;        ///< of ODE per tick; 0: the tissue's sub-steps
+    SolverTiming timing = SolverTiming::substep;
     LawSettings law = {};
     double device_mass = 0.1;  ///< kg
     unsigned long seed = 1;
+};
+
+/// A contact joint. Body 1 (`b`) is pushed along the normal, body 2 (`a`) against it; null: the static world.
+struct Joint {
+    dBodyID b = nullptr;
+    dBodyID a = nullptr;
+    Vector3 normal = Vector3::Zero();  ///< unit, a to b
+    double depth = 0.0;                ///< m, negative where it has yet to close
+    double speed = 0.0;                ///< m/s, of b against a along the normal with which the gap stays as it is
+    double k = 0.0;                    ///< N/m
+    double mu = 0.0;                   ///< N s/m
 };
 
 /// The library's world and the bodies made so far.
@@ -83,24 +92,19 @@ public:
         for (std::size_t i = 0; i < used_; ++i) dBodyDisable(bodies_[i]);
         used_ = 0;
     }
-    /// A body of the pool; mass 0 = kinematic.
-    dBodyID body(double mass, const Vector3& position, const Vector3& velocity) {
+    /// A particle of the pool, kg and m/s.
+    dBodyID body(double mass, const Vector3& velocity) {
         if (used_ == bodies_.size()) {
             bodies_.push_back(dBodyCreate(world_));
             dBodySetGyroscopicMode(bodies_.back(), 0);
         }
         dBodyID body = bodies_[used_++];
         dBodyEnable(body);
-        if (mass > 0.0) {
-            constexpr double no_rotation = 1e20;
-            dMass inertia;
-            dMassSetParameters(&inertia, mass, 0, 0, 0, no_rotation, no_rotation, no_rotation, 0, 0, 0);
-            dBodySetDynamic(body);
-            dBodySetMass(body, &inertia);
-        } else {
-            dBodySetKinematic(body);
-        }
-        dBodySetPosition(body, position.x(), position.y(), position.z());
+        constexpr double no_rotation = 1e20;
+        dMass inertia;
+        dMassSetParameters(&inertia, mass, 0, 0, 0, no_rotation, no_rotation, no_rotation, 0, 0, 0);
+        dBodySetMass(body, &inertia);
+        dBodySetPosition(body, 0, 0, 0);
         dBodySetLinearVel(body, velocity.x(), velocity.y(), velocity.z());
         dBodySetAngularVel(body, 0, 0, 0);
         dBodySetForce(body, 0, 0, 0);
@@ -123,19 +127,17 @@ void abandon(World* world) {
     worlds->push_back(world);
 }
 
-Vector3 position_of(dBodyID body) {
-    const dReal* const p = dBodyGetPosition(body);
-    return {p[0], p[1], p[2]};
-}
 Vector3 velocity_of(dBodyID body) {
+    if (body == nullptr) return Vector3::Zero();
     const dReal* const v = dBodyGetLinearVel(body);
     return {v[0], v[1], v[2]};
 }
 
-class OdeJoints final : public Response {
+class OdeJoints final : public Response, public SubstepSolver {
 public:
     explicit OdeJoints(const Settings& settings) : settings_(settings) {}
 
+    [[nodiscard]] bool holds_forces() const override { return false; }
     [[nodiscard]] std::map<std::string, double> values_in_force() const override {
         return settings_.penalty ? laws_.values_in_force() : std::map<std::string, double>{};
     }
@@ -145,9 +147,6 @@ public:
         materials_ = &materials;
         laws_.prepare(topology, materials, settings_.law);
         points_.prepare(topology);
-        springs_.prepare(topology, materials);
-        node_of_vertex_.assign(at(topology.vertex_count), -1);
-        nodes_.clear();
         world_.reset();
         // Parts of one instrument hang together: one device moves them all.
         device_.assign(at(topology.body_count()), {});
@@ -164,234 +163,238 @@ public:
 
     void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
                  Effect& effect) override {
-        use_ode();
         effect.clear();
+        effect.solver = this;
+        effect.solver_timing = settings_.timing;
+        laws_of_.clear();
+        led_.clear();
         points_.gather(*topology_, frame, contacts, settings_.reduce, effect);
+        for (const PointContact& contact : points_.list()) {
+            const LinearContact law = spring_damper(*topology_, laws_, frame, dt, contact);
+            if (settings_.penalty && law.k + law.mu <= 0.0) continue;
+            if (topology_->bodies[at(contact.body_b)].kind == BodyKind::tissue) {
+                add_on_tissue(frame, contact, law, effect);
+            } else {
+                led_.push_back({.contact = &contact, .law = law});
+            }
+        }
+        if (!led_.empty()) press_led(frame, dt, effect);
+    }
+
+    void solve(PredictedStep& step) override {
+        bodies_.assign(step.columns(), nullptr);
+        joints_.clear();
+        numbers_.clear();
+        in_world([&] {
+            for (std::size_t c = 0; c < step.contacts().size(); ++c) {
+                const SolvedContact& contact = step.contacts()[c];
+                const bool closes = settings_.penalty && step.depth_after(contact) > 0.0;
+                if (contact.depth < 0.0 && !closes) continue;
+                Joint joint{.normal = contact.normal,
+                            .depth = contact.depth,
+                            .speed = contact.surface.dot(contact.normal),
+                            .k = laws_of_[contact.source].k,
+                            .mu = laws_of_[contact.source].mu};
+                for (std::size_t i = 0; i < at(contact.count); ++i) {
+                    (contact.weight[i] > 0.0 ? joint.b : joint.a) = body_of(step, contact.column[i]);
+                }
+                joints_.push_back(joint);
+                numbers_.push_back(c);
+            }
+            if (!joints_.empty()) advance(step.time());
+        });
+        for (std::size_t j = 0; j < joints_.size(); ++j) {
+            const SolvedContact& contact = step.contacts()[numbers_[j]];
+            step.push(contact, step.time() * force_[j] * contact.normal);
+        }
+    }
+
+private:
+    struct Law {
+        double k = 0.0;   ///< N/m
+        double mu = 0.0;  ///< N s/m
+    };
+    struct Device {
+        Index leader = -1;
+        dBodyID body = nullptr;
+    };
+    /// A contact without tissue.
+    struct Led {
+        const PointContact* contact = nullptr;
+        LinearContact law;
+        double impulse = 0.0;  ///< N s, on body b
+    };
+
+    /// A world whose step failed inside ODE cannot even be destroyed.
+    template <typename Work>
+    void in_world(const Work& work) {
+        use_ode();
         if (!world_) world_ = std::make_unique<World>();
         inside_ode_ = false;
         try {
-            begin();
-            for (const PointContact& contact : points_.list()) add_contact(frame, dt, contact, effect);
-            const int steps = settings_.steps > 0 ? settings_.steps : std::max(1, materials_->substeps);
-            for (int step = 0; step < steps; ++step) advance(frame, dt / steps, step);
-            for (const Joint& joint : joints_) hand_over(joint, joint.impulse / dt, effect);
             world_->clear();
+            dRandSetSeed(settings_.seed);
+            dWorldSetQuickStepNumIterations(world_->id(), settings_.iterations);
+            work();
         } catch (...) {
-            // A check that failed in the middle of ODE's step leaves a world that cannot even be destroyed.
             if (inside_ode_) abandon(world_.release());
             world_.reset();
             throw;
         }
     }
 
-private:
-    struct Node {
-        Index vertex = -1;
-        dBodyID body = nullptr;
-    };
-    struct Device {
-        Index leader = -1;
-        dBodyID body = nullptr;
-    };
-    /// One side of a joint: an ODE body and who takes its force.
-    struct Side {
-        dBodyID body = nullptr;
-        Vector3 start = Vector3::Zero();  ///< m, of the ODE body
-        Index vertex = -1;                ///< tissue vertex that takes the force
-        Index instrument = -1;            ///< or the body that does; -1: nobody
-        Vector3 point = Vector3::Zero();  ///< m, where it acts on that body
-        bool moves = false;
-        double weight = 1.0;
-    };
-    struct Joint {
-        Side a, b;
-        Vector3 normal = Vector3::Zero();  ///< unit, a to b
-        double depth = 0.0;                ///< m, at the start of the tick, negative where it has yet to close
-        double k = 0.0;
-        double mu = 0.0;
-        double surface_rate = 0.0;  ///< m/s, normal speed that the bodies' own velocities lack
-        double impulse = 0.0;       ///< N s, on b along the normal, over the tick
-        bool solved = false;        ///< is among this step's joints
-        dJointFeedback feedback = {};
-    };
-
-    void begin() {
-        for (const Node& node : nodes_) node_of_vertex_[at(node.vertex)] = -1;
-        nodes_.clear();
-        joints_.clear();
-        world_->clear();
-        for (Device& device : device_) device.body = nullptr;
-        dRandSetSeed(settings_.seed);
-        dWorldSetQuickStepNumIterations(world_->id(), settings_.iterations);
+    dBodyID body_of(const PredictedStep& step, Index column) {
+        dBodyID& body = bodies_[at(column)];
+        if (body == nullptr) body = world_->body(1.0 / step.inverse_mass(column), step.velocity(column));
+        return body;
     }
 
-    dBodyID node(const Frame& frame, Index vertex) {
-        Index& slot = node_of_vertex_[at(vertex)];
-        if (slot < 0) {
-            slot = static_cast<Index>(nodes_.size());
-            const bool pinned = at(vertex) < materials_->pinned.size() && materials_->pinned[at(vertex)] != 0;
-            nodes_.push_back({vertex, world_->body(pinned ? 0.0 : materials_->mass[at(vertex)],
-                                                   frame.position.col(vertex), frame.velocity.col(vertex))});
-        }
-        return nodes_[at(slot)].body;
+    [[nodiscard]] bool moves(Index vertex) const {
+        return vertex >= 0 && (at(vertex) >= materials_->pinned.size() || materials_->pinned[at(vertex)] == 0);
     }
 
-    dBodyID device(const Frame& frame, Index body) {
-        Device& device = device_[at(device_[at(body)].leader)];
-        if (device.body == nullptr) {
-            const Range range = topology_->bodies[at(device_[at(body)].leader)].vertices;
-            const Vector3 velocity = frame.velocity.middleCols(range.first, range.count).rowwise().mean();
-            device.body = world_->body(settings_.device_mass, Vector3::Zero(), velocity);
-        }
-        return device.body;
-    }
-
-    /// The ODE bodies that stand for one side of a contact; at most three.
-    int sides_of(const Frame& frame, Index body, const ContactPoint& load, bool driven, std::array<Side, 3>& sides) {
-        const BodyKind kind = topology_->bodies[at(body)].kind;
-        const Vector3 point = load.blend(frame.position);
-        if (kind != BodyKind::tissue) {
-            Side& side = sides[0];
-            side = {.instrument = kind == BodyKind::instrument ? body : -1, .point = point};
-            side.moves = driven && kind == BodyKind::instrument;
-            side.body = side.moves ? device(frame, body) : world_->body(0.0, point, load.blend(frame.velocity));
-            side.start = position_of(side.body);
+    /// Vertices of a tissue's point, with their shares; at most three.
+    std::size_t nodes_of(const ContactPoint& load, std::array<std::pair<Index, double>, 3>& nodes) const {
+        const auto heaviest =
+            static_cast<std::size_t>(std::max_element(load.weights.begin(), load.weights.end()) - load.weights.begin());
+        if (!settings_.share) {
+            nodes[0] = {load.vertices[heaviest], 1.0};
             return 1;
         }
-        int count = 0;
-        const auto heaviest = std::max_element(load.weights.begin(), load.weights.end()) - load.weights.begin();
+        std::size_t count = 0;
         for (std::size_t i = 0; i < 3; ++i) {
-            const bool loaded = settings_.share ? load.weights[i] > 1e-9 : static_cast<std::ptrdiff_t>(i) == heaviest;
-            if (load.vertices[i] < 0 || !loaded) continue;
-            Side& side = sides[static_cast<std::size_t>(count++)];
-            side = {.body = node(frame, load.vertices[i]), .vertex = load.vertices[i]};
-            side.start = position_of(side.body);
-            side.moves = dBodyIsKinematic(side.body) == 0;
-            side.weight = settings_.share ? load.weights[i] : 1.0;
+            if (load.vertices[i] >= 0 && load.weights[i] > 0.0) nodes[count++] = {load.vertices[i], load.weights[i]};
         }
         return count;
     }
 
-    void add_contact(const Frame& frame, double dt, const PointContact& contact, Effect& effect) {
-        const LinearContact law = spring_damper(*topology_, laws_, frame, dt, contact);
-        if (settings_.penalty && law.k + law.mu <= 0.0) return;
-        const bool driven = topology_->bodies[at(contact.body_b)].kind != BodyKind::tissue;
-        std::array<Side, 3> a;
-        std::array<Side, 3> b;
-        const int count_a = sides_of(frame, contact.body_a, contact.a, driven, a);
-        const int count_b = sides_of(frame, contact.body_b, contact.b, driven, b);
-        // The reaction lies on the line of the force.
-        for (Side& side : a) side.point = contact.b.blend(frame.position);
-        bool moves = false;
-        for (int i = 0; i < count_a; ++i) {
-            for (int j = 0; j < count_b; ++j) {
-                Joint joint;
-                joint.a = a[at(i)];
-                joint.b = b[at(j)];
-                if (!joint.a.moves && !joint.b.moves) continue;
-                moves = true;
-                joint.normal = contact.normal;
-                joint.depth = -law.gap;
-                const double share = joint.a.weight * joint.b.weight;
-                joint.k = share * law.k;
-                joint.mu = share * law.mu;
-                if (driven) {
-                    const Vector3 surface = contact.b.blend(frame.velocity) - contact.a.blend(frame.velocity);
-                    const Vector3 bodies = velocity_of(joint.b.body) - velocity_of(joint.a.body);
-                    joint.surface_rate = (surface - bodies).dot(contact.normal);
+    /// A joint that bears less of a contact makes ODE's matrix too badly scaled for its solver (dxLDLTRemove).
+    static constexpr double least_share = 1e-4;
+
+    void add_on_tissue(const Frame& frame, const PointContact& contact, const LinearContact& law, Effect& effect) {
+        std::array<std::pair<Index, double>, 3> a{std::pair<Index, double>{-1, 1.0}};
+        std::array<std::pair<Index, double>, 3> b;
+        const bool both = topology_->bodies[at(contact.body_a)].kind == BodyKind::tissue;
+        const std::size_t count_a = both ? nodes_of(contact.a, a) : 1;
+        const std::size_t count_b = nodes_of(contact.b, b);
+        LinearContact joint = law;
+        joint.role = ContactRole::solved;
+        joint.k = joint.mu = 0.0;
+        if (!both) joint.surface_velocity = contact.a.blend(frame.velocity);
+        bool any = false;
+        for (std::size_t i = 0; i < count_a; ++i) {
+            for (std::size_t j = 0; j < count_b; ++j) {
+                if (!moves(a[i].first) && !moves(b[j].first)) continue;
+                any = true;
+                const double share = a[i].second * b[j].second;
+                if (share < least_share) continue;
+                joint.vertices = {b[j].first, -1, -1};
+                joint.weights = {1.0, 0.0, 0.0};
+                joint.reaction_point =
+                    law.reaction_point + frame.position.col(b[j].first) - contact.b.blend(frame.position);
+                if (both) {
+                    joint.reaction_vertices = {a[i].first, -1, -1};
+                    joint.reaction_weights = {1.0, 0.0, 0.0};
                 }
+                effect.contacts.push_back(joint);
+                laws_of_.push_back({share * law.k, share * law.mu});
+            }
+        }
+        if (!any) effect.skip(SkipReason::not_handled);
+    }
+
+    dBodyID device(const Frame& frame, Index body) {
+        if (topology_->bodies[at(body)].kind != BodyKind::instrument) return nullptr;
+        Device& device = device_[at(device_[at(body)].leader)];
+        if (device.body == nullptr) {
+            const Range range = topology_->bodies[at(device_[at(body)].leader)].vertices;
+            const Vector3 velocity = frame.velocity.middleCols(range.first, range.count).rowwise().mean();
+            device.body = world_->body(settings_.device_mass, velocity);
+        }
+        return device.body;
+    }
+
+    /// Contacts without tissue, in as many steps as the tissue has; what they give is held over the tick.
+    void press_led(const Frame& frame, double dt, Effect& effect) {
+        const int steps = settings_.penalty ? std::max(1, materials_->substeps) : 1;
+        const double h = dt / steps;
+        for (Device& device : device_) device.body = nullptr;
+        joints_.clear();
+        in_world([&] {
+            for (const Led& led : led_) {
+                const PointContact& contact = *led.contact;
+                Joint joint{.b = device(frame, contact.body_b),
+                            .a = device(frame, contact.body_a),
+                            .normal = contact.normal,
+                            .depth = -led.law.gap,
+                            .k = led.law.k,
+                            .mu = led.law.mu};
+                // What the bodies' own velocities lack.
+                const Vector3 surface = contact.b.blend(frame.velocity) - contact.a.blend(frame.velocity);
+                joint.speed = -(surface - velocity_of(joint.b) + velocity_of(joint.a)).dot(joint.normal);
                 joints_.push_back(joint);
             }
-        }
-        if (!moves) effect.skip(SkipReason::not_handled);
-    }
-
-    /// Springs, rest bias and drag of a node, N, at `time` after the frame.
-    [[nodiscard]] Vector3 tissue_force(const Frame& frame, const Node& node, double time) const {
-        const auto place = [&](Index v) -> Vector3 {
-            const Index slot = node_of_vertex_[at(v)];
-            if (slot >= 0) return position_of(nodes_[at(slot)].body);
-            return frame.position.col(v) + time * frame.velocity.col(v);
-        };
-        const auto speed = [&](Index v) -> Vector3 {
-            const Index slot = node_of_vertex_[at(v)];
-            return slot >= 0 ? velocity_of(nodes_[at(slot)].body) : Vector3(frame.velocity.col(v));
-        };
-        Vector3 force = Vector3::Zero();
-        if (node.vertex < materials_->rest_bias.cols()) force = materials_->rest_bias.col(node.vertex);
-        const Vector3 here = place(node.vertex);
-        const Vector3 velocity = speed(node.vertex);
-        if (at(node.vertex) < materials_->drag.size()) force -= materials_->drag[at(node.vertex)] * velocity;
-        for (const Index s : springs_.of(node.vertex)) {
-            const Spring& spring = materials_->springs[at(s)];
-            const Index other = spring.i == node.vertex ? spring.j : spring.i;
-            const Vector3 d = place(other) - here;
-            const double length = d.norm();
-            if (length == 0.0) continue;
-            const Vector3 u = d / length;
-            force += (spring.k * (length - spring.rest) + spring.preload +
-                      spring.damping * (speed(other) - velocity).dot(u)) *
-                     u;
-        }
-        return force;
-    }
-
-    void advance(const Frame& frame, double h, int step) {
-        dJointGroupEmpty(world_->joints());
-        for (const Node& node : nodes_) {
-            const Vector3 force = tissue_force(frame, node, step * h);
-            if (!force.allFinite() || !velocity_of(node.body).allFinite()) {
-                throw std::runtime_error("the state of a tissue node is not finite");
+            for (int step = 0; step < steps; ++step) {
+                dJointGroupEmpty(world_->joints());
+                advance(h);
+                for (std::size_t j = 0; j < joints_.size(); ++j) {
+                    Joint& joint = joints_[j];
+                    led_[j].impulse += h * force_[j];
+                    joint.depth -= h * ((velocity_of(joint.b) - velocity_of(joint.a)).dot(joint.normal) - joint.speed);
+                }
             }
-            dBodyAddForce(node.body, force.x(), force.y(), force.z());
+        });
+        for (const Led& led : led_) {
+            const PointContact& contact = *led.contact;
+            const Vector3 force = led.impulse / dt * contact.normal;
+            // The reaction lies on the line of the force.
+            const Vector3 point = contact.b.blend(frame.position);
+            add_wrench(contact.body_b, point, force, effect);
+            add_wrench(contact.body_a, point, -force, effect);
         }
-        for (Joint& joint : joints_) {
-            const Vector3 moved =
-                position_of(joint.b.body) - joint.b.start - (position_of(joint.a.body) - joint.a.start);
-            const double depth = joint.depth - moved.dot(joint.normal) - step * h * joint.surface_rate;
-            joint.solved = depth >= 0.0;
-            if (!joint.solved) continue;  // ODE has contacts only where there is overlap
+    }
+
+    void add_wrench(Index body, const Vector3& point, const Vector3& force, Effect& effect) const {
+        if (topology_->bodies[at(body)].kind != BodyKind::instrument) return;
+        Wrench& wrench = effect.wrench[at(body)];
+        wrench.force += force;
+        wrench.moment += point.cross(force);
+    }
+
+    /// One step of ODE over h (s) with the joints as they are: `force_`, N, of each on its body 1 along the normal.
+    void advance(double h) {
+        feedback_.resize(joints_.size());
+        force_.assign(joints_.size(), 0.0);
+        for (std::size_t j = 0; j < joints_.size(); ++j) {
+            const Joint& joint = joints_[j];
+            if (!velocity_of(joint.b).allFinite() || !velocity_of(joint.a).allFinite()) {
+                throw std::runtime_error("the state of a node is not finite");
+            }
+            // ODE attaches a joint with the static world by its first body.
+            const bool turned = joint.b == nullptr;
             dContact contact = {};
-            const Vector3 place = position_of(joint.b.body);
-            for (int axis = 0; axis < 3; ++axis) {
-                contact.geom.pos[axis] = place[axis];
-                contact.geom.normal[axis] = joint.normal[axis];
-            }
-            contact.geom.depth = depth;
+            for (int axis = 0; axis < 3; ++axis) contact.geom.normal[axis] = (turned ? -1.0 : 1.0) * joint.normal[axis];
+            contact.geom.depth = std::max(joint.depth, 0.0);
             contact.surface.mode = dContactMotionN;
-            contact.surface.motionN = -joint.surface_rate;
+            contact.surface.motionN = joint.speed + std::min(joint.depth, 0.0) / h;
             if (settings_.penalty) {
                 contact.surface.mode |= dContactSoftERP | dContactSoftCFM;
                 contact.surface.soft_erp = h * joint.k / (h * joint.k + joint.mu);
                 contact.surface.soft_cfm = 1.0 / (h * joint.k + joint.mu);
             }
             const dJointID id = dJointCreateContact(world_->id(), world_->joints(), &contact);
-            dJointAttach(id, joint.b.body, joint.a.body);
-            dJointSetFeedback(id, &joint.feedback);
+            dJointAttach(id, turned ? joint.a : joint.b, turned ? nullptr : joint.a);
+            dJointSetFeedback(id, &feedback_[j]);
         }
         inside_ode_ = true;
         const int done = settings_.quick ? dWorldQuickStep(world_->id(), h) : dWorldStep(world_->id(), h);
         inside_ode_ = false;
         if (done == 0) throw std::runtime_error("ODE's step ran out of memory");
-        for (Joint& joint : joints_) {
-            if (!joint.solved) continue;
-            const dReal* const f = joint.feedback.f1;
-            const double force = Vector3(f[0], f[1], f[2]).dot(joint.normal);
-            if (!std::isfinite(force)) throw std::runtime_error("ODE's solution is not finite");
-            joint.impulse += h * force;
+        for (std::size_t j = 0; j < joints_.size(); ++j) {
+            const dReal* const f = feedback_[j].f1;
+            force_[j] = Vector3(f[0], f[1], f[2]).dot(joints_[j].normal) * (joints_[j].b == nullptr ? -1.0 : 1.0);
+            if (!std::isfinite(force_[j])) throw std::runtime_error("ODE's solution is not finite");
         }
-    }
-
-    static void hand_over(const Joint& joint, double force, Effect& effect) {
-        const auto load = [&effect](const Side& side, const Vector3& f) {
-            if (side.vertex >= 0) {
-                effect.held_force.col(side.vertex) += f;
-            } else if (side.instrument >= 0) {
-                add_reaction(side.instrument, side.point, f, effect);
-            }
-        };
-        load(joint.b, force * joint.normal);
-        load(joint.a, -force * joint.normal);
     }
 
     Settings settings_;
@@ -399,13 +402,16 @@ private:
     const Materials* materials_ = nullptr;
     ContactLaws laws_;
     PointContacts points_;
-    VertexSprings springs_;
     std::unique_ptr<World> world_;
     bool inside_ode_ = false;
-    std::vector<Node> nodes_;
-    std::vector<Index> node_of_vertex_;
     std::vector<Device> device_;
+    std::vector<Law> laws_of_;  ///< per contact of the effect
+    std::vector<Led> led_;
+    std::vector<dBodyID> bodies_;  ///< per column of the step
     std::vector<Joint> joints_;
+    std::vector<std::size_t> numbers_;  ///< per joint, of its contact in the step
+    std::vector<dJointFeedback> feedback_;
+    std::vector<double> force_;  ///< N, per joint
 };
 
 }  // namespace
@@ -416,6 +422,7 @@ ResponseEntry ode_joints_response() {
     entry.name = "ode_joints";
     entry.library = "ODE";
     entry.version = TROCAR_ODE_VERSION;
+    entry.left = {{.setting = "steps", .replaced = "acts=substep, tick or held"}};
     entry.configuration = fmt::format("sizeof(dReal) {}; {}", sizeof(dReal), ode_configuration());
     entry.table_row = "D. Baraff et al";
     const auto choice = [](const char* name, const char* first, std::vector<std::string> choices, const char* meaning) {
@@ -434,16 +441,16 @@ ResponseEntry ode_joints_response() {
                          .maximum = 1000.0,
                          .meaning = meaning};
     };
-    Parameter steps =
-        whole("steps", "auto", 1.0, "ODE's steps per tick; auto: the tissue's sub-steps (penalty), one (library)");
-    steps.words = {"auto"};
+    Parameter acts = timing_parameter("auto");
+    acts.choices.insert(acts.choices.begin(), "auto");
+    acts.meaning += "; auto: substep (penalty), held (library)";
     entry.parameters = {
         choice("setting", "penalty", {"penalty", "library"},
                "ERP and CFM that make a joint the spring k and damper mu, or the library's own (ERP 0.2, CFM 1e-10)"),
         choice("stepper", "auto", {"auto", "world", "quick"},
                "dWorldStep or dWorldQuickStep; auto: the first for penalty, the second for library"),
         whole("iterations", "20", 1.0, "iterations of dWorldQuickStep"),
-        std::move(steps),
+        std::move(acts),
         choice("points", "auto", {"auto", "three", "vertex"},
                "a contact in a face: three joints by barycentric weights (auto for penalty), or one at the nearest "
                "vertex (auto for library)"),
@@ -477,7 +484,8 @@ ResponseEntry ode_joints_response() {
         s.share = values.is("points", "auto") ? s.penalty : values.is("points", "three");
         s.reduce = values.is("reduction", "vertex");
         s.iterations = static_cast<int>(values.integer("iterations"));
-        s.steps = values.is("steps", "auto") ? (s.penalty ? 0 : 1) : static_cast<int>(values.integer("steps"));
+        s.timing = read_timing(values);
+        if (values.is("acts", "auto")) s.timing = s.penalty ? SolverTiming::substep : SolverTiming::held;
         s.law = read_law_settings(values);
         s.device_mass = values.number("device_mass");
         s.seed = static_cast<unsigned long>(values.integer("seed"));

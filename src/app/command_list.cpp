@@ -42,6 +42,7 @@ Json present_json(const Entry& entry) {
     if constexpr (requires { entry.takes_linear_contacts; }) {
         json["default"] = entry.is_default;
         json["takes_linear_contacts"] = entry.takes_linear_contacts;
+        json["takes_solved_contacts"] = entry.takes_solved_contacts;
         json["takes_placements"] = entry.takes_placements;
         json["takes_held_forces"] = entry.takes_held_forces;
     }

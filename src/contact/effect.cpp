@@ -19,6 +19,8 @@ void Effect::clear() {
     detached = 0;
     grasped = 0;
     contact_timing = ContactTiming::implicit;
+    solver = nullptr;
+    solver_timing = SolverTiming::substep;
 }
 
 }  // namespace trocar

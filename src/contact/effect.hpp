@@ -9,6 +9,7 @@
 #include <numeric>
 #include <vector>
 
+#include "contact/substep_solver.hpp"
 #include "contact/tip_force.hpp"
 #include "geometry/types.hpp"
 
@@ -19,7 +20,8 @@ enum class ContactRole : std::uint8_t {
     penalty,     ///< a spring as soft as the law of the pair has it
     constraint,  ///< holds two features apart, with a stiffness that is no material's
     damper,      ///< no spring; acts at any gap
-    grasp        ///< a spring that pulls as well as it presses; acts at any gap
+    grasp,       ///< a spring that pulls as well as it presses; acts at any gap
+    solved       ///< no force law: Effect::solver finds its impulse
 };
 
 /// A contact force that the stepper re-evaluates in every sub-step (METHODS §4). It acts on the point
@@ -28,7 +30,8 @@ enum class ContactRole : std::uint8_t {
 /// A contact with a positive gap is open: the stepper lets it join in the sub-step in which the gap closes.
 /// `gap` is that at the *start of the tick* (CONTACT §2): bodies that scripts lead where the tick finds them, tissue
 /// and what hands hold where the last tick left them; it changes by (v_P·normal − face_velocity)·t within the tick.
-/// Where reaction_vertices are set, their weighted velocity takes the place of face_velocity.
+/// Where reaction_vertices are set, their weighted velocity takes the place of face_velocity. One of role `solved` has
+/// no law (k and mu 0), and a surface_velocity where no reaction_vertices are set.
 struct LinearContact {
     ContactRole role = ContactRole::penalty;
     std::uint64_t source_id = 0;                   ///< Contact::id that it comes from, 0: none
@@ -126,6 +129,8 @@ struct Effect {
     std::int64_t detached = 0;                              ///< grasped vertices that slipped in this tick
     std::int64_t grasped = 0;                               ///< vertices held by a grasp in this tick
     ContactTiming contact_timing = ContactTiming::implicit;
+    SubstepSolver* solver = nullptr;  ///< of the contacts of role `solved`; the response's
+    SolverTiming solver_timing = SolverTiming::substep;
 
     void skip(SkipReason reason, std::int64_t count = 1) { skipped[static_cast<std::size_t>(reason)] += count; }
     [[nodiscard]] std::int64_t skipped_for(SkipReason reason) const {

@@ -100,6 +100,8 @@ Outcome check_effect(const Topology& topology, const Effect& effect) {
         if (!std::isfinite(sum) || std::isnan(one.limit) || !all_finite(one.weights) ||
             !all_finite(one.reaction_weights))
             return failed(OutcomeKind::not_finite, "a number that is not finite, of contact", i);
+        if (one.role == ContactRole::solved && effect.solver == nullptr)
+            return failed(OutcomeKind::threw, "no solver for its impulse, of contact", i);
         if (const char* fault = fault_of(one)) return failed(OutcomeKind::threw, fault, i);
     }
     for (std::size_t i = 0; i < effect.placements.size(); ++i) {

@@ -124,9 +124,16 @@ std::string why_not_taken(const StepperEntry& stepper, const Topology& topology,
         };
         return is_tissue(any_vertex(contact.vertices)) || is_tissue(any_vertex(contact.reaction_vertices));
     };
+    const auto pushes_as = [&](bool solved) {
+        return std::any_of(effect.contacts.begin(), effect.contacts.end(), [&](const LinearContact& contact) {
+            return (contact.role == ContactRole::solved) == solved && pushes_tissue(contact);
+        });
+    };
     const char* what = nullptr;
-    if (!stepper.takes_linear_contacts && std::any_of(effect.contacts.begin(), effect.contacts.end(), pushes_tissue)) {
+    if (!stepper.takes_linear_contacts && pushes_as(false)) {
         what = "linear contacts";
+    } else if (!stepper.takes_solved_contacts && pushes_as(true)) {
+        what = "contacts whose impulses the response finds in each sub-step";
     } else if (!stepper.takes_placements && !effect.placements.empty()) {
         what = "placements";
     } else if (!stepper.takes_held_forces && !effect.held_force.isZero(0.0)) {

@@ -112,9 +112,10 @@ struct StepperEntry {
     std::string name = {};
     std::string library = "trocar";
     std::string version = {};
-    std::string meaning = {};  ///< one line
-    bool is_default = false;   ///< taken where nobody names one
-    bool takes_linear_contacts = false;
+    std::string meaning = {};            ///< one line
+    bool is_default = false;             ///< taken where nobody names one
+    bool takes_linear_contacts = false;  ///< those with a force law
+    bool takes_solved_contacts = false;  ///< asks Effect::solver
     bool takes_placements = false;
     bool takes_held_forces = false;
     std::vector<Parameter> parameters = {};

@@ -41,6 +41,9 @@ void ContactLaws::prepare(const Topology& topology, const Materials& materials, 
                 law.k = materials.contact_laws[at(pair)].k;
                 law.mu = materials.contact_laws[at(pair)].mu;
             }
+            const bool rigid =
+                topology.bodies[at(a)].kind != BodyKind::tissue && topology.bodies[at(b)].kind != BodyKind::tissue;
+            if (settings.tissue_alone && rigid) continue;
             if (!std::isnan(settings.k)) {
                 law.k = settings.k;
                 law.mu = std::numeric_limits<double>::quiet_NaN();

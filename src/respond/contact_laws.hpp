@@ -26,6 +26,7 @@ struct LawSettings {
     double pressure = std::numeric_limits<double>::infinity();     ///< Pa
     double friction = 0.0;                                         ///< Coulomb coefficient
     double friction_k = 1000.0;                                    ///< N/m
+    bool tissue_alone = false;                                     ///< k and mu are those of contacts on tissue
     bool operator==(const LawSettings&) const = default;
 };
 

@@ -1,9 +1,9 @@
 // Impulse-based contact (Mirtich; thesis Table 2.1): closing points get the impulse that gives them the wanted
-// separating speed, one contact after the other, a few sweeps per tick. It changes velocities only; overlap is worked
-// off by a bias speed. Between non-deformable bodies, whose device mass a response does not know, it acts as `penalty`.
+// separating speed, one contact after the other, a few sweeps per sub-step. It changes velocities only; overlap is
+// worked off by a bias speed. Between non-deformable bodies, whose device mass a response does not know, it acts as
+// `penalty`.
 #include <algorithm>
 #include <memory>
-#include <utility>
 #include <vector>
 
 #include "method/entry.hpp"
@@ -13,44 +13,38 @@
 namespace trocar {
 namespace {
 
-struct Choice {
-    double restitution = 0.0;
-    double bias = 0.2;  ///< part of the depth that the bias speed removes per tick
-    int sweeps = 10;
-};
-
-class Impulse final : public PointResponse {
+class ImpulseSolver final : public SubstepSolver {
 public:
-    Impulse(const Settings& settings, const Choice& choice) : PointResponse(settings), choice_(choice) {}
+    struct Choice {
+        double restitution = 0.0;
+        double bias = 0.2;  ///< part of the depth that the bias speed removes
+        int sweeps = 10;
+    };
+    explicit ImpulseSolver(const Choice& choice) : choice_(choice) {}
 
-private:
-    void resolve(const Frame& frame, double dt, Effect& effect) override {
-        total_.reserve(list().capacity());
-        target_.reserve(list().capacity());
-        total_.assign(list().size(), 0.0);
-        target_.assign(list().size(), 0.0);
-        for (std::size_t c = 0; c < list().size(); ++c) {
-            const PointContact& contact = list()[c];
-            const double closing = std::min(relative_velocity(frame, contact).dot(contact.normal), 0.0);
-            // An open contact may close, by its gap at most.
-            target_[c] = contact.depth < 0.0
-                             ? contact.depth / dt
-                             : std::max(-choice_.restitution * closing, choice_.bias * contact.depth / dt);
-        }
+    void solve(PredictedStep& step) override {
+        const std::span<const SolvedContact> contacts = step.contacts();
+        total_.assign(contacts.size(), 0.0);
+        target_.clear();
+        for (const SolvedContact& contact : contacts) target_.push_back(target(step, contact));
         for (int sweep = 0; sweep < choice_.sweeps; ++sweep) {
-            for (std::size_t c = 0; c < list().size(); ++c) {
-                const PointContact& contact = list()[c];
-                if (mobility(contact) == 0.0) continue;
-                const double speed = relative_velocity(frame, contact).dot(contact.normal);
+            for (std::size_t c = 0; c < contacts.size(); ++c) {
                 // The sum of a contact's impulses never pulls, a single correction may.
-                const double next = std::max(total_[c] + (target_[c] - speed) / mobility(contact), 0.0);
-                push_apart(frame, contact, (next - total_[c]) * contact.normal);
+                const double change = (target_[c] - step.rate(contacts[c])) / contacts[c].mobility;
+                const double next = std::max(total_[c] + change, 0.0);
+                step.push(contacts[c], (next - total_[c]) * contacts[c].normal);
                 total_[c] = next;
             }
         }
-        for (std::size_t c = 0; c < list().size(); ++c) {
-            if (total_[c] != 0.0) react(frame, list()[c], total_[c] / dt * list()[c].normal, effect);
-        }
+    }
+
+private:
+    /// m/s, at which the gap is to open at least. One that is open may close within the step; where it would go
+    /// further, it bounces, or stops there if nothing bounces.
+    [[nodiscard]] double target(const PredictedStep& step, const SolvedContact& contact) const {
+        const double bounce = -choice_.restitution * std::min(step.rate(contact), 0.0);
+        if (contact.depth >= 0.0) return std::max(bounce, choice_.bias * contact.depth / step.time());
+        return bounce > 0.0 && step.depth_after(contact) > 0.0 ? bounce : contact.depth / step.time();
     }
 
     Choice choice_;
@@ -63,7 +57,7 @@ private:
 ResponseEntry impulse_response() {
     ResponseEntry entry;
     entry.name = "impulse";
-    entry.version = "1";
+    entry.version = "2";
     entry.table_row = "B. Mirtich et al";
     entry.own = true;
     entry.without_tissue = acts_as_penalty;
@@ -78,20 +72,23 @@ ResponseEntry impulse_response() {
                          .default_value = "0.2",
                          .minimum = 0.0,
                          .maximum = 1.0,
-                         .meaning = "part of the depth worked off per tick"},
+                         .meaning = "part of the depth worked off each time it acts"},
                         {.name = "sweeps",
                          .type = Parameter::Type::integer,
                          .unit = "1",
                          .default_value = "10",
                          .minimum = 1.0,
                          .maximum = 1000.0,
-                         .meaning = "passes over all contacts per tick"}};
-    entry.parameters.push_back(reduction_parameter());
+                         .meaning = "passes over all contacts each time it acts"},
+                        timing_parameter("substep"),
+                        reduction_parameter()};
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
-        return std::make_unique<Impulse>(PointResponse::Settings{.reduce = values.is("reduction", "vertex")},
-                                         Choice{.restitution = values.number("e"),
-                                                .bias = values.number("bias"),
-                                                .sweeps = static_cast<int>(values.integer("sweeps"))});
+        return std::make_unique<PointResponse>(
+            PointResponse::Settings{.reduce = values.is("reduction", "vertex"), .timing = read_timing(values)},
+            std::make_unique<ImpulseSolver>(
+                ImpulseSolver::Choice{.restitution = values.number("e"),
+                                      .bias = values.number("bias"),
+                                      .sweeps = static_cast<int>(values.integer("sweeps"))}));
     };
     return entry;
 }

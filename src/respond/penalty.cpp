@@ -5,30 +5,12 @@
 // does not come to rest but lets go and is caught again (force to and fro by 5 to 10 %, whose mean depends on the
 // tick).
 #include <memory>
-#include <utility>
 
 #include "method/entry.hpp"
 #include "respond/common.hpp"
 #include "respond/point_contacts.hpp"
 
 namespace trocar {
-namespace {
-
-class Penalty final : public PointResponse {
-public:
-    explicit Penalty(const Settings& settings) : PointResponse(settings) {}
-    [[nodiscard]] std::map<std::string, double> values_in_force() const override { return laws().values_in_force(); }
-
-private:
-    void resolve(const Frame& frame, double dt, Effect& effect) override {
-        for (const PointContact& contact : list()) {
-            if (on_tissue(contact)) effect.contacts.push_back(spring_damper_of(frame, dt, contact));
-        }
-    }
-};
-
-}  // namespace
-
 ResponseEntry penalty_response() {
     ResponseEntry entry;
     entry.name = "penalty";
@@ -39,7 +21,7 @@ ResponseEntry penalty_response() {
         "1000 between instruments and rigid bodies, on tissue the mean of the springs there", false);
     entry.parameters.push_back(reduction_parameter());
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
-        return std::make_unique<Penalty>(
+        return std::make_unique<PointResponse>(
             PointResponse::Settings{.law = read_law_settings(values), .reduce = values.is("reduction", "vertex")});
     };
     return entry;

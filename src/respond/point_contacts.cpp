@@ -69,7 +69,7 @@ bool describe(const Topology& topology, const Frame& frame, const Contact& conta
     return true;
 }
 
-/// Contacts and moved vertices that find room from the first tick on.
+/// Contacts that find room from the first tick on.
 constexpr std::size_t usual_contacts = 1024;
 constexpr double alike = 1e-9;  ///< part of a depth or a distance: well above rounding, well below a difference
 
@@ -187,85 +187,6 @@ bool PointContacts::keep_deepest(PointContact& contact) {
     return true;
 }
 
-void VertexEdits::prepare(const Topology& topology, const Materials& materials) {
-    const auto n = at(topology.vertex_count);
-    inverse_mass_.assign(n, 0.0);
-    for (std::size_t v = 0; v < std::min(n, materials.mass.size()); ++v) {
-        const bool pinned = v < materials.pinned.size() && materials.pinned[v] != 0;
-        if (materials.mass[v] > 0.0 && !pinned) inverse_mass_[v] = 1.0 / materials.mass[v];
-    }
-    slot_.assign(n, -1);
-    edits_.clear();
-    edits_.reserve(std::min(n, usual_contacts));
-}
-
-void VertexEdits::clear() {
-    for (const Placement& edit : edits_) slot_[at(edit.vertex)] = -1;
-    edits_.clear();
-}
-
-Placement& VertexEdits::edit(const Frame& frame, Index vertex) {
-    Index& slot = slot_[at(vertex)];
-    if (slot < 0) {
-        slot = static_cast<Index>(edits_.size());
-        edits_.push_back(
-            {.vertex = vertex, .position = frame.position.col(vertex), .velocity = frame.velocity.col(vertex)});
-    }
-    return edits_[at(slot)];
-}
-
-Vector3 VertexEdits::position(const Frame& frame, Index vertex) const {
-    const Index slot = slot_[at(vertex)];
-    return slot < 0 ? Vector3(frame.position.col(vertex)) : edits_[at(slot)].position;
-}
-
-Vector3 VertexEdits::velocity(const Frame& frame, Index vertex) const {
-    const Index slot = slot_[at(vertex)];
-    return slot < 0 ? Vector3(frame.velocity.col(vertex)) : edits_[at(slot)].velocity;
-}
-
-Vector3 VertexEdits::position(const Frame& frame, const ContactPoint& point) const {
-    Vector3 sum = Vector3::Zero();
-    for (std::size_t i = 0; i < 3; ++i) {
-        if (point.vertices[i] >= 0) sum += point.weights[i] * position(frame, point.vertices[i]);
-    }
-    return sum;
-}
-
-Vector3 VertexEdits::velocity(const Frame& frame, const ContactPoint& point) const {
-    Vector3 sum = Vector3::Zero();
-    for (std::size_t i = 0; i < 3; ++i) {
-        if (point.vertices[i] >= 0) sum += point.weights[i] * velocity(frame, point.vertices[i]);
-    }
-    return sum;
-}
-
-double VertexEdits::mobility(const ContactPoint& point) const {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < 3; ++i) {
-        if (point.vertices[i] >= 0) sum += point.weights[i] * point.weights[i] * inverse_mass(point.vertices[i]);
-    }
-    return sum;
-}
-
-void VertexEdits::change_velocity(const Frame& frame, const ContactPoint& point, const Vector3& impulse) {
-    for (std::size_t i = 0; i < 3; ++i) {
-        const Index v = point.vertices[i];
-        if (v >= 0 && inverse_mass(v) > 0.0) edit(frame, v).velocity += point.weights[i] * inverse_mass(v) * impulse;
-    }
-}
-
-void VertexEdits::change_position(const Frame& frame, const ContactPoint& point, const Vector3& impulse) {
-    for (std::size_t i = 0; i < 3; ++i) {
-        const Index v = point.vertices[i];
-        if (v >= 0 && inverse_mass(v) > 0.0) edit(frame, v).position += point.weights[i] * inverse_mass(v) * impulse;
-    }
-}
-
-void VertexEdits::write(Effect& effect) const {
-    effect.placements.insert(effect.placements.end(), edits_.begin(), edits_.end());
-}
-
 LinearContact spring_damper(const Topology& topology, const ContactLaws& laws, const Frame& frame, double dt,
                             const PointContact& contact) {
     const bool push_b = laws.kind(contact.body_a, contact.body_b) != CollisionClass::instrument_rigid;
@@ -295,58 +216,47 @@ LinearContact spring_damper(const Topology& topology, const ContactLaws& laws, c
     return linear;
 }
 
-void add_reaction(Index body, const Vector3& point, const Vector3& force, Effect& effect) {
-    Wrench& wrench = effect.wrench[at(body)];
-    wrench.force += force;
-    wrench.moment += point.cross(force);
+LinearContact solved_contact(const Topology& topology, const ContactLaws& laws, const Frame& frame, double dt,
+                             const PointContact& contact) {
+    LinearContact linear = spring_damper(topology, laws, frame, dt, contact);
+    linear.role = ContactRole::solved;
+    linear.k = linear.mu = 0.0;
+    if (any_vertex(linear.reaction_vertices) < 0) linear.surface_velocity = contact.a.blend(frame.velocity);
+    return linear;
+}
+
+Parameter timing_parameter(const std::string& name_of_default) {
+    return {.name = "acts",
+            .type = Parameter::Type::choice,
+            .default_value = name_of_default,
+            .choices = {"substep", "tick", "held"},
+            .meaning =
+                "on tissue, impulses are found in every sub-step from the state that the stepper predicts; or in the "
+                "first for the whole tick, where they act at once or are held evenly over it"};
+}
+
+SolverTiming read_timing(const ParameterValues& values) {
+    if (values.is("acts", "substep")) return SolverTiming::substep;
+    return values.is("acts", "tick") ? SolverTiming::tick : SolverTiming::held;
 }
 
 void PointResponse::prepare(const Topology& topology, const Materials& materials) {
     topology_ = &topology;
     laws_.prepare(topology, materials, settings_.law);
     points_.prepare(topology);
-    edits_.prepare(topology, materials);
 }
 
 void PointResponse::respond(const Frame& frame, double dt, const ContactSet& contacts,
                             std::span<const ContactLoad> /*loads*/, Effect& effect) {
     effect.clear();
-    edits_.clear();
+    effect.solver = solver_.get();
+    effect.solver_timing = settings_.timing;
     points_.gather(*topology_, frame, contacts, settings_.reduce, effect);
-    for (const PointContact& contact : list()) {
-        if (!on_tissue(contact)) effect.contacts.push_back(spring_damper_of(frame, dt, contact));
+    for (const PointContact& contact : points_.list()) {
+        const bool on_tissue = topology_->bodies[at(contact.body_b)].kind == BodyKind::tissue;
+        const auto& tell = on_tissue && solver_ ? solved_contact : spring_damper;
+        effect.contacts.push_back(tell(*topology_, laws_, frame, dt, contact));
     }
-    resolve(frame, dt, effect);
-    edits_.write(effect);
-}
-
-bool PointResponse::on_tissue(const PointContact& contact) const {
-    return topology_->bodies[at(contact.body_b)].kind == BodyKind::tissue;
-}
-
-Vector3 PointResponse::relative_velocity(const Frame& frame, const PointContact& contact) const {
-    return edits_.velocity(frame, contact.b) - edits_.velocity(frame, contact.a);
-}
-
-double PointResponse::depth_left(const Frame& frame, const PointContact& contact) const {
-    const Vector3 moved = edits_.position(frame, contact.b) - contact.b.blend(frame.position) -
-                          (edits_.position(frame, contact.a) - contact.a.blend(frame.position));
-    return contact.depth - moved.dot(contact.normal);
-}
-
-void PointResponse::push_apart(const Frame& frame, const PointContact& contact, const Vector3& impulse) {
-    edits_.change_velocity(frame, contact.b, impulse);
-    edits_.change_velocity(frame, contact.a, -impulse);
-}
-
-void PointResponse::move_apart(const Frame& frame, const PointContact& contact, const Vector3& impulse) {
-    edits_.change_position(frame, contact.b, impulse);
-    edits_.change_position(frame, contact.a, -impulse);
-}
-
-void PointResponse::react(const Frame& frame, const PointContact& contact, const Vector3& force, Effect& effect) const {
-    if (topology_->bodies[at(contact.body_a)].kind != BodyKind::instrument) return;
-    add_reaction(contact.body_a, contact.a.blend(frame.position), -force, effect);
 }
 
 }  // namespace trocar

@@ -4,6 +4,10 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "contact/contact_set.hpp"
@@ -53,86 +57,46 @@ private:
     std::vector<PointContact> list_;
 };
 
-/// Velocities and positions of tissue vertices while a response changes them one contact after the other; becomes one
-/// placement per vertex.
-class VertexEdits {
-public:
-    void prepare(const Topology& topology, const Materials& materials);
-    void clear();
-    [[nodiscard]] double inverse_mass(Index vertex) const { return inverse_mass_[static_cast<std::size_t>(vertex)]; }
-    [[nodiscard]] Vector3 position(const Frame& frame, Index vertex) const;
-    [[nodiscard]] Vector3 velocity(const Frame& frame, Index vertex) const;
-    /// Σ weights (position or velocity) of a load point.
-    [[nodiscard]] Vector3 position(const Frame& frame, const ContactPoint& point) const;
-    [[nodiscard]] Vector3 velocity(const Frame& frame, const ContactPoint& point) const;
-    /// Σ weights² / mass, 1/kg; 0 for a point of a kinematic body.
-    [[nodiscard]] double mobility(const ContactPoint& point) const;
-    /// Adds weight/mass times the given vector to every vertex of the point.
-    void change_velocity(const Frame& frame, const ContactPoint& point, const Vector3& impulse);
-    void change_position(const Frame& frame, const ContactPoint& point, const Vector3& impulse);
-    void write(Effect& effect) const;
-
-private:
-    Placement& edit(const Frame& frame, Index vertex);
-    std::vector<double> inverse_mass_;
-    std::vector<Index> slot_;
-    std::vector<Placement> edits_;
-};
-
 /// F = max(0, k d - mu v_n) n on b, its opposite on a. Tissue is pushed where there is tissue, both sides of two
 /// tissues; between an instrument and a rigid body only the instrument is. Without a stiffness from method or scene:
 /// the mean of the tissue's springs there, or rigid_stiffness. An open contact is such a law with a positive gap.
 LinearContact spring_damper(const Topology& topology, const ContactLaws& laws, const Frame& frame, double dt,
                             const PointContact& contact);
 
-/// Adds a force at a point to the body's wrench: what a tool feels of an impulse on tissue.
-void add_reaction(Index body, const Vector3& point, const Vector3& force, Effect& effect);
+/// The same contact without a law: Effect::solver finds its impulse.
+LinearContact solved_contact(const Topology& topology, const ContactLaws& laws, const Frame& frame, double dt,
+                             const PointContact& contact);
 
-/// What the responses on point contacts share: gathering, the plain penalty law between bodies that do not deform
-/// (whose device mass a response does not know), and placements. A method adds what it does to contacts on
-/// tissue.
+/// `acts`: the words of SolverTiming.
+Parameter timing_parameter(const std::string& name_of_default);
+SolverTiming read_timing(const ParameterValues& values);
+
+/// What the responses on point contacts share: gathering, the penalty law of contacts, and, of a method with a solver,
+/// contacts on tissue for that. Between bodies that do not deform, whose device mass a response does not know, all have
+/// the penalty law.
 class PointResponse : public Response {
 public:
     struct Settings {
         LawSettings law = {};
         bool reduce = true;  ///< one closed contact per vertex and other body, the deepest
+        SolverTiming timing = SolverTiming::substep;
     };
+    explicit PointResponse(const Settings& settings, std::unique_ptr<SubstepSolver> solver = nullptr)
+        : settings_(settings), solver_(std::move(solver)) {}
+    [[nodiscard]] bool holds_forces() const override { return false; }
     void prepare(const Topology& topology, const Materials& materials) final;
     void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> loads,
                  Effect& effect) final;
-
-protected:
-    explicit PointResponse(const Settings& settings) : settings_(settings) {}
-    /// Answers the contacts of list() for which on_tissue() holds, once per tick.
-    virtual void resolve(const Frame& frame, double dt, Effect& effect) = 0;
-
-    [[nodiscard]] const std::vector<PointContact>& list() const { return points_.list(); }
-    [[nodiscard]] bool on_tissue(const PointContact& contact) const;
-    [[nodiscard]] const ContactLaws& laws() const { return laws_; }
-    [[nodiscard]] VertexEdits& edits() { return edits_; }
-    [[nodiscard]] const VertexEdits& edits() const { return edits_; }
-    [[nodiscard]] LinearContact spring_damper_of(const Frame& frame, double dt, const PointContact& contact) const {
-        return spring_damper(*topology_, laws_, frame, dt, contact);
+    [[nodiscard]] std::map<std::string, double> values_in_force() const override {
+        return solver_ == nullptr ? laws_.values_in_force() : std::map<std::string, double>{};
     }
-    /// Velocity of b's point against a's, m/s, edits included.
-    [[nodiscard]] Vector3 relative_velocity(const Frame& frame, const PointContact& contact) const;
-    /// Depth left after the edits so far, m.
-    [[nodiscard]] double depth_left(const Frame& frame, const PointContact& contact) const;
-    [[nodiscard]] double mobility(const PointContact& contact) const {
-        return edits_.mobility(contact.a) + edits_.mobility(contact.b);
-    }
-    /// Opposite impulses (N s) on both sides, as change of velocity or, in kg m, of position.
-    void push_apart(const Frame& frame, const PointContact& contact, const Vector3& impulse);
-    void move_apart(const Frame& frame, const PointContact& contact, const Vector3& impulse);
-    /// Force on b's side, N: its opposite is what body a feels if it is an instrument.
-    void react(const Frame& frame, const PointContact& contact, const Vector3& force, Effect& effect) const;
 
 private:
     Settings settings_;
+    std::unique_ptr<SubstepSolver> solver_;  ///< of contacts on tissue; null: they have the penalty law
     const Topology* topology_ = nullptr;
     ContactLaws laws_;
     PointContacts points_;
-    VertexEdits edits_;
 };
 
 }  // namespace trocar

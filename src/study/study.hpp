@@ -26,6 +26,8 @@ struct StudyMethod {
     /// all.
     std::vector<std::string> detectors = {};
     std::vector<std::string> contacts = {};
+    /// Of a response in the closed loop: what it is made for, as RunSpec::stepper, instead of the part's; empty: those.
+    std::vector<std::string> steppers = {};
     /// Of a detector in the closed loop: false, its runs are not judged; they are timed, and what truth says of the
     /// same motion is told of them too.
     bool judged = true;

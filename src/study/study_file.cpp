@@ -38,6 +38,7 @@ void read_choices(const JsonNode& node, ClosedLoopPart& part) {
         if (const auto chosen = responses[i].find("contacts")) {
             for (const JsonNode& item : items_of(*chosen)) response.contacts.push_back(item.word(part.contacts));
         }
+        if (const auto chosen = responses[i].find("steppers")) response.steppers = read_steppers(*chosen);
     }
 }
 
@@ -233,7 +234,7 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
         ClosedLoopPart part;
         part.scenes = read_scenes(node.at("scenes"), files);
         part.detectors = read_methods(node.at("detectors"), true, part.scenes, {"judged"});
-        part.responses = read_methods(node.at("responses"), false, part.scenes, {"detectors", "contacts"});
+        part.responses = read_methods(node.at("responses"), false, part.scenes, {"detectors", "contacts", "steppers"});
         if (node.has("contacts")) {
             for (const JsonNode& item : items_of(node.at("contacts"))) {
                 const std::string contacts = read_source(item);

@@ -325,11 +325,12 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
                                     repetition, detector, response, contacts);
                         run.spec.detail_stride = part.detail_stride;
                         if (!wanted(run)) continue;
-                        for (const std::string& stepper : part.steppers) {
+                        const auto& steppers = response.steppers.empty() ? part.steppers : response.steppers;
+                        for (const std::string& stepper : steppers) {
                             add_run(run, runs);
                             runs.back().spec.stepper = stepper;
                         }
-                        if (part.steppers.empty()) add_run(std::move(run), runs);
+                        if (steppers.empty()) add_run(std::move(run), runs);
                     }
                 }
             }

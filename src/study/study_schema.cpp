@@ -134,6 +134,7 @@ std::string study_schema() {
          "judged": {"type": "boolean", "default": true, "description": "Closed loop, detectors"},
          "detectors": {"type": "array", "minItems": 1, "items": {"type": "string"}, "description": "Closed loop, responses"},
          "contacts": {"type": "array", "minItems": 1, "items": {"type": "string"}, "description": "Closed loop, responses"},
+         "steppers": {"type": "array", "minItems": 1, "uniqueItems": true, "items": {"type": "string"}, "description": "Closed loop, responses: instead of the part's, what the method is made for"},
          "basis": {"type": "string", "minLength": 1, "description": "Who recommends the setting, or how it was searched and with what budget; required unless default"},
          "scenes": {"$ref": "#/$defs/scenes", "description": "In lists of detectors and responses: those of the part's scenes it runs on; default all"}}}]},
     "ticks": {"type": "integer", "minimum": 1, "description": "Instead of the scene's own number; p99 needs 1000, after the warm-up"},

@@ -18,15 +18,10 @@ public:
     /// `vertex_count` is that of the frame, `moving` how many of its vertices the tissue can move.
     ContactSolver(Index vertex_count, std::size_t moving);
 
-    /// As TickContacts has it; so are the other calls that only pass on.
+    /// As TickContacts has it.
     void collect(const Effect& effect, const Frame& frame, const TissueState& state);
-    [[nodiscard]] std::span<const Index> touched() const { return contacts_.touched(); }
-    void begin_substep(const TissueState& state) { contacts_.begin_substep(state); }
-    void finish_substep(double h, int substeps, const TissueState& state) {
-        contacts_.finish_substep(h, substeps, state);
-    }
-    void react(std::vector<Wrench>& reaction) { contacts_.react(reaction); }
-    [[nodiscard]] std::span<const ContactLoad> loads() const { return contacts_.loads(); }
+    [[nodiscard]] TickContacts& contacts() { return contacts_; }
+    [[nodiscard]] const TickContacts& contacts() const { return contacts_; }
 
     /// Settings `explicit` and `hold`: every contact gives what it holds.
     void push_held(double h, TissueState& state);
@@ -38,6 +33,7 @@ public:
     [[nodiscard]] std::int64_t passes() const { return passes_; }
 
 private:
+    [[nodiscard]] std::span<const Index> touched() const { return contacts_.touched(); }
     void push(const TickContact& contact, double impulse, TissueState& state) const;
     void assemble(double h, const TissueState& state);
     void apply(double h, const Matrix3X& velocity, Matrix3X& result);

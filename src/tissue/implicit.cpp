@@ -114,6 +114,7 @@ private:
         if (!pieces_->empty()) close_momentum(h);
         if (!contacts().all().empty()) {
             stretch_slips(h);
+            contacts().solve_impulses(h, steps(), state);
             contacts().finish_substep(h, steps(), state);
         }
         double furthest = 0.0;
@@ -126,6 +127,7 @@ private:
             furthest = std::max(furthest, way.cwiseAbs().maxCoeff());
             finite = finite && state.position.col(column).allFinite();
         }
+        furthest += contacts().shift(tissue());
         return finite ? furthest : std::numeric_limits<double>::quiet_NaN();
     }
 
@@ -175,6 +177,7 @@ StepperEntry implicit_stepper() {
     entry.version = "1";
     entry.meaning = "linearly implicit Euler, one linearisation a step, contacts with the tissue's whole compliance";
     entry.takes_linear_contacts = true;
+    entry.takes_solved_contacts = true;
     entry.takes_placements = true;
     entry.takes_held_forces = true;
     entry.parameters = {{.name = "steps",

@@ -188,7 +188,7 @@ void ImplicitContacts::guess_pressing(double h, std::span<TickContact> contacts)
         missing_.clear();
         for (std::size_t c = 0; c < contacts.size(); ++c) {
             TickContact& contact = contacts[c];
-            if (contact.bilateral || contact.adhesive) continue;
+            if (contact.bilateral || contact.adhesive || contact.solved) continue;
             if (contact.on && force_[c] < 0.0) contact.on = false;
             gap_[c] = h * rate(c, h) - contact.depth;
             if (!contact.on && has_column_[c] == 0 && gap_[c] < 0.0) missing_.push_back(c);

@@ -67,7 +67,7 @@ double dissipated_power(const Materials& materials, const Matrix3X& position, co
 }
 
 MassSpring::MassSpring(const Topology& topology, const Materials& materials)
-    : tissue_(topology, materials), contacts_(topology.vertex_count, tissue_.state().size()) {
+    : tissue_(topology, materials), solver_(topology.vertex_count, tissue_.state().size()) {
     position_before_.reserve(tissue_.state().size());
     tissue_.spring_arrays().stencil = spring_stencil(tissue_.spring_arrays());
 }
@@ -83,21 +83,22 @@ Outcome MassSpring::advance(const Effect& effect, double dt, const Frame& from, 
     tissue_.release(effect);
     if (!outcome.ok()) return outcome;
     tissue_.give_back(effect, from, to);
-    contacts_.react(reaction);
+    solver_.contacts().react(reaction);
     return outcome;
 }
 
 Outcome MassSpring::integrate(const Effect& effect, double dt, const Frame& frame) {
     TissueState& state = tissue_.state();
-    contacts_.collect(effect, frame, state);
+    solver_.collect(effect, frame, state);
+    TickContacts& contacts = solver_.contacts();
     const bool implicit = effect.contact_timing == ContactTiming::implicit;
     const int substeps = std::max(1, tissue_.materials().substeps);
     const double h = dt / substeps;
-    const std::span<const Index> touched = contacts_.touched();
+    const std::span<const Index> touched = contacts.touched();
     position_before_.resize(touched.size());
     double bound = 0.0;  // m, no coordinate has gone further in this tick
     for (int substep = 0; substep < substeps; ++substep) {
-        contacts_.begin_substep(state);
+        contacts.begin_substep(state);
         for (std::size_t t = 0; t < touched.size(); ++t) {
             position_before_[t] = state.position.col(touched[t]).head<3>();
         }
@@ -106,18 +107,20 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, const Frame& fram
         if (!touched.empty()) {
             // The sub-step has gone by springs alone: contacts change the new velocities, and those the positions.
             if (implicit) {
-                contacts_.solve(h, state);
+                solver_.solve(h, state);
             } else {
-                contacts_.push_held(h, state);
+                solver_.push_held(h, state);
             }
-            contacts_.rub(h, state);
-            contacts_.finish_substep(h, substeps, state);
+            solver_.rub(h, state);
+            contacts.solve_impulses(h, substeps, state);
+            contacts.finish_substep(h, substeps, state);
             for (std::size_t t = 0; t < touched.size(); ++t) {
                 const Vector3 way = h * state.velocity.col(touched[t]).head<3>();
                 state.position.col(touched[t]).head<3>() = position_before_[t] + way;
                 check.finite = check.finite && way.allFinite();
                 check.furthest = std::max(check.furthest, way.cwiseAbs().maxCoeff());
             }
+            check.furthest += contacts.shift(tissue_);
         }
         bound += check.furthest;
         // Every sub-step, so that a scheme that blows up is told before its numbers overflow.

@@ -63,19 +63,19 @@ public:
     [[nodiscard]] double max_strain() const { return tissue_.max_strain(); }
     [[nodiscard]] std::int64_t limited_edges() const { return tissue_.limited_edges(); }
     /// What contact i of the last advance's effect gave; zero for contacts without tissue.
-    [[nodiscard]] std::span<const ContactLoad> loads() const { return contacts_.loads(); }
+    [[nodiscard]] std::span<const ContactLoad> loads() const { return solver_.contacts().loads(); }
     /// m, no vertex has gone further in the last advance, placements included.
     [[nodiscard]] double largest_move() const { return largest_move_; }
     /// How often the last advance went through all its contacts: the contacts' share of its work, whose bound per
     /// sub-step does not depend on how many there are.
-    [[nodiscard]] std::int64_t contact_passes() const { return contacts_.passes(); }
+    [[nodiscard]] std::int64_t contact_passes() const { return solver_.passes(); }
 
 private:
     Outcome integrate(const Effect& effect, double dt, const Frame& frame);
     bool blows_up(double dt, const Effect& effect, const Frame& frame);
 
     MovingTissue tissue_;
-    ContactSolver contacts_;
+    ContactSolver solver_;
     std::vector<Vector3> position_before_;  ///< m, of the vertices in contact before a sub-step
     double largest_move_ = 0.0;
     std::int64_t limited_ticks_ = 0;

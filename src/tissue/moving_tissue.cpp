@@ -145,6 +145,27 @@ void MovingTissue::add_shape_force() {
     shape_.add_force(state_.position, state_.constant);
 }
 
+double MovingTissue::put_aside(Index local, const Vector3& by) {
+    const auto energy = [&] {
+        double sum = 0.0;
+        const auto add = [&](std::size_t number) {
+            const Spring& spring = springs_[number];
+            const double length =
+                (state_.position.col(arrays_.j[number]) - state_.position.col(arrays_.i[number])).norm();
+            const double stretch = length - spring.rest;
+            sum += 0.5 * spring.k * stretch * stretch + spring.preload * stretch + stiffening_energy(spring, length);
+        };
+        for (std::size_t s = arrays_.first_out[at(local)]; s < arrays_.first_out[at(local) + 1]; ++s) add(s);
+        for (std::size_t n = arrays_.first_in[at(local)]; n < arrays_.first_in[at(local) + 1]; ++n) add(arrays_.in[n]);
+        return sum;
+    };
+    const double before = energy();
+    state_.position.col(local).head<3>() += by;
+    const Matrix3X& bias = materials_->rest_bias;
+    const double lifted = bias.cols() > 0 ? bias.col(state_.vertex[at(local)]).dot(by) : 0.0;
+    return energy() - before - lifted;
+}
+
 /// Lets go of the vertices that were held for the tick.
 void MovingTissue::release(const Effect& effect) {
     each_placed(effect, [&](const Placement& placement) {

@@ -41,6 +41,9 @@ public:
     /// Nothing to do where the scene names none.
     void add_shape_force();
     [[nodiscard]] ShapeForces& shape() { return shape_; }
+    /// Puts a vertex aside by `by` (m), its velocity as it is. Gives what springs and rest bias gain, J; what bending
+    /// and volume do is left out.
+    double put_aside(Index local, const Vector3& by);
     /// Lets go of the vertices that were held for the tick.
     void release(const Effect& effect);
     /// Writes position and velocity; previous becomes the place from which the tick started.

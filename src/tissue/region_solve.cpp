@@ -52,6 +52,13 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     close_momentum();
     show_velocities();
     if (contacts.any_rubs()) stretch_slips(h, contacts);
+    if (contacts.has_solver()) {
+        contacts.solve_impulses(h, 1, state);
+        for (const Index local : contacts.touched()) {
+            change_.col(number_[0][at(local)]).head<3>() =
+                state.velocity.col(local).head<3>() - start_[at(contacts.spot(local))];
+        }
+    }
     for (const Index local : contacts.touched()) state.velocity.col(local).head<3>() = start_[at(contacts.spot(local))];
 }
 

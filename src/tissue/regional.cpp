@@ -112,7 +112,8 @@ public:
             follow();
             solve();
         }
-        const double furthest = system_->move(dt);
+        double furthest = system_->move(dt);
+        furthest += contacts_->shift(*tissue_);
         ++tick_;  // also after one that fails: what has been walked over in it is not what the next one meets
         if (!contacts_->all().empty()) contacts_->finish_substep(dt, 1, state);
         Outcome outcome = tissue_->check(std::isfinite(furthest), furthest, effect, from);
@@ -396,6 +397,7 @@ StepperEntry regional_stepper() {
     entry.version = "1";
     entry.meaning = "linearly implicit Euler at full rate around what touches the tissue, the far field in slices";
     entry.takes_linear_contacts = true;
+    entry.takes_solved_contacts = true;
     entry.takes_placements = true;
     entry.takes_held_forces = true;
     const auto whole_number = [](const char* name, const char* value, double least, const char* meaning) {

@@ -40,6 +40,7 @@ StepperEntry semi_implicit_stepper() {
     entry.meaning = "springs by sub-stepped semi-implicit Euler, the contacts of a sub-step together and implicit";
     entry.is_default = true;
     entry.takes_linear_contacts = true;
+    entry.takes_solved_contacts = true;
     entry.takes_placements = true;
     entry.takes_held_forces = true;
     entry.make = [](const ParameterValues&) { return std::make_unique<SemiImplicit>(); };

@@ -45,7 +45,9 @@ TickContacts::TickContacts(Index vertex_count, std::size_t moving) {
     contacts_.reserve(usual);
     mean_normal_.reserve(usual);
     mean_friction_.reserve(usual);
+    velocity_before_.reserve(moving);
     loads_.reserve(usual);
+    predicted_.reserve(usual, moving);
 }
 
 void TickContacts::collect(const Effect& effect, const Frame& frame, const TissueState& state,
@@ -55,6 +57,7 @@ void TickContacts::collect(const Effect& effect, const Frame& frame, const Tissu
     touched_.clear();
     contacts_.clear();
     elapsed_ = 0.0;
+    shifts_ = false;
     mean_normal_.assign(effect.contacts.size(), Vector3::Zero());
     loads_.assign(effect.contacts.size(), {});
     mean_friction_.assign(effect.contacts.size(), Vector3::Zero());
@@ -95,6 +98,7 @@ bool TickContacts::enter(const LinearContact& contact, const Frame& frame, const
     entry.explicit_damping = std::min(contact.mu, 0.0);
     entry.adhesive = contact.adhesive;
     entry.bilateral = contact.bilateral();
+    entry.solved = contact.role == ContactRole::solved;
     entry.limit = contact.limit;
     double speed = 0.0;  // of P at the frame
     const auto add = [&](Index vertex, double weight) {
@@ -168,6 +172,10 @@ double TickContacts::rate(const TickContact& contact, const TissueState& state) 
 }
 
 void TickContacts::begin_substep(const TissueState& state) {
+    velocity_before_.clear();
+    for (std::size_t t = 0; has_solver() && t < touched_.size(); ++t) {
+        velocity_before_.emplace_back(velocity_of(state, touched_[t]));
+    }
     switch (effect_->contact_timing) {
         case ContactTiming::at_substep_start:
             return hold_current_force(state);
@@ -368,13 +376,91 @@ void TickContacts::slide(std::size_t number) {
     }
 }
 
+/// Held forces act for the whole tick, and what pushes a vertex in this sub-step goes on doing so.
+void TickContacts::predict(double h, int substeps, const TissueState& state) {
+    const SolverTiming timing = effect_->solver_timing;
+    predicted_.begin(timing == SolverTiming::substep ? h : h * substeps);
+    const double further = timing == SolverTiming::held ? substeps - 1.0 : 0.0;
+    for (std::size_t t = 0; t < touched_.size(); ++t) {
+        const Vector3 now = velocity_of(state, touched_[t]);
+        predicted_.add_column(now + further * (now - velocity_before_[t]), state.inverse_mass[at(touched_[t])]);
+    }
+    for (const TickContact& contact : contacts_) {
+        if (!contact.solved) continue;
+        SolvedContact entry{.source = contact.source,
+                            .normal = contact.normal,
+                            .depth = contact.depth,
+                            .count = contact.count,
+                            .weight = contact.weight,
+                            .surface = contact.surface,
+                            .mobility = contact.mobility};
+        for (int i = 0; i < contact.count; ++i) entry.column[at(i)] = spot(contact.vertex[at(i)]);
+        predicted_.add(entry);
+    }
+}
+
+void TickContacts::solve_impulses(double h, int substeps, TissueState& state) {
+    if (!has_solver()) return;
+    const SolverTiming timing = effect_->solver_timing;
+    const bool asks = timing == SolverTiming::substep || elapsed_ == 0.0;
+    if (asks) {
+        predict(h, substeps, state);
+        effect_->solver->solve(predicted_);
+    }
+    shifts_ = asks;
+    double part = asks ? 1.0 : 0.0;
+    if (timing == SolverTiming::held) part = 1.0 / substeps;
+    std::size_t number = 0;
+    for (TickContact& contact : contacts_) {
+        if (!contact.solved) continue;
+        const Vector3 impulse = part * predicted_.impulse(number++);
+        contact.force = impulse.dot(contact.normal) / h;
+        contact.rubbed = contact.along_surface(impulse) / h;
+        for (int i = 0; i < contact.count; ++i) {
+            const Index local = contact.vertex[at(i)];
+            velocity_of(state, local) += contact.weight[at(i)] * state.inverse_mass[at(local)] * impulse;
+        }
+    }
+}
+
+double TickContacts::shift(MovingTissue& tissue) {
+    double furthest = 0.0;
+    for (std::size_t t = 0; shifts_ && t < touched_.size(); ++t) {
+        const Vector3& by = predicted_.shift(static_cast<Index>(t));
+        if (by.isZero(0.0)) continue;
+        loads_[predicted_.shifted_by(static_cast<Index>(t)).source].work += tissue.put_aside(touched_[t], by);
+        furthest = std::max(furthest, by.cwiseAbs().maxCoeff());
+    }
+    return furthest;
+}
+
+/// m, of P.
+Vector3 TickContacts::shift_of(const TickContact& contact) const {
+    Vector3 sum = Vector3::Zero();
+    for (int i = 0; shifts_ && i < contact.count; ++i) {
+        sum += contact.weight[at(i)] * predicted_.shift(spot(contact.vertex[at(i)]));
+    }
+    return sum;
+}
+
 void TickContacts::finish_substep(double h, int substeps, const TissueState& state) {
     elapsed_ += h;
     for (TickContact& contact : contacts_) {
         const double speed = rate(contact, state);
-        contact.depth -= h * speed;
+        contact.depth -= h * speed + shift_of(contact).dot(contact.normal);
         ContactLoad& load = loads_[contact.source];
-        load.work += h * contact.force * (speed - contact.fixed_rate);
+        if (contact.solved) {
+            // An impulse changes kinetic energy by itself times the mean of the velocities before and after.
+            const Vector3 force = contact.force * contact.normal + contact.rubbed;
+            for (int i = 0; i < contact.count; ++i) {
+                const Index local = contact.vertex[at(i)];
+                const Vector3 both = velocity_before_[at(spot(local))] + velocity_of(state, local);
+                load.work += 0.5 * h * contact.weight[at(i)] * force.dot(both);
+            }
+            mean_friction_[contact.source] += contact.rubbed / substeps;
+        } else {
+            load.work += h * contact.force * (speed - contact.fixed_rate);
+        }
         load.normal += contact.force / substeps;
         mean_normal_[contact.source] += contact.force / substeps * contact.normal;
         load.at_limit = std::abs(contact.force) >= contact.limit;

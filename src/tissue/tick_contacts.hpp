@@ -11,6 +11,7 @@
 
 #include "contact/effect.hpp"
 #include "scene/world.hpp"
+#include "tissue/moving_tissue.hpp"
 #include "tissue/spring_kernels.hpp"
 
 namespace trocar {
@@ -32,9 +33,10 @@ struct TickContact {
     double limit = 0.0;           ///< N, largest force
     double force = 0.0;           ///< N, of the last sub-step
     Vector3 surface = Vector3::Zero();  ///< m/s, velocity of the other side from what does not move here
-    Vector3 rubbed = Vector3::Zero();   ///< N, friction of the last sub-step on P
+    Vector3 rubbed = Vector3::Zero();   ///< N, along the surface, of the last sub-step on P
     bool adhesive = false;
     bool bilateral = false;
+    bool solved = false;  ///< Effect::solver finds its impulse
     bool on = false;
     bool capped = false;  ///< on, and with the force `force` that its limit leaves it instead of its spring's
     bool rubs = false;
@@ -107,6 +109,15 @@ public:
     /// The spring of a contact that slides with the friction `rubbed` is as long as that asks.
     void slide(std::size_t number);
 
+    /// Of a tick whose effect has a solver: has it find the impulses of the contacts of role `solved` and adds them to
+    /// the velocities. Called in each of the tick's sub-steps of h (s), when all other contacts have acted on the
+    /// velocities of its end and before these move anything.
+    void solve_impulses(double h, int substeps, TissueState& state);
+    [[nodiscard]] bool has_solver() const { return effect_->solver != nullptr; }
+    /// Moves the vertices that the solver has shifted in this sub-step, after the velocities have; gives how far a
+    /// coordinate has gone, m. What tissue gains by it is work of the contacts.
+    double shift(MovingTissue& tissue);
+
     /// Moves the gaps by the new velocities and adds up what each contact gave in a sub-step of h (s).
     void finish_substep(double h, int substeps, const TissueState& state);
     /// After the last sub-step: adds to the bodies that take reactions what the contacts gave, mean over the tick.
@@ -118,6 +129,8 @@ private:
     bool enter(const LinearContact& contact, const Frame& frame, const TissueState& state,
                std::span<const Vector3> late, TickContact& entry);
     void hold_current_force(const TissueState& state);
+    void predict(double h, int substeps, const TissueState& state);
+    [[nodiscard]] Vector3 shift_of(const TickContact& contact) const;
     void turn(const TissueState& state);
     void turn_tissues(const TissueState& state, TickContact& contact) const;
     void take_weights(const TissueState& state, const Vector3& weights, const Vector3& other_weights,
@@ -136,7 +149,10 @@ private:
     std::vector<Index> rubbing_;          ///< slip keys with rubbed_ > 0
     std::vector<Grip> grip_;              ///< of the sub-step, per slip key
     std::vector<Index> touched_;
-    std::vector<Index> spot_;  ///< per vertex of the state: position in touched_ or -1
+    std::vector<Index> spot_;               ///< per vertex of the state: position in touched_ or -1
+    PredictedStep predicted_;               ///< that the solver has been asked about last; its columns are touched_
+    std::vector<Vector3> velocity_before_;  ///< m/s, of touched_ as the sub-step begins; only with a solver
+    bool shifts_ = false;                   ///< its shifts are this sub-step's
 };
 
 }  // namespace trocar

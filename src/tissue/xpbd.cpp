@@ -81,6 +81,13 @@ private:
                 state.velocity.col(column) = (state.position.col(column) - before_.col(column)) / h;
             }
         }
+        if (contacts().has_solver()) {
+            contacts().solve_impulses(h, steps(), state);
+            for (const Index local : contacts().touched()) {
+                state.position.col(local) = before_.col(local) + h * state.velocity.col(local);
+            }
+            contacts().shift(tissue());
+        }
         contacts().finish_substep(h, steps(), state);
         const auto way = (state.position - before_).cwiseAbs();
         return way.size() > 0 ? way.maxCoeff<Eigen::PropagateNaN>() : 0.0;
@@ -209,6 +216,7 @@ StepperEntry xpbd_stepper() {
     entry.version = "1";
     entry.meaning = "springs, strain limit and contacts as compliant constraints, each once in every small step";
     entry.takes_linear_contacts = true;
+    entry.takes_solved_contacts = true;
     entry.takes_placements = true;
     entry.takes_held_forces = true;
     entry.parameters = {{.name = "substeps",

@@ -59,7 +59,8 @@ TEST_F(RunCommand, SteppersAreNamedWhereTheyAreNotTheDefault) {
     ASSERT_EQ(list.at("steppers").size(), registry().steppers().size());
     EXPECT_EQ(list.at("sources").size(), registry().sources().size());
     const Json& first = list.at("steppers").at(0);
-    for (const char* taken : {"takes_linear_contacts", "takes_placements", "takes_held_forces"})
+    for (const char* taken :
+         {"takes_linear_contacts", "takes_solved_contacts", "takes_placements", "takes_held_forces"})
         EXPECT_TRUE(first.at(taken).is_boolean()) << taken;
     EXPECT_TRUE(first.at("default").get<bool>());
 }
@@ -178,7 +179,7 @@ TEST_F(RunCommand, SaysWhereAResponseActsAsAnother) {
 TEST_F(RunCommand, AFailedRunIsOneLineEvenWhereTheResponseActsAsAnother) {
     const std::string bare = (folder_.path() / "press.json").string();
     std::ofstream(bare) << test::press_text(0.002);
-    const std::string words = "run " + bare + " --ticks 2 --response xpbd --contacts native --detector ohc";
+    const std::string words = "run " + bare + " --ticks 2 --response impulse --contacts native --detector ohc";
     const test::ProgramResult failed = run_program(words);  // ohc tells no contacts of its own
     EXPECT_EQ(failed.status, 3);
     EXPECT_EQ(std::count(failed.err.begin(), failed.err.end(), '\n'), 1) << failed.err;

@@ -371,6 +371,10 @@ TEST(StepperEntry, WhatItDoesNotTakeIsNamed) {
     EXPECT_NE(why_not_taken(entry, s.topology, effect).find("linear contacts"), std::string::npos);
     entry.takes_linear_contacts = entry.takes_placements = entry.takes_held_forces = true;
     EXPECT_EQ(why_not_taken(entry, s.topology, effect), "");
+    effect.contacts.back().role = ContactRole::solved;
+    EXPECT_NE(why_not_taken(entry, s.topology, effect).find("impulses the response finds"), std::string::npos);
+    entry.takes_solved_contacts = true;
+    EXPECT_EQ(why_not_taken(entry, s.topology, effect), "");
     EXPECT_EQ(registry().default_stepper().name, "semi_implicit");
 }
 
@@ -495,6 +499,65 @@ TEST_P(StepperContract, SaysHowFarTheTangentialSpringOfAContactIsStretched) {
     }
 }
 
+/// Gives every contact the impulse that its point needs for 0.1 m/s along x and 0.2 along the normal, and what it saw.
+class ToGivenSpeed final : public SubstepSolver {
+public:
+    void solve(PredictedStep& step) override {
+        ++asked;
+        time = step.time();
+        for (const SolvedContact& contact : step.contacts()) {
+            depth = contact.depth;
+            depth_after = step.depth_after(contact);
+            seen = step.velocity(contact);
+            step.push(contact, (Vector3(0.1, 0.0, 0.2) - seen) / contact.mobility);
+            step.shift(contact, 1e-5 / contact.mobility * Vector3::UnitY());
+        }
+    }
+    int asked = 0;
+    double time = 0.0, depth = 0.0, depth_after = 0.0;
+    Vector3 seen = Vector3::Zero();
+};
+
+TEST_P(StepperContract, AsksTheSolverFromWhatItPredictsAndTakesItsImpulsesAndShifts) {
+    for (const SolverTiming timing : {SolverTiming::substep, SolverTiming::tick, SolverTiming::held}) {
+        // 1 g at (1, 0, 0) mm that falls with 0.3 m/s on a surface that rises with 0.05.
+        test::TissueSample s = test::make_tissue({Vector3(1e-3, 0.0, 0.0)}, {1e-3}, {0}, {});
+        s.materials.substeps = 4;
+        s.frame.velocity.col(0) = Vector3(0.0, 0.0, -0.3);
+        const auto stepper = test::stepper_of(GetParam());
+        stepper->prepare(s.topology, s.materials);
+        ToGivenSpeed solver;
+        Effect effect = test::empty_effect(s.topology);
+        LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 0.0, 0.0);
+        contact.role = ContactRole::solved;
+        contact.surface_velocity = Vector3(0.0, 0.0, 0.05);
+        contact.face_velocity = 0.05;
+        effect.contacts.push_back(contact);
+        effect.solver = &solver;
+        effect.solver_timing = timing;
+        std::vector<Wrench> reaction(1);
+        ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        const int steps = timing == SolverTiming::substep ? static_cast<int>(std::lround(dt / solver.time)) : 1;
+        EXPECT_EQ(solver.asked, steps);
+        const double relative = solver.seen.z();  // what the last call saw: 0.2 where it had acted before
+        EXPECT_NEAR(relative, steps > 1 ? 0.2 : -0.35, 1e-9);
+        if (steps == 1) {
+            EXPECT_NEAR(solver.depth_after, 1e-4 + 0.35 * solver.time, 1e-12);
+        }
+        // 0.1 and 0.2 m/s against the surface: 0.25 in the world, and a shift with each call.
+        EXPECT_LT((s.frame.velocity.col(0) - Vector3(0.1, 0.0, 0.25)).norm(), 1e-9);
+        EXPECT_NEAR(s.frame.position(1, 0), solver.asked * 1e-5, 1e-12);
+        if (timing != SolverTiming::held) {
+            EXPECT_NEAR(s.frame.position(2, 0), 0.25 * dt, 1e-9);
+        }
+        const ContactLoad& load = stepper->loads()[0];
+        EXPECT_LT((load.force - 1e-3 / dt * Vector3(0.1, 0.0, 0.55)).norm(), 1e-9);
+        EXPECT_NEAR(load.normal, 0.55, 1e-9);
+        const double gain = 0.5 * 1e-3 * (0.1 * 0.1 + 0.25 * 0.25 - 0.3 * 0.3);
+        EXPECT_NEAR(load.work, gain, 1e-12);
+    }
+}
+
 TEST_P(StepperContract, SaysOfContactsPlacementsAndHeldForcesWhetherItTakesThem) {
     // A free vertex at rest that each of the three would bring away from where it is.
     const StepperEntry& entry = registry().stepper(parse_method(GetParam()).name);
@@ -510,6 +573,11 @@ TEST_P(StepperContract, SaysOfContactsPlacementsAndHeldForcesWhetherItTakesThem)
     Effect contact = test::empty_effect(still.topology);
     contact.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -0.002, 100.0, 0.0));
     EXPECT_EQ(moves_it(contact), entry.takes_linear_contacts);
+    ToGivenSpeed solver;
+    contact.contacts[0].role = ContactRole::solved;
+    contact.contacts[0].k = 0.0;
+    contact.solver = &solver;
+    EXPECT_EQ(moves_it(contact), entry.takes_solved_contacts);
     Effect placement = test::empty_effect(still.topology);
     placement.placements.push_back({.vertex = 0, .position = Vector3(0.0, 0.001, 0.0)});
     EXPECT_EQ(moves_it(placement), entry.takes_placements);

@@ -91,7 +91,7 @@ Vector3 force_of_a_tip_on_a_plate(const std::string& response, double beside, do
 
 TEST(Penalty, AVertexOnAVertexIsPushedStraightBackByItsOwnDepthAlone) {
     // Where vertices meet, the edges of both cross each other too: they are the same overlap, not more of it.
-    for (const char* response : {"penalty", "impulse", "reflection", "xpbd"}) {
+    for (const char* response : {"penalty", "impulse", "reflection"}) {
         for (const double beside : {0.0, 1e-7, 0.0013}) {
             for (const double depth : {1e-5, 1e-4}) {
                 const Vector3 force = force_of_a_tip_on_a_plate(response, beside, depth);
@@ -161,21 +161,22 @@ TEST(Penalty, BoneAndASecondTissuePushTissueToo) {
 
 TEST(PointResponses, BothTissuesOfAPairGetOppositeMomentum) {
     // I21: what one side gains the other loses, with masses that differ.
-    for (const char* method : {"impulse", "impulse:e=0.5", "reflection:bump=0.5,friction=0.5", "xpbd"}) {
+    for (const char* method : {"impulse", "impulse:e=0.5", "reflection:bump=0.5,friction=0.5", "xpbd_contact"}) {
         PairSample s = vertex_of_b_in_a(BodyKind::tissue, BodyKind::tissue);
         for (std::size_t v = 0; v < 6; ++v) s.materials.mass[v] = 1e-3 * static_cast<double>(1 + v);
         s.frame.velocity.col(3) = Vector3(0.3, 0.1, -0.4);
-        s.respond(method);
+        s.step(method);
+        ASSERT_TRUE(s.outcome.ok()) << method << s.outcome.message;
         Vector3 momentum = Vector3::Zero();
         double largest = 0.0;
-        for (const Placement& placement : s.effect.placements) {
-            const Vector3 change = s.materials.mass[static_cast<std::size_t>(placement.vertex)] *
-                                   (placement.velocity - s.frame.velocity.col(placement.vertex));
+        for (Index v = 0; v < 6; ++v) {
+            const Vector3 change =
+                s.materials.mass[static_cast<std::size_t>(v)] * (s.frame.velocity.col(v) - s.before.velocity.col(v));
             momentum += change;
             largest = std::max(largest, change.norm());
         }
         EXPECT_GT(largest, 1e-4) << method;
-        EXPECT_LT(momentum.norm(), 1e-14 * (1.0 + largest)) << method;
+        EXPECT_LT(momentum.norm(), 1e-13 * (1.0 + largest)) << method;
     }
 }
 

@@ -4,7 +4,6 @@
 
 #include "method/registry.hpp"
 #include "support/response_samples.hpp"
-#include "tissue/mass_spring.hpp"
 
 namespace trocar {
 namespace {
@@ -31,11 +30,9 @@ PairSample pressed() {
 
 /// Force on the tool, mean over the tick, N.
 double load(PairSample& s, const std::string& method) {
-    s.respond(method);
-    MassSpring tissue(s.topology, s.materials);
-    std::vector<Wrench> reaction(2);
-    EXPECT_TRUE(tissue.advance(s.effect, dt, s.frame, reaction).ok());
-    return (reaction[0].force + s.effect.wrench[0].force).z();
+    s.step(method);
+    EXPECT_TRUE(s.outcome.ok()) << s.outcome.message;
+    return (s.load[0].force + s.effect.wrench[0].force).z();
 }
 
 TEST(TickStart, SpringsOfEveryResponseEndTheTickWhereTheScriptDoes) {

@@ -83,9 +83,9 @@ TEST(Certificate, TheLastTickCountsWhateverItsNumber) {
     const Scene scene = test::scene_from_text(text.dump());
     const Retelling bodies = with_bodies_in_order(scene.topology, {1, 0});
     const Scene anew = retold(scene, bodies);
-    const SourceEntry& source = registry().source(default_source(parse_method("xpbd")));
-    Simulation one(scene, make_detector("ohc"), make_response("xpbd"), source);
-    Simulation other(anew, make_detector("ohc"), make_response("xpbd"), source);
+    const SourceEntry& source = registry().source(default_source(parse_method("xpbd_contact")));
+    Simulation one(scene, make_detector("ohc"), make_response("xpbd_contact"), source);
+    Simulation other(anew, make_detector("ohc"), make_response("xpbd_contact"), source);
     double force = 0.0;
     double at_tenths = 0.0;
     double here = 0.0;
@@ -111,7 +111,7 @@ TEST(Certificate, TheLastTickCountsWhateverItsNumber) {
         }
     }
     ASSERT_LT(ticks, most_ticks) << "the order made no difference";
-    const Record record = certificate(scene, "ohc", "xpbd", ticks);
+    const Record record = certificate(scene, "ohc", "xpbd_contact", ticks);
     for (const std::string name : {"bodies", "swapped"}) {
         EXPECT_DOUBLE_EQ(record.summary.at("certificate_" + name + "_m"), here);
         EXPECT_DOUBLE_EQ(record.summary.at("certificate_" + name + "_n"), force);

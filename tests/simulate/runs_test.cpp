@@ -145,10 +145,10 @@ TEST(ForceWithoutTouch, OfAClosedLoopIsThatOfTheTicksOneByOne) {
         EXPECT_TRUE(std::isnan(run_closed_loop(scene, spec).summary.at("force_without_touch_m")))
             << "not every tick is judged";
     }
-    RunSpec spec = spec_of("closed_loop", "ohc", "impulse");
+    RunSpec spec = spec_of("closed_loop", "ohc", "thesis");
     spec.truth_stride = 1;
     EXPECT_TRUE(std::isnan(run_closed_loop(scene, spec).summary.at("force_without_touch_m")))
-        << "what acts by placements has no force of a pair";
+        << "what acts by wrenches has no force of a pair";
 }
 
 TEST(Replay, WhatALimitCutsCountsAsMissedOnEveryTickItCuts) {

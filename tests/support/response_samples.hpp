@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "contact/contact_set.hpp"
 #include "contact/effect.hpp"
@@ -11,6 +12,7 @@
 #include "scene/world.hpp"
 #include "support/shown_force.hpp"
 #include "support/told_contacts.hpp"
+#include "tissue/mass_spring.hpp"
 
 namespace trocar::test {
 
@@ -21,6 +23,11 @@ struct PairSample {
     Frame frame;
     ContactSet contacts;
     Effect effect;
+    // Of the last `step`.
+    Frame before;
+    Outcome outcome;
+    std::vector<Wrench> load;  ///< per body, of contacts on tissue
+    std::vector<ContactLoad> loads;
 
     PairSample(BodyKind kind_a, BodyKind kind_b, const Matrix3X& corners) {
         Triangles one(3, 1);
@@ -53,6 +60,24 @@ struct PairSample {
         response->prepare(topology, materials);
         test::tell_at_tick_start(topology, frame, contacts);
         response->respond(frame, dt, contacts, {}, effect);
+    }
+    /// Answers and takes the frame over one tick under that, by the default stepper.
+    void step(const std::string& method) {
+        const MethodSpec spec = parse_method(method);
+        const std::unique_ptr<Response> response = make_response(spec.name, spec.parameters);
+        response->prepare(topology, materials);
+        test::tell_at_tick_start(topology, frame, contacts);
+        response->respond(frame, dt, contacts, {}, effect);
+        before = frame;
+        MassSpring tissue(topology, materials);
+        load.assign(2, {});
+        outcome = tissue.advance(effect, dt, frame, load);
+        loads.assign(tissue.loads().begin(), tissue.loads().end());
+    }
+    /// N, mean over the last `step` of all that has acted on a tissue vertex.
+    [[nodiscard]] Vector3 force_on(Index vertex) const {
+        return materials.mass[static_cast<std::size_t>(vertex)] / dt *
+               (frame.velocity.col(vertex) - before.velocity.col(vertex));
     }
     /// N, on an instrument at the frame.
     [[nodiscard]] Vector3 shown_force(Index body) const { return test::shown_force(topology, frame, dt, effect, body); }

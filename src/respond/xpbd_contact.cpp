@@ -1,0 +1,32 @@
+// Contacts of extended position-based dynamics (Macklin, Müller, Chentanez 2016): a contact is a constraint of
+// compliance 1/k without damping. What solves it is the stepper: `xpbd` takes each contact once in every small step,
+// as the authors do (Macklin et al. 2019), and it is meant for that one. The law is that of `penalty`, which it is
+// between bodies without tissue.
+#include <memory>
+
+#include "method/entry.hpp"
+#include "respond/common.hpp"
+#include "respond/point_contacts.hpp"
+
+namespace trocar {
+
+ResponseEntry xpbd_contact_response() {
+    ResponseEntry entry;
+    entry.name = "xpbd_contact";
+    entry.version = "2";
+    entry.own = true;
+    entry.without_tissue = acts_as_penalty;
+    entry.parameters = {number_parameter("k", "N/m", "1e9", 0.0, 1e12, "on tissue, 1 / compliance; 1e9 is rigid there"),
+                        reduction_parameter()};
+    entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
+        PointResponse::Settings settings;
+        settings.law.k = values.number("k");
+        settings.law.mu = 0.0;
+        settings.law.tissue_alone = true;
+        settings.reduce = values.is("reduction", "vertex");
+        return std::make_unique<PointResponse>(settings);
+    };
+    return entry;
+}
+
+}  // namespace trocar
