@@ -8,7 +8,8 @@
 // Contacts are reduced first, one per vertex and other body, as for every response: N joints would add up to N k.
 //          A contact joint has two bodies, so a contact inside a face is three joints (for two tissues up to nine) with
 //          k and mu times the barycentric weights, each working on the way of its own node; points=vertex loads the
-//          heaviest vertex alone.
+//          heaviest vertex alone. Stiff ones hold a face's corners and not the point in it, and show more force: with
+//          k=1e7 2.25 N on i2t_stab, where one spring per contact shows 1.79.
 // Law      setting=penalty: soft ERP = h k / (h k + mu) and soft CFM = 1 / (h k + mu) make the joint a spring and
 //          damper at step h (BASELINES, ODE 10), dWorldStep. A joint whose gap would close within the step gets a
 //          wanted speed that closes it and no depth, which is the law of StepLaw.
