@@ -16,7 +16,7 @@
 //          setting=library: as ODE comes: ERP 0.2 and CFM 1e-10 of the world, dWorldQuickStep with 20 iterations, one
 //          step per tick whose forces are held, vertex contacts, joints only where there is overlap. No friction in
 //          either, since no other response has any.
-// Random   QuickStep shuffles its rows: dRandSetSeed before every step.
+// Random   QuickStep shuffles its rows: dRandSetSeed each time the world is set anew.
 // Without tissue both instruments are particles of `device_mass`, moved by their scripts' velocity; the hand's force is
 //          unknown to a response, which makes a pressed contact softer by the factor 1 / (1 + h (h k + mu) / m).
 //          Between an instrument and a rigid body or instrument the wrench is held over the tick.
@@ -149,6 +149,12 @@ public:
         laws_.prepare(topology, materials, settings_.law);
         points_.prepare(topology);
         world_.reset();
+        bodies_.reserve(usual_contacts);
+        joints_.reserve(usual_contacts);
+        numbers_.reserve(usual_contacts);
+        feedback_.reserve(usual_contacts);
+        force_.reserve(usual_contacts);
+        laws_of_.reserve(usual_contacts);
         // Parts of one instrument hang together: one device moves them all.
         device_.assign(at(topology.body_count()), {});
         for (Index body = 0; body < topology.body_count(); ++body) {
@@ -278,17 +284,14 @@ private:
         const bool both = topology_->bodies[at(contact.body_a)].kind == BodyKind::tissue;
         const std::size_t count_a = both ? nodes_of(contact.a, a) : 1;
         const std::size_t count_b = nodes_of(contact.b, b);
-        LinearContact joint = law;
-        joint.role = ContactRole::solved;
-        joint.k = joint.mu = 0.0;
-        if (!both) joint.surface_velocity = contact.a.blend(frame.velocity);
+        LinearContact joint = solved_contact(frame, contact, law);
         bool any = false;
         for (std::size_t i = 0; i < count_a; ++i) {
             for (std::size_t j = 0; j < count_b; ++j) {
                 if (!moves(a[i].first) && !moves(b[j].first)) continue;
-                any = true;
                 const double share = a[i].second * b[j].second;
                 if (share < least_share) continue;
+                any = true;
                 joint.vertices = {b[j].first, -1, -1};
                 joint.weights = {1.0, 0.0, 0.0};
                 joint.reaction_point =
@@ -462,7 +465,7 @@ ResponseEntry ode_joints_response() {
          .minimum = 1e-6,
          .maximum = 1e3,
          .meaning = "mass that stands for an instrument against another instrument or a rigid body"},
-        whole("seed", "1", 0.0, "of the random order of rows in dWorldQuickStep, set in every tick")};
+        whole("seed", "1", 0.0, "of the random order of rows in dWorldQuickStep, set each time its world is")};
     const std::vector<Parameter> law =
         law_parameters("1000 between instruments and rigid bodies, on tissue the mean of the springs there");
     entry.parameters.insert(entry.parameters.begin() + 1, law.begin(), law.end());

@@ -1,5 +1,5 @@
 // Responses that find impulses instead of forces: from the velocities that a stepper predicts for the end of a
-// sub-step, when contacts with force laws have acted and nothing has moved yet (METHODS §4).
+// sub-step, when contacts with force laws have acted and nothing has moved yet (CONTACT §2, "Solved contacts").
 #pragma once
 
 #include <array>
@@ -29,11 +29,11 @@ struct SolvedContact {
     std::array<Index, 6> column{};
     std::array<double, 6> weight{};
     Vector3 surface = Vector3::Zero();  ///< m/s, of the other side, from what no column moves
-    double mobility = 0.0;              ///< 1/kg, velocity of P per impulse, > 0
+    double mobility = 0.0;              ///< 1/kg, velocity of P per impulse; > 0, TickContacts::least_weight
 };
 
 /// What a SubstepSolver sees and changes. Each column is one vertex that moves; its place changes by `time` times its
-/// velocity after the solver, and by its shift.
+/// velocity after the solver, and by its shift. A contact that is handed back is one of `contacts()`, not a copy.
 class PredictedStep {
 public:
     /// s, for which the impulses act: a sub-step, or the tick (SolverTiming).

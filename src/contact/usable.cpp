@@ -102,6 +102,9 @@ Outcome check_effect(const Topology& topology, const Effect& effect) {
             return failed(OutcomeKind::not_finite, "a number that is not finite, of contact", i);
         if (one.role == ContactRole::solved && effect.solver == nullptr)
             return failed(OutcomeKind::threw, "no solver for its impulse, of contact", i);
+        if (one.role == ContactRole::solved &&
+            (one.k != 0.0 || one.mu != 0.0 || one.friction > 0.0 || one.adhesive || std::isfinite(one.limit)))
+            return failed(OutcomeKind::threw, "a law, friction or limit beside its solver, of contact", i);
         if (const char* fault = fault_of(one)) return failed(OutcomeKind::threw, fault, i);
     }
     for (std::size_t i = 0; i < effect.placements.size(); ++i) {

@@ -113,7 +113,7 @@ void add_table_2_1(Draft& draft) {
                      {"response that stands for it (contacts)", false},
                      {"runs ok", true},
                      {"scenes", true},
-                     {"response alone, median run (µs)", true},
+                     {"respond, median run (µs)", true},
                      {"tick p99, worst run (µs)", true},
                      {"1 kHz misses", true},
                      {"left at worst, without tissue (mm)", true},
@@ -154,10 +154,8 @@ void add_table_2_1(Draft& draft) {
         "Time and depth belong together: a response that leaves the bodies inside each other can be fast. Left at "
         "worst: greatest true depth after a tick; n/a where no run had both a depth and a truth. Without tissue only "
         "the contact gives way: that depth is the force over the scene's k, not an error. Rows of unlike scenes do not "
-        "compare: those of a few scenes name them. Responses that edit velocities or positions (impulse, reflection, "
-        "position-based) act once at the "
-        "start of a tick and are judged at its end, after the tissue's sub-steps: with shorter ticks they leave less. "
-        "They edit what has a mass, and a response does not know a hand's.";
+        "compare: those of a few scenes name them. Respond is what a response takes to say its law; impulses (impulse, "
+        "reflection, ode_joints) are found in the tissue's sub-steps, whose time only the whole tick has.";
     for (const auto& [what, names] : without_tissue) {
         table.note += fmt::format(" Each of {} {}.", fmt::join(names, ", "), what);
     }

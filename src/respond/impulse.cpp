@@ -20,7 +20,10 @@ public:
         double bias = 0.2;  ///< part of the depth that the bias speed removes
         int sweeps = 10;
     };
-    explicit ImpulseSolver(const Choice& choice) : choice_(choice) {}
+    explicit ImpulseSolver(const Choice& choice) : choice_(choice) {
+        total_.reserve(usual_contacts);
+        target_.reserve(usual_contacts);
+    }
 
     void solve(PredictedStep& step) override {
         const std::span<const SolvedContact> contacts = step.contacts();

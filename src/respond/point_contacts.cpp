@@ -69,8 +69,6 @@ bool describe(const Topology& topology, const Frame& frame, const Contact& conta
     return true;
 }
 
-/// Contacts that find room from the first tick on.
-constexpr std::size_t usual_contacts = 1024;
 constexpr double alike = 1e-9;  ///< part of a depth or a distance: well above rounding, well below a difference
 
 /// The deepest contact of a vertex stands for it. Faces of one plane are equally deep but for rounding; of these it is
@@ -216,13 +214,11 @@ LinearContact spring_damper(const Topology& topology, const ContactLaws& laws, c
     return linear;
 }
 
-LinearContact solved_contact(const Topology& topology, const ContactLaws& laws, const Frame& frame, double dt,
-                             const PointContact& contact) {
-    LinearContact linear = spring_damper(topology, laws, frame, dt, contact);
-    linear.role = ContactRole::solved;
-    linear.k = linear.mu = 0.0;
-    if (any_vertex(linear.reaction_vertices) < 0) linear.surface_velocity = contact.a.blend(frame.velocity);
-    return linear;
+LinearContact solved_contact(const Frame& frame, const PointContact& contact, LinearContact law) {
+    law.role = ContactRole::solved;
+    law.k = law.mu = 0.0;
+    if (any_vertex(law.reaction_vertices) < 0) law.surface_velocity = contact.a.blend(frame.velocity);
+    return law;
 }
 
 Parameter timing_parameter(const std::string& name_of_default) {
@@ -254,8 +250,8 @@ void PointResponse::respond(const Frame& frame, double dt, const ContactSet& con
     points_.gather(*topology_, frame, contacts, settings_.reduce, effect);
     for (const PointContact& contact : points_.list()) {
         const bool on_tissue = topology_->bodies[at(contact.body_b)].kind == BodyKind::tissue;
-        const auto& tell = on_tissue && solver_ ? solved_contact : spring_damper;
-        effect.contacts.push_back(tell(*topology_, laws_, frame, dt, contact));
+        const LinearContact law = spring_damper(*topology_, laws_, frame, dt, contact);
+        effect.contacts.push_back(on_tissue && solver_ ? solved_contact(frame, contact, law) : law);
     }
 }
 

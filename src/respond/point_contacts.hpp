@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -17,6 +18,9 @@
 #include "scene/world.hpp"
 
 namespace trocar {
+
+/// So many contacts find room from the first tick on.
+inline constexpr std::size_t usual_contacts = 1024;
 
 struct PointContact {
     Index vertex = -1;       ///< the vertex that stands for the contact in a reduction
@@ -63,9 +67,8 @@ private:
 LinearContact spring_damper(const Topology& topology, const ContactLaws& laws, const Frame& frame, double dt,
                             const PointContact& contact);
 
-/// The same contact without a law: Effect::solver finds its impulse.
-LinearContact solved_contact(const Topology& topology, const ContactLaws& laws, const Frame& frame, double dt,
-                             const PointContact& contact);
+/// The same contact, `law`, without its law: Effect::solver finds its impulse.
+LinearContact solved_contact(const Frame& frame, const PointContact& contact, LinearContact law);
 
 /// `acts`: the words of SolverTiming.
 Parameter timing_parameter(const std::string& name_of_default);

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "contact/contact.hpp"
@@ -98,7 +101,6 @@ bool TickContacts::enter(const LinearContact& contact, const Frame& frame, const
     entry.explicit_damping = std::min(contact.mu, 0.0);
     entry.adhesive = contact.adhesive;
     entry.bilateral = contact.bilateral();
-    entry.solved = contact.role == ContactRole::solved;
     entry.limit = contact.limit;
     double speed = 0.0;  // of P at the frame
     const auto add = [&](Index vertex, double weight) {
@@ -125,6 +127,10 @@ bool TickContacts::enter(const LinearContact& contact, const Frame& frame, const
         entry.surface += contact.surface_velocity;
     }
     if (entry.count == 0) return false;
+    if (contact.role == ContactRole::solved && effect_->solver != nullptr) {
+        const auto heavy = [](double weight) { return std::abs(weight) >= least_weight; };
+        entry.solved = std::any_of(entry.weight.begin(), entry.weight.begin() + entry.count, heavy);
+    }
     // Only what a source's contact is held by tells where the other side is at the start of the tick (other_point).
     // Tissue that nothing can move has no place in the state, and no motion to follow.
     const auto in_state = [&state](Index vertex) { return vertex < 0 || state.place[at(vertex)] >= 0; };
@@ -175,6 +181,9 @@ void TickContacts::begin_substep(const TissueState& state) {
     velocity_before_.clear();
     for (std::size_t t = 0; has_solver() && t < touched_.size(); ++t) {
         velocity_before_.emplace_back(velocity_of(state, touched_[t]));
+    }
+    for (TickContact& contact : contacts_) {
+        if (contact.solved) contact.rubbed.setZero();
     }
     switch (effect_->contact_timing) {
         case ContactTiming::at_substep_start:
@@ -376,7 +385,8 @@ void TickContacts::slide(std::size_t number) {
     }
 }
 
-/// Held forces act for the whole tick, and what pushes a vertex in this sub-step goes on doing so.
+/// With SolverTiming::held what is found acts for the whole tick, and what pushes a vertex in this sub-step is taken to
+/// go on doing so.
 void TickContacts::predict(double h, int substeps, const TissueState& state) {
     const SolverTiming timing = effect_->solver_timing;
     predicted_.begin(timing == SolverTiming::substep ? h : h * substeps);
@@ -405,7 +415,11 @@ void TickContacts::solve_impulses(double h, int substeps, TissueState& state) {
     const bool asks = timing == SolverTiming::substep || elapsed_ == 0.0;
     if (asks) {
         predict(h, substeps, state);
-        effect_->solver->solve(predicted_);
+        try {
+            effect_->solver->solve(predicted_);
+        } catch (const std::exception& error) {
+            throw std::runtime_error(std::string("the response's solver: ") + error.what());
+        }
     }
     shifts_ = asks;
     double part = asks ? 1.0 : 0.0;

@@ -50,6 +50,9 @@ struct TickContact {
 
 class TickContacts {
 public:
+    /// A solved contact that has less of its weight on what moves gets no impulse: that vertex would be thrown.
+    static constexpr double least_weight = 1e-4;
+
     /// `vertex_count` is that of the frame, `moving` how many of its vertices the tissue can move.
     TickContacts(Index vertex_count, std::size_t moving);
 
@@ -113,7 +116,7 @@ public:
     /// the velocities. Called in each of the tick's sub-steps of h (s), when all other contacts have acted on the
     /// velocities of its end and before these move anything.
     void solve_impulses(double h, int substeps, TissueState& state);
-    [[nodiscard]] bool has_solver() const { return effect_->solver != nullptr; }
+    [[nodiscard]] bool has_solver() const { return effect_->solver != nullptr && !contacts_.empty(); }
     /// Moves the vertices that the solver has shifted in this sub-step, after the velocities have; gives how far a
     /// coordinate has gone, m. What tissue gains by it is work of the contacts.
     double shift(MovingTissue& tissue);

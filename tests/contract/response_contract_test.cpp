@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <random>
+#include <stdexcept>
 
 #include "contact/usable.hpp"
 #include "contract/contract_support.hpp"
@@ -292,14 +293,40 @@ std::string no_contact_no_force(const ResponseContestant& who) {
     });
 }
 
+/// N, per vertex and mean over a tick of the default stepper, of all that acts on tissue: what a solver of the
+/// response's own gives is known no sooner.
+Matrix3X pushed_in_a_tick(const Take& take, std::size_t tick, const Effect& effect, Stepper& tissue) {
+    const Frame& before = take.frames[tick];
+    Frame after = before;
+    std::vector<Wrench> reaction(effect.wrench.size());
+    const Outcome outcome = tissue.advance(effect, take.scene.dt, before, after, reaction);
+    if (!outcome.ok()) throw std::runtime_error(outcome.message);
+    Matrix3X push = (after.velocity - before.velocity) / take.scene.dt;
+    for (std::size_t v = 0; v < take.scene.materials.mass.size(); ++v) {
+        push.col(static_cast<Eigen::Index>(v)) *= take.scene.materials.mass[v];
+    }
+    return push;
+}
+
+std::unique_ptr<Stepper> stepper_for(const Take& take) {
+    std::unique_ptr<Stepper> stepper = make_stepper(registry().default_stepper().name);
+    stepper->prepare(take.scene.topology, take.scene.materials);
+    return stepper;
+}
+
 std::string same_bits_twice(const ResponseContestant& who) {
     return over_takes(who, [&who](const Take& take) -> std::string {
         Instance one(who.method, take.scene.topology, take.scene.materials);
         Instance two(who.method, take.scene.topology, take.scene.materials);
+        const std::unique_ptr<Stepper> tissue = stepper_for(take);
         for (std::size_t tick = 0; tick < take.frames.size(); ++tick) {
             one.respond(take, tick);
             two.respond(take, tick);
             if (bits_of(one.effect) != bits_of(two.effect)) return fmt::format("tick {}: other effects", tick);
+            if (one.effect.solver == nullptr) continue;
+            const Matrix3X push = pushed_in_a_tick(take, tick, one.effect, *tissue);
+            if (push != pushed_in_a_tick(take, tick, two.effect, *tissue))
+                return fmt::format("tick {}: other impulses", tick);
         }
         return {};
     });
@@ -324,27 +351,11 @@ Matrix3X done_to_vertices(const Effect& effect, const Matrix3X& position) {
     return sum;
 }
 
-/// N, per vertex and mean over a tick of the default stepper, of all that acts on tissue: what a solver of the
-/// response's own gives is known no sooner.
-Matrix3X pushed_in_a_tick(const Take& take, std::size_t tick, const Effect& effect, Stepper& tissue) {
-    const Frame& before = take.frames[tick];
-    Frame after = before;
-    std::vector<Wrench> reaction(effect.wrench.size());
-    if (!tissue.advance(effect, take.scene.dt, before, after, reaction).ok())
-        return Matrix3X::Zero(3, before.velocity.cols());
-    Matrix3X push = (after.velocity - before.velocity) / take.scene.dt;
-    for (std::size_t v = 0; v < take.scene.materials.mass.size(); ++v) {
-        push.col(static_cast<Eigen::Index>(v)) *= take.scene.materials.mass[v];
-    }
-    return push;
-}
-
 std::string order_of_contacts(const ResponseContestant& who) {
     return over_takes(who, [&who](const Take& take) -> std::string {
         Instance one(who.method, take.scene.topology, take.scene.materials);
         Instance two(who.method, take.scene.topology, take.scene.materials);
-        const std::unique_ptr<Stepper> tissue = make_stepper(registry().default_stepper().name);
-        tissue->prepare(take.scene.topology, take.scene.materials);
+        const std::unique_ptr<Stepper> tissue = stepper_for(take);
         std::mt19937 random(5);
         double worst = 0.0;
         double largest = 1e-6;
@@ -464,13 +475,21 @@ std::string nothing_allocated(const ResponseContestant& who) {
         one.loads.reserve(1 << 14);
         one.effect.contacts.reserve(1 << 14);
         one.effect.placements.reserve(1 << 14);
+        const std::unique_ptr<Stepper> tissue = stepper_for(take);
+        Frame after = take.frames.front();
+        std::vector<Wrench> reaction(one.effect.wrench.size());
+        const auto answer = [&](std::size_t tick) {
+            one.respond(take, tick);
+            if (one.effect.solver == nullptr) return;
+            tissue->advance(one.effect, take.scene.dt, take.frames[tick], after, reaction);
+        };
         for (int pass = 0; pass < 2; ++pass) {
-            for (std::size_t tick = 0; tick < take.frames.size(); ++tick) one.respond(take, tick);
+            for (std::size_t tick = 0; tick < take.frames.size(); ++tick) answer(tick);
         }
         std::int64_t count = 0;
         for (std::size_t tick = 0; tick < take.frames.size(); ++tick) {
             const std::int64_t before = allocation_count();
-            one.respond(take, tick);
+            answer(tick);
             count += allocation_count() - before;
         }
         return count > 0 ? fmt::format("{} allocations", count) : std::string();
