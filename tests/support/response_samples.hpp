@@ -54,20 +54,18 @@ struct PairSample {
         effect.resize(6, 2);
     }
 
-    void respond(const std::string& method) {
+    /// The response that has answered; whoever takes the effect further keeps it, since a solver of it is its own.
+    std::unique_ptr<Response> respond(const std::string& method) {
         const MethodSpec spec = parse_method(method);
-        const std::unique_ptr<Response> response = make_response(spec.name, spec.parameters);
+        std::unique_ptr<Response> response = make_response(spec.name, spec.parameters);
         response->prepare(topology, materials);
         test::tell_at_tick_start(topology, frame, contacts);
         response->respond(frame, dt, contacts, {}, effect);
+        return response;
     }
     /// Answers and takes the frame over one tick under that, by the default stepper.
     void step(const std::string& method) {
-        const MethodSpec spec = parse_method(method);
-        const std::unique_ptr<Response> response = make_response(spec.name, spec.parameters);
-        response->prepare(topology, materials);
-        test::tell_at_tick_start(topology, frame, contacts);
-        response->respond(frame, dt, contacts, {}, effect);
+        const std::unique_ptr<Response> response = respond(method);
         before = frame;
         MassSpring tissue(topology, materials);
         load.assign(2, {});
