@@ -69,12 +69,14 @@ struct Joint {
 /// The library's world and the bodies made so far.
 class World {
 public:
-    World()
+    /// `iterations` of QuickStep.
+    explicit World(int iterations)
         : world_(dWorldCreate()),
           joints_(dJointGroupCreate(0)),
           threading_(dThreadingAllocateSelfThreadedImplementation()) {
         // The library's shared one would stop the process at its end if a step had failed in the middle.
         dWorldSetStepThreadingImplementation(world_, dThreadingImplementationGetFunctions(threading_), threading_);
+        dWorldSetQuickStepNumIterations(world_, iterations);
     }
     ~World() {
         dJointGroupDestroy(joints_);
@@ -236,12 +238,11 @@ private:
     template <typename Work>
     void in_world(const Work& work) {
         use_ode();
-        if (!world_) world_ = std::make_unique<World>();
+        if (!world_) world_ = std::make_unique<World>(settings_.iterations);
         inside_ode_ = false;
         try {
             world_->clear();
             dRandSetSeed(settings_.seed);
-            dWorldSetQuickStepNumIterations(world_->id(), settings_.iterations);
             work();
         } catch (...) {
             if (inside_ode_) abandon(world_.release());

@@ -108,9 +108,10 @@ def ablation(rows):
     for row in rows:
         if row["contacts"] not in ("near", "tracked"):
             continue
-        if step_of(row):
+        step = step_of(row)
+        if step:
             if row["contacts"] == "tracked":
-                steps[(factors_of(row)["law"], step_of(row))][row["scene"]] = row
+                steps[(factors_of(row)["law"], step)][row["scene"]] = row
             continue
         if row["outcome"] != "ok" or math.isnan(number(row, "residual_max_m")):
             failed += 1

@@ -36,13 +36,16 @@ void internal_force(const Materials& materials, const Matrix3X& position, const 
     }
 }
 
+double spring_energy(const Spring& spring, double length) {
+    const double stretch = length - spring.rest;
+    return 0.5 * spring.k * stretch * stretch + spring.preload * stretch + stiffening_energy(spring, length);
+}
+
 double potential_energy(const Materials& materials, const Matrix3X& position) {
     double energy =
         materials.rest_bias.cols() == position.cols() ? -materials.rest_bias.cwiseProduct(position).sum() : 0.0;
     for (const Spring& spring : materials.springs) {
-        const double length = (position.col(spring.j) - position.col(spring.i)).norm();
-        const double stretch = length - spring.rest;
-        energy += 0.5 * spring.k * stretch * stretch + spring.preload * stretch + stiffening_energy(spring, length);
+        energy += spring_energy(spring, (position.col(spring.j) - position.col(spring.i)).norm());
     }
     const ShapeElements shape{.stiffening = {}, .hinges = materials.hinges, .enclosures = materials.enclosures};
     return energy + shape_energy(shape, position);

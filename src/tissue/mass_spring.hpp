@@ -21,6 +21,9 @@ namespace trocar {
 /// `force` is resized only when its size is wrong.
 void internal_force(const Materials& materials, const Matrix3X& position, const Matrix3X& velocity, Matrix3X& force);
 
+/// Energy of one spring with its preload at a length (m), J.
+double spring_energy(const Spring& spring, double length);
+
 /// Energy of the forces of internal_force that have one (springs, preload, rest bias), J, up to a constant; 0 at no
 /// particular place. Its slope at a vertex that is not pinned is the force without damping and drag.
 double potential_energy(const Materials& materials, const Matrix3X& position);

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 
+#include "tissue/mass_spring.hpp"
 #include "tissue/stability.hpp"
 
 namespace trocar {
@@ -149,11 +150,8 @@ double MovingTissue::put_aside(Index local, const Vector3& by) {
     const auto energy = [&] {
         double sum = 0.0;
         const auto add = [&](std::size_t number) {
-            const Spring& spring = springs_[number];
-            const double length =
-                (state_.position.col(arrays_.j[number]) - state_.position.col(arrays_.i[number])).norm();
-            const double stretch = length - spring.rest;
-            sum += 0.5 * spring.k * stretch * stretch + spring.preload * stretch + stiffening_energy(spring, length);
+            const Eigen::Vector4d way = state_.position.col(arrays_.j[number]) - state_.position.col(arrays_.i[number]);
+            sum += spring_energy(springs_[number], way.norm());
         };
         for (std::size_t s = arrays_.first_out[at(local)]; s < arrays_.first_out[at(local) + 1]; ++s) add(s);
         for (std::size_t n = arrays_.first_in[at(local)]; n < arrays_.first_in[at(local) + 1]; ++n) add(arrays_.in[n]);
