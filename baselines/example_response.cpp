@@ -21,7 +21,6 @@ public:
     ExampleResponse(double k, double relaxation_time) : k_(k), relaxation_time_(relaxation_time) {}
 
     // Nobody keeps a 3×N array of forces for a response that says it writes none.
-    [[nodiscard]] bool holds_forces() const override { return false; }
 
     // Once per run. Topology and materials stay the same and outlive the run; whatever needs memory gets it here.
     void prepare(const Topology& topology, const Materials& materials) override {

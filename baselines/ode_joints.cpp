@@ -140,7 +140,6 @@ class OdeJoints final : public Response, public SubstepSolver {
 public:
     explicit OdeJoints(const Settings& settings) : settings_(settings) {}
 
-    [[nodiscard]] bool holds_forces() const override { return false; }
     [[nodiscard]] std::map<std::string, double> values_in_force() const override {
         return settings_.penalty ? laws_.values_in_force() : std::map<std::string, double>{};
     }

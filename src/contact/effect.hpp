@@ -121,7 +121,7 @@ inline constexpr std::array<const char*, skip_reason_count> skip_reason_names{"a
 /// Output of a response, input of tissue, operator and metrics.
 struct Effect {
     std::vector<LinearContact> contacts;
-    Matrix3X held_force;                ///< 3×N, N; constant over the tick. Zeroed by clear. Empty: there are none.
+    Matrix3X held_force;  ///< 3×N, N; constant over the tick. Empty until a response sizes it; zeroed by clear.
     std::vector<Placement> placements;  ///< at most one per vertex
     std::vector<Wrench> wrench;  ///< per body: forces that no linear contact carries (reactions to placements …)
     std::array<std::int64_t, skip_reason_count> skipped{};  ///< contacts without a part in it, by SkipReason

@@ -32,7 +32,6 @@ public:
     SelectingResponse(std::unique_ptr<Response> response, const ContactSelection::Settings& settings)
         : response_(std::move(response)), selection_(settings) {}
 
-    [[nodiscard]] bool holds_forces() const override { return response_->holds_forces(); }
     [[nodiscard]] std::map<std::string, double> values_in_force() const override {
         return response_->values_in_force();
     }

@@ -20,8 +20,6 @@ public:
     Response& operator=(Response&&) = delete;
     virtual ~Response() = default;
 
-    /// False: it never writes Effect::held_force, which then may be empty.
-    [[nodiscard]] virtual bool holds_forces() const { return true; }
     /// Values that act after `prepare`, as figures of the run (`trocar schema figures`) by name, in SI units.
     [[nodiscard]] virtual std::map<std::string, double> values_in_force() const { return {}; }
     /// Once per run. Topology and materials outlive the response's use of them.

@@ -40,7 +40,6 @@ class GlobalIntersection final : public Response {
 public:
     explicit GlobalIntersection(const Settings& settings) : settings_(settings) {}
 
-    [[nodiscard]] bool holds_forces() const override { return false; }
     [[nodiscard]] std::map<std::string, double> values_in_force() const override {
         return laws_.values_in_force(settings_.attraction);
     }

@@ -23,7 +23,6 @@ class GodObjectResponse final : public Response {
 public:
     explicit GodObjectResponse(const Settings& settings) : settings_(settings) {}
 
-    [[nodiscard]] bool holds_forces() const override { return false; }
     [[nodiscard]] std::map<std::string, double> values_in_force() const override { return laws_.values_in_force(); }
     void prepare(const Topology& topology, const Materials& materials) override {
         topology_ = &topology;

@@ -29,7 +29,6 @@ class Hold final : public Response {
 public:
     explicit Hold(const HoldSettings& settings) : settings_(settings) {}
 
-    [[nodiscard]] bool holds_forces() const override { return false; }
     [[nodiscard]] std::map<std::string, double> values_in_force() const override {
         return laws_.values_in_force(stiffness_);
     }

@@ -8,7 +8,6 @@ namespace {
 
 class None final : public Response {
 public:
-    [[nodiscard]] bool holds_forces() const override { return false; }
     void prepare(const Topology& /*topology*/, const Materials& /*materials*/) override {}
     void respond(const Frame& /*frame*/, double /*dt*/, const ContactSet& /*contacts*/,
                  std::span<const ContactLoad> /*loads*/, Effect& effect) override {

@@ -86,7 +86,6 @@ public:
     };
     explicit PointResponse(const Settings& settings, std::unique_ptr<SubstepSolver> solver = nullptr)
         : settings_(settings), solver_(std::move(solver)) {}
-    [[nodiscard]] bool holds_forces() const override { return false; }
     void prepare(const Topology& topology, const Materials& materials) final;
     void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> loads,
                  Effect& effect) final;

@@ -40,7 +40,6 @@ class Thesis final : public Response {
 public:
     explicit Thesis(const ThesisSettings& settings) : state_(settings) {}
 
-    [[nodiscard]] bool holds_forces() const override { return false; }
     [[nodiscard]] std::map<std::string, double> values_in_force() const override {
         return state_.laws.values_in_force();
     }

@@ -314,8 +314,7 @@ Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, s
           settings.stepper.name.empty() ? registry().default_stepper() : registry().stepper(settings.stepper.name),
           settings)) {
     State& s = *state_;
-    const bool holds_forces = !s.response || s.response->holds_forces();
-    s.effect.resize(holds_forces ? scene.topology.vertex_count : 0, scene.topology.body_count());
+    s.effect.resize(0, scene.topology.body_count());
     // Room for a crowded tick, so that the first one does not ask for memory; more than this grows as it comes.
     const auto room = static_cast<std::size_t>(std::min<Index>(4096, scene.topology.triangle_count()));
     s.contacts.pairs.reserve(room);

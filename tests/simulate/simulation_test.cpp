@@ -54,6 +54,7 @@ public:
     void respond(const Frame& frame, double /*dt*/, const ContactSet& /*contacts*/,
                  std::span<const ContactLoad> /*loads*/, Effect& effect) override {
         effect.clear();
+        effect.held_force.setZero(3, frame.position.cols());
         if (frame.tick == 5) effect.held_force(2, vertex_) = std::nan("");
     }
 
