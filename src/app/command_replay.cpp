@@ -16,6 +16,7 @@
 #include "app/answer_bytes.hpp"
 #include "app/commands.hpp"
 #include "app/isolated_call.hpp"
+#include "app/json_values.hpp"
 #include "app/long_steps.hpp"
 #include "app/pair_answer.hpp"
 #include "geometry/input_error.hpp"
@@ -269,8 +270,8 @@ void print_json(const RecordingReader& recording, const std::vector<DetectorAnsw
     if (steps.frames > 0) {
         fmt::format_to(out, ",\"long_steps\":{{\"frames\":{},\"tick\":{},\"body\":{},\"step_m\":{},\"edge_m\":{}}}",
                        steps.frames, steps.tick,
-                       quoted_json(recording.topology().bodies[static_cast<std::size_t>(steps.body)].name), steps.step,
-                       steps.edge);
+                       quoted_json(recording.topology().bodies[static_cast<std::size_t>(steps.body)].name),
+                       json_number(steps.step).dump(), json_number(steps.edge).dump());
     }
     fmt::format_to(out, "}}\n");
     std::fwrite(text.data(), 1, text.size(), stdout);

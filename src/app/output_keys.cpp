@@ -139,7 +139,7 @@ constexpr auto keys = std::to_array<OutputKey>({
     {"replay", "long_steps.tick", "count",
      "of the longest such step for its edges: frame number, from 0, that it leads to"},
     {"replay", "long_steps.body", "text", "that goes furthest there"},
-    {"replay", "long_steps.step_m", "m", "how far a vertex of it goes"},
+    {"replay", "long_steps.step_m", "m", "how far a vertex of it goes; null where its square is beyond a double"},
     {"replay", "long_steps.edge_m", "m", "that mean edge, in the frame before"},
     {"replay", "truth[]", "count",
      "pairs per frame by exact arithmetic, null for a frame that is not finite; the list is null unless asked for"},

@@ -47,6 +47,14 @@ test::RecordingText falling(const std::array<double, 3>& heights) {
     return text;
 }
 
+TEST_F(Replay, PrintsNullForAStepThatNoDoubleHolds) {
+    const test::ProgramResult wild = run(falling({1e200, 1e199, -1e200}), "--detector brute_force --json");
+    EXPECT_EQ(wild.status, 0) << wild.err;
+    const Json document = Json::parse(wild.out);
+    EXPECT_TRUE(document.at("long_steps").at("step_m").is_null());
+    EXPECT_GT(document.at("long_steps").at("edge_m").get<double>(), 0.0);
+}
+
 TEST_F(Replay, SaysWhereAStepIsLongerThanAFeature) {
     const double edge = (2.0 + std::sqrt(2.0)) / 30.0;  // m, mean of the small triangle: 0.1138
     const test::ProgramResult through = run(falling({1.0, 0.9, -0.5}), "--detector brute_force --json --truth");

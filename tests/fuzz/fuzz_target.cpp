@@ -1,9 +1,11 @@
 #include "fuzz_target.hpp"
 
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -58,6 +60,33 @@ std::filesystem::path as_file(std::string_view input, const std::string& name) {
     const std::filesystem::path file = folder.path() / name;
     write(file, input);
     return file;
+}
+
+int status_with_json(const std::function<int()>& command) {
+    const int printed = memfd_create("printed", 0);
+    if (printed < 0) throw std::logic_error("no memory file");
+    std::fflush(stdout);
+    const int kept = dup(STDOUT_FILENO);
+    dup2(printed, STDOUT_FILENO);
+    const auto restore = [&] {
+        std::fflush(stdout);
+        dup2(kept, STDOUT_FILENO);
+        close(kept);
+    };
+    int status = 0;
+    try {
+        status = command();
+    } catch (...) {
+        restore();
+        close(printed);
+        throw;
+    }
+    restore();
+    std::string text(static_cast<std::size_t>(lseek(printed, 0, SEEK_END)), '\0');
+    const bool whole = pread(printed, text.data(), text.size(), 0) == static_cast<ssize_t>(text.size());
+    close(printed);
+    expect(whole && Json::accept(text), "what is printed with --json is one JSON document");
+    return status;
 }
 
 void read_and_report(Mesh (*read)(const mesh_text::Source&), std::string_view input) {

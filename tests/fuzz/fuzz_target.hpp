@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -67,6 +68,9 @@ bool taken(const Read& read) {
         return false;
     }
 }
+
+/// Calls a command of the program, gives its exit status, and expects that what it prints is one JSON document.
+int status_with_json(const std::function<int()>& command);
 
 /// Reads a mesh and looks at what was read as `trocar mesh` does.
 void read_and_report(Mesh (*read)(const mesh_text::Source&), std::string_view input);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "app/commands.hpp"
 #include "fuzz_target.hpp"
 #include "method/registry.hpp"
 #include "scene/recording.hpp"
@@ -56,6 +57,9 @@ void replay(std::string_view input) {
             expect(std::equal(answers.begin(), answers.end(), truth.begin(), truth.end(), agree),
                    entry.name + " finds what brute force finds");
         }
+        const int status = status_with_json(
+            [&] { return app::replay({.json = true}, {.recording = file, .detector = "brute_force", .truth = true}); });
+        expect(status == app::done || status == app::method_failed, "replay ends with status 0 or 3");
     });
 }
 

@@ -29,7 +29,7 @@ void trocar::fuzz::response_cases(std::string_view input) {
     if (would_take_long(input)) return;
     const std::filesystem::path file = as_file(input, "cases.json");
     taken([&] {
-        const int status = app::respond({.json = true}, {.file = file});
+        const int status = status_with_json([&] { return app::respond({.json = true}, {.file = file}); });
         expect(status == app::done || status == app::comparison_failed, "respond ends with status 0 or 1");
     });
 }

@@ -23,7 +23,7 @@ void trocar::fuzz::run(std::string_view input) {
     }
     taken([&] {
         if (read_scene(file, std::nullopt).topology.triangle_count() > most_triangles) return;
-        const int status = app::run({.json = true}, options);
+        const int status = status_with_json([&] { return app::run({.json = true}, options); });
         expect(status == app::done || status == app::method_failed, "run ends with status 0 or 3");
     });
 }
