@@ -67,7 +67,6 @@ private:
 
 bool takes_part(const CellSpec& spec, const Contestant& contestant, std::int64_t triangles) {
     if (contestant.part == Part::settings_cell && spec.group != Group::settings) return false;
-    if (contestant.part == Part::local_cell && spec.group != Group::local) return false;
     // What takes seconds per step at 10^6 triangles is shown once over size, not again in every other group.
     const bool every_size = !spec.quick && spec.group == Group::size;
     const std::int64_t most = every_size ? contestant.most_triangles_full : contestant.most_triangles_quick;

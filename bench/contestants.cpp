@@ -29,7 +29,6 @@ const std::vector<Setting>& settings() {
         {"ohc_clustered", "ohc", exact_test},
         {"ohc_clustered:simd=scalar", "ohc", exact_test, Part::settings_cell},
         {"ohc_clustered:order=given", "ohc", exact_test, Part::settings_cell},
-        {"ohc:incremental=on", "ohc", exact_test, Part::local_cell},
         {"ohc:test=interval", "ohc", "interval test, double", Part::settings_cell},
         {"ohc:test=moller", "ohc", "Möller's test, float", Part::settings_cell},
         {"ohc:hash=teschner", "ohc", exact_test, Part::settings_cell},

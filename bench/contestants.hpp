@@ -14,7 +14,7 @@
 namespace trocar::bench {
 
 /// Which cells a contestant takes part in, besides those that name it.
-enum class Part : std::uint8_t { everywhere, settings_cell, local_cell };
+enum class Part : std::uint8_t { everywhere, settings_cell };
 
 struct Contestant {
     std::string label;    ///< method text; copies end in " (again)"

@@ -147,13 +147,7 @@ void Writer::own_growth(const std::vector<std::string>& own) {
         const char* const reached = ratio <= 1.5 ? " goal" : ratio <= 3.0 ? " first step" : "";
         return format_number(ratio) + reached;
     };
-    for (const std::string& name : own) {
-        // Where remembering is an option, it is the one that claims this; the default stands beside it.
-        const std::string option = name + ":incremental=on";
-        const bool measured = std::isfinite(time("local: local 1M x 2k", option));
-        local.cells.push_back(measured ? fmt::format("{} `incremental=on`; default {}", growth(option), growth(name))
-                                       : growth(name));
-    }
+    for (const std::string& name : own) local.cells.push_back(growth(name));
     result.rows.push_back(std::move(local));
     for (const CellRecord* record : group(Group::bounded)) {
         TableRow worst{{fmt::format("worst of {} ticks of {}, in work", record->bounded.ticks, record->bounded.scene),

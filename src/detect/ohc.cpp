@@ -20,15 +20,14 @@
 // marking and hashing only (triangle_cells.hpp); those that would need more pieces than a plain look at every other
 // triangle costs are looked at in that plain way.
 //
-// Nothing is remembered from tick to tick, but with incremental=on (ohc_incremental.hpp), and under limits: then the
-// pairs of the tick before are tested first, what concerns an instrument next, all else last (ohc_limits.hpp).
+// Nothing is remembered from tick to tick, but under limits: then the pairs of the tick before are tested first, what
+// concerns an instrument next, all else last (ohc_limits.hpp).
 #include <algorithm>
 #include <memory>
 #include <vector>
 
 #include "detect/narrow_phase.hpp"
 #include "detect/ohc_bodies.hpp"
-#include "detect/ohc_incremental.hpp"
 #include "detect/ohc_limits.hpp"
 #include "detect/ohc_maps.hpp"
 #include "detect/ohc_occupancy.hpp"
@@ -59,21 +58,12 @@ public:
         limits_.prepare();
         candidates_.reserve(room);
         sorted_.reserve(room);
-        follows_ = settings_.incremental && !settings_.swept && !settings_.limited();
-        if (follows_) incremental_.prepare(frame);
     }
 
     void update(const Frame& frame, double reach) override {
         work_.start();
         if (reach != bodies_.reach()) bodies_.set_reach(reach);
-        at_rest_ = false;
-        if (follows_) {
-            answerable_ = incremental_.follow(frame);
-        } else if (settings_.incremental && settings_.limited() && !settings_.swept && limits_.is_at_rest(frame)) {
-            at_rest_ = true;
-        } else {
-            find_shared(frame);
-        }
+        find_shared(frame);
         after_update_ = work_;
     }
 
@@ -82,11 +72,7 @@ public:
         if (!answerable_ && !check_frame(*topology_, frame, contacts)) return;
         contacts.reach = bodies_.reach();
         work_ = after_update_;
-        if (at_rest_) {
-            limits_.repeat(contacts);
-        } else if (follows_) {
-            incremental_.detect(frame, candidates_, contacts);
-        } else if (settings_.limited()) {
+        if (settings_.limited()) {
             limits_.detect(frame, candidates_, contacts);
         } else {
             detect_all(frame, contacts);
@@ -105,7 +91,7 @@ private:
         bodies_.cells().set_way(false);
         answerable_ = bodies_.read_boxes(frame);
         const std::int64_t to_read = topology_->vertex_count * std::int64_t{bodies_.cells().way() ? 2 : 1};
-        if (!answerable_ || bodies_.active().size() < 2) return;
+        if (!answerable_ || bodies_.groups().size() < 2) return;
         if (!work_.spend(work_.counters.vertices_read, to_read)) return;
         if (!bodies_.has_cell()) bodies_.choose_cell(frame);
         const CellRange meeting = bodies_.place_groups();
@@ -142,10 +128,7 @@ private:
     OhcBodies bodies_{settings_};
     OhcOccupancy occupancy_{bodies_, work_};
     OhcMaps maps_{bodies_, occupancy_, work_};
-    OhcIncremental incremental_{settings_, bodies_, occupancy_, maps_, work_};
     OhcLimits limits_{settings_, bodies_, maps_, work_};
-    bool follows_ = false;     ///< incremental, without limits
-    bool at_rest_ = false;     ///< incremental under limits: nothing moved since the last answer
     bool answerable_ = false;  ///< the frame of the last update has finite numbers that fit the topology
     OhcCandidates candidates_;
     std::vector<TrianglePair> sorted_;  ///< scratch
@@ -188,13 +171,6 @@ DetectorEntry ohc_detector() {
               .minimum = 0.0,
               .meaning = "added around every triangle while looking for candidates; never part of the answer"},
              test_parameter(),
-             {.name = "incremental",
-              .type = Type::choice,
-              .default_value = "off",
-              .choices = {"off", "on"},
-              .meaning = "keep the maps of bodies that rest, or of which less than half moves, and look only at what "
-                         "moved; under limits an answer is kept only while nothing moves at all; without effect "
-                         "with swept=on"},
              swept_parameter(),
              max_pairs_parameter(),
              work_budget_parameter()},
@@ -204,7 +180,6 @@ DetectorEntry ohc_detector() {
             settings.hash = values.is("hash", "teschner") ? CellHash::teschner : CellHash::fibonacci;
             settings.hash_bits = static_cast<int>(values.integer("hash_bits"));
             settings.margin = values.number("margin");
-            settings.incremental = values.is("incremental", "on");
             settings.take(values);
             return std::make_unique<Ohc>(settings);
         }};

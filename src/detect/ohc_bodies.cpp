@@ -26,7 +26,6 @@ void OhcBodies::prepare(const Topology& topology, const Frame& frame) {
     words_ = (bodies + 63) / 64;
     collide_.assign(bodies * words_, 0);
     takes_part_.assign(bodies, 0);
-    kept_.assign(bodies, 0);
     for (const auto& [a, b] : topology.body_pairs) {
         for (const auto& [from, to] : {std::pair{a, b}, std::pair{b, a}}) {
             collide_[at(from) * words_ + at(to) / 64] |= std::uint64_t{1} << (at(to) % 64);
@@ -46,7 +45,6 @@ void OhcBodies::prepare(const Topology& topology, const Frame& frame) {
     make_groups();
     boxes_.resize(bodies);
     wide_boxes_.resize(bodies);
-    meeting_bodies_.reserve(bodies);
     meeting_.prepare(bodies);
     cells_.prepare(topology, settings_.margin);
     reach_ = 0.0;
@@ -68,7 +66,6 @@ void OhcBodies::make_groups() {
         groups_.push_back({.first_body = begin, .end_body = past});
         begin = past;
     }
-    active_ = groups_;
 }
 
 void OhcBodies::set_reach(double reach) {
@@ -77,17 +74,6 @@ void OhcBodies::set_reach(double reach) {
         const bool first_of_two = groups_.size() == 2 && &group == &groups_.front();
         const double growth = first_of_two ? reach : groups_.size() == 2 ? 0.0 : 0.5 * reach;
         for (std::size_t k = group.first_body; k < group.end_body; ++k) cells_.grow(order_[k], growth);
-    }
-}
-
-void OhcBodies::choose_active() {
-    active_.clear();
-    for (const Group& group : groups_) {
-        for (std::size_t k = group.first_body; k < group.end_body; ++k) {
-            if (is_kept(order_[k])) continue;
-            active_.push_back(group);
-            break;
-        }
     }
 }
 
@@ -180,12 +166,6 @@ void OhcBodies::find_parts() {
     cells_.set_way(true, parts_);
 }
 
-bool OhcBodies::read_box(const Frame& frame, Index number) {
-    const Range vertices = body(number).vertices;
-    return vertices.count == 0 ||
-           kernels_.box_of_run(frame.position.data() + 3 * at(vertices.first), vertices.count, boxes_[at(number)]);
-}
-
 CellRange OhcBodies::place_groups() {
     if (Lattice::at_limit(place_all())) {
         // Something is further than 2^30 cells from the corner chosen before: choose one where the bodies are now.
@@ -194,15 +174,10 @@ CellRange OhcBodies::place_groups() {
         cells_.lattice().set(cells_.lattice().edge(), Vector3(all.low[0], all.low[1], all.low[2]));
         place_all();
     }
-    meeting_bodies_.clear();
-    for (const Index number : order_) {
-        if (is_kept(number)) continue;
-        meeting_bodies_.push_back(number);
-        wide_boxes_[at(number)] = wide_box(number);
-    }
-    meeting_.find(meeting_bodies_, wide_boxes_, [this](Index a, Index b) { return may_hit(a, b); });
+    for (const Index number : order_) wide_boxes_[at(number)] = wide_box(number);
+    meeting_.find(order_, wide_boxes_, [this](Index a, Index b) { return may_hit(a, b); });
     CellRange meeting = no_cells;
-    for (const Index number : meeting_bodies_) {
+    for (const Index number : order_) {
         for (const Extent& part : meeting_.of(number)) meeting = hull(meeting, cells_of(part));
     }
     return meeting;
@@ -218,10 +193,9 @@ CellRange OhcBodies::cells_of(const Extent& box) const {
 
 CellRange OhcBodies::place_all() {
     CellRange all = no_cells;
-    for (Group& group : active_) {
+    for (Group& group : groups_) {
         group.range = no_cells;
         for (std::size_t k = group.first_body; k < group.end_body; ++k) {
-            if (is_kept(order_[k])) continue;
             group.range = hull(group.range, cells_of(wide_box(order_[k])));
         }
         all = hull(all, group.range);

@@ -39,8 +39,6 @@ public:
     /// least.
     [[nodiscard]] const std::vector<Index>& order() const { return order_; }
     [[nodiscard]] const std::vector<Group>& groups() const { return groups_; }
-    /// Groups that go through the cascade: all of them, or when incremental those with a body that is not kept.
-    [[nodiscard]] const std::vector<Group>& active() const { return active_; }
     [[nodiscard]] bool takes_part(Index body) const { return takes_part_[at(body)] != 0; }
     [[nodiscard]] bool may_hit(Index body_a, Index body_b) const {
         return ((collide_[at(body_a) * words_ + at(body_b) / 64] >> (at(body_b) % 64)) & 1U) != 0;
@@ -58,16 +56,9 @@ public:
     /// m, around the triangles of a group.
     [[nodiscard]] double around(const Group& group) const { return cells_.around(order_[group.first_body]); }
 
-    /// Kept bodies stay out of the cascade (ohc_incremental.hpp); none is after prepare.
-    [[nodiscard]] bool is_kept(Index body) const { return kept_[at(body)] != 0; }
-    void keep(Index body, bool kept) { kept_[at(body)] = kept ? 1 : 0; }
-    /// active() = groups with a body that is not kept.
-    void choose_active();
     template <typename Use>
     void for_each_body(const Group& group, const Use& use) const {
-        for (std::size_t k = group.first_body; k < group.end_body; ++k) {
-            if (!is_kept(order_[k])) use(body(order_[k]));
-        }
+        for (std::size_t k = group.first_body; k < group.end_body; ++k) use(body(order_[k]));
     }
 
     [[nodiscard]] TriangleCells& cells() { return cells_; }
@@ -81,14 +72,10 @@ public:
     /// Boxes of all bodies, of both frames where the way counts. False when a number is not finite or the frame does
     /// not fit the topology.
     bool read_boxes(const Frame& frame);
-    /// The same for one body, of this frame only.
-    bool read_box(const Frame& frame, Index body);
-    /// Cell ranges of the active groups and meeting(); returns the cells of all that is in it.
+    /// Cell ranges of the groups and meeting(); returns the cells of all that is in it.
     CellRange place_groups();
     /// Where bodies can meet, judged by their boxes.
     [[nodiscard]] const MeetingBoxes& meeting() const { return meeting_; }
-    /// As above without moving the lattice: false when something lies beyond it.
-    bool place_on_lattice() { return !Lattice::at_limit(place_all()); }
 
 private:
     void make_groups();
@@ -103,16 +90,13 @@ private:
     const VertexKernels& kernels_ = vertex_kernels().front();
     std::vector<Index> order_;
     std::vector<Group> groups_;
-    std::vector<Group> active_;
     std::vector<std::uint64_t> collide_;
     std::size_t words_ = 1;
     std::vector<std::uint8_t> takes_part_;  ///< per body
-    std::vector<std::uint8_t> kept_;        ///< per body
     std::vector<Extent> boxes_;             ///< per body, m
     std::vector<BoxOnWay<Extent>> ways_;    ///< per body, where the way counts
     std::vector<TickPart> parts_;           ///< per body: when it may meet another
     std::vector<Extent> wide_boxes_;        ///< with what is around their triangles, as triangles' boxes have it
-    std::vector<Index> meeting_bodies_;     ///< those that are not kept
     MeetingBoxes meeting_;
     double cell_edge_ = 0.0;  ///< m; 0: not chosen yet
     double reach_ = 0.0;      ///< m

@@ -12,10 +12,6 @@ namespace trocar {
 void OhcLimits::prepare() {
     last_pairs_.clear();
     last_near_.clear();
-    last_reach_ = 0.0;
-    last_.clear();
-    answered_ = true;
-    known_ = false;
 }
 
 void OhcLimits::detect(const Frame& frame, OhcCandidates& candidates, ContactSet& contacts) {
@@ -70,49 +66,6 @@ void OhcLimits::detect(const Frame& frame, OhcCandidates& candidates, ContactSet
     last_near_ = contacts.near;
     std::sort(last_pairs_.begin(), last_pairs_.end());
     std::sort(last_near_.begin(), last_near_.end());
-    last_truncated_ = work_.truncated;
-    answered_ = true;
-}
-
-void OhcLimits::repeat(ContactSet& contacts) {
-    contacts.pairs = last_pairs_;
-    contacts.near = last_near_;
-    work_.truncated = last_truncated_;
-}
-
-bool OhcLimits::is_at_rest(const Frame& frame) {
-    const Topology& topology = bodies_.topology();
-    const bool told = std::exchange(known_, false) && frame.moved.has_value();
-    const bool same_reach = std::exchange(last_reach_, bodies_.reach()) == bodies_.reach();
-    if (frame.position.cols() != topology.vertex_count) return false;
-    bool rests = !last_.empty() && answered_ && same_reach;
-    std::int64_t looked_at = 0;
-    if (last_.empty()) {
-        last_.remember_all(frame);
-    } else if (told) {
-        for_each_told(topology, frame, [&](Index /*body*/, Range part) { looked_at += part.count; });
-    } else {
-        looked_at = topology.vertex_count;
-    }
-    if (!work_.spend(work_.counters.vertices_read, looked_at)) {
-        last_.clear();
-        return false;
-    }
-    const auto look = [&](Index /*body*/, Range part) {
-        for (Index v = part.first; v < part.end(); ++v) {
-            if (!last_.moved(frame, v)) continue;
-            rests = false;
-            last_.remember(frame, v);
-        }
-    };
-    if (told) {
-        for_each_told(topology, frame, look);
-    } else {
-        look(0, {0, topology.vertex_count});
-    }
-    known_ = true;
-    if (!rests) answered_ = false;
-    return rests;
 }
 
 }  // namespace trocar

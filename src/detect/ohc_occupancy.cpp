@@ -35,7 +35,7 @@ void OhcOccupancy::find(const Frame& frame, const CellRange& meeting) {
 
 /// Fills primitives_ with the triangles near cells that two groups may share, and huge_.
 void OhcOccupancy::find_near(const Frame& frame, const CellRange& meeting) {
-    const std::vector<Group>& groups = bodies_.active();
+    const std::vector<Group>& groups = bodies_.groups();
     const std::size_t last = groups.size() - 1;
     runs_.assign(groups.size(), Run{});
     double around = 0.0;
@@ -90,8 +90,8 @@ template <typename IsShared>
 void OhcOccupancy::collect(const Frame& frame, std::size_t group, const IsShared& is_shared) {
     const TriangleCells& cells = bodies_.cells();
     found_.clear();
-    const bool last = group + 1 == bodies_.active().size();
-    bodies_.for_each_body(bodies_.active()[group], [&](const BodyRange& body) {
+    const bool last = group + 1 == bodies_.groups().size();
+    bodies_.for_each_body(bodies_.groups()[group], [&](const BodyRange& body) {
         if (!bodies_.meeting().any(bodies_.body_of(body.triangles.first))) return;  // meets nobody
         if (!work_.spend(work_.counters.cells_visited, body.triangles.count)) return;
         if (!plain_) {
@@ -181,7 +181,7 @@ void OhcOccupancy::find_shared(const Frame& frame) {
         for_each_range(g, [this](const CellRange& part) {
             if (work_.afford(part)) work_.counters.cells_visited += shared_.add(part);
         });
-        shared_.merge(bodies_.active()[g].range, 0);
+        shared_.merge(bodies_.groups()[g].range, 0);
     }
     for_each_range(last, [this](const CellRange& part) {
         if (!work_.afford(part)) return;

@@ -17,7 +17,6 @@ struct OhcSettings : SharedSettings {
     CellHash hash = CellHash::fibonacci;
     int hash_bits = 12;
     double margin = 0.0;  ///< m
-    bool incremental = false;
 };
 
 struct OhcWork {

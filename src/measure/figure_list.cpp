@@ -222,26 +222,7 @@ void add_outcome(std::vector<SummaryFigure>& list) {
         {"force_flips", "1", Better::lower, "Ticks on which the tool force turned by more than 90 degrees", force},
         {"force_above_30hz_rms_n", "N", Better::lower,
          "Root mean square of the part of the tool force above 30 Hz, where no hand moves", force},
-        {"force_above_30hz_share", "1", Better::lower, "Share of the tool force's energy above 30 Hz", force},
-        {"contact_spells", "1", Better::neither, "Stretches of ticks with pairs, gaps of up to 5 ticks bridged", books},
-        {"momentum_error_worst_n_s", "N s", Better::lower,
-         "Momentum that one side of a contact gained and the other did not lose, worst contact spell; n/a with rigid "
-         "bodies",
-         books},
-        {"momentum_error_share_worst", "1", Better::lower,
-         "The same as a share of the spell's summed impulse on the instruments, worst spell", books},
-        {"energy_created_worst_j", "J", Better::lower,
-         "Energy that surely came from nowhere in a contact spell (tissue's gain and the work on the instruments, "
-         "dampers left out), worst spell; n/a where an instrument turns",
-         books},
-        {"energy_created_share_worst", "1", Better::lower,
-         "The same as a share of the spell's summed work on the instruments, worst spell", books},
-        {"net_work_j", "J", Better::lower,
-         "Work of the contact force on the tool over a path that ends where it began (within 1 % of its length); above "
-         "0 the contact feeds the hand",
-         books},
-        {"energy_given_worst_j", "J", Better::lower,
-         "Most energy that the tool had been given by contact at any time (passivity observer)", books}};
+        {"force_above_30hz_share", "1", Better::lower, "Share of the tool force's energy above 30 Hz", force}};
     list.insert(list.end(), more.begin(), more.end());
     add_books(list);
 }

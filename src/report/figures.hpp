@@ -85,9 +85,6 @@ struct RunFigures {
     double force_fast_share = not_known;
     double momentum_share = not_known;
     double energy_share = not_known;
-    double energy_created = not_known;  ///< J
-    double net_work = not_known;        ///< J
-    double energy_given = not_known;    ///< J
     double strain_max = not_known;
     double strain_over = not_known;
     double ruptures = not_known;

@@ -224,25 +224,18 @@ void add_outcome(Draft& draft) {
         {{"force error, worst, equal k / hard (N)", true},
          {"force above 30 Hz, RMS (N) / share", true},
          {"direction flips (ticks)", true},
-         {"momentum error, worst spell (share)", true},
-         {"energy created, worst spell (share)", true},
-         {"net work on a closed path (mJ)", true},
-         {"most energy given to the hand (mJ)", true}},
+         {"momentum error (share)", true},
+         {"energy error (share)", true}},
         [](const RunFigures& run) -> std::vector<std::string> {
-            constexpr double mj = 1.0e3;
             const bool reference = !std::isnan(run.force_worst_equal_k) || !std::isnan(run.force_worst_hard);
             return {reference ? two(run.force_worst_equal_k, run.force_worst_hard) : "no reference",
-                    two(run.force_fast_rms, run.force_fast_share),
-                    count_text(run.force_flips),
-                    scaled(run.momentum_share),
-                    scaled(run.energy_share),
-                    scaled(run.net_work, mj),
-                    scaled(run.energy_given, mj)};
+                    two(run.force_fast_rms, run.force_fast_share), count_text(run.force_flips),
+                    scaled(run.momentum_share), scaled(run.energy_share)};
         });
     signal.note =
-        "Before any filter. Momentum error: what one side of a contact gained and the other did not lose, over the "
-        "summed impulse. Energy created: what tissue and instruments gained together, dampers left out, over the "
-        "summed work; n/a where an instrument turns. Net work above 0: the contact feeds the hand.";
+        "Before any filter. Momentum error: largest momentum at any time that the books of tissue and hands do not "
+        "account for, over the summed impulses. Energy error: the same of energy, over all energy booked; n/a where "
+        "nothing yields.";
     draft.add(std::move(signal));
     draft.add(settled_matrix(draft));
     draft.add(settled_table(draft));

@@ -79,10 +79,8 @@ constexpr std::array words{
     Word{"overshoot", "overshoot_max_m"},
     Word{"overlap volume", "overlap_volume_max_m3"},
     Word{"minimum translation", "min_translation_max_m"},
-    Word{"net work", "net_work_j"},
-    Word{"most energy given", "energy_given_worst_j"},
-    Word{"momentum error", "momentum_error_share_worst"},
-    Word{"energy created", "energy_created_share_worst"},
+    Word{"momentum error", "book_momentum_error_share"},
+    Word{"energy error", "book_energy_error_share"},
     Word{"hard contact clears", "reference_clears_hard"},
 };
 

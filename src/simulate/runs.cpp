@@ -20,7 +20,6 @@
 #include "method/device.hpp"
 #include "method/registry.hpp"
 #include "reference/reference.hpp"
-#include "simulate/balance.hpp"
 #include "simulate/certificate.hpp"
 #include "simulate/frame_source.hpp"
 #include "simulate/judge.hpp"
@@ -279,7 +278,6 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     settings.watched = limits.watched;
     Simulation simulation(scene, detector_of(spec), response_of(spec), source, settings);
     Judge judge(scene.topology, scene.first, simulation.yielding_pairs(), &scene.materials);
-    Balance balance(scene);
     // Needs the start and the end of every tick.
     std::optional<ForceWithoutTouch> untouched;
     if (spec.truth_stride == 1) untouched.emplace(scene.topology, scene.first, simulation.yielding_pairs());
@@ -304,12 +302,6 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
             untouched->observe(simulation.frame(), simulation.effect(), simulation.contact_loads(),
                                [&judge](Index a, Index b) { return judge.clearance(a, b); });
         }
-        if (record.outcome.ok()) {
-            // Held before it crosses, what touches has no pair.
-            constexpr double no_force = 1e-9;  // N, rounding of a hand's free motion
-            const bool touches = row.pairs > 0 || row.tool_force.norm() > no_force;
-            balance.observe(touches, simulation.whole_seen(), simulation.whole_frame(), simulation.body_loads());
-        }
         if (record.outcome.ok()) comparison.observe(row.time, row.tool_force, simulation.frame().position);
         if (limits.observe) limits.observe(simulation, row);
         record.rows.push_back(row);
@@ -319,7 +311,6 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     }
     record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
     record.summary.merge(summarize(record.rows, {.motion_end = script.motion_end()}));
-    record.summary.merge(balance.figures());
     record.summary.merge(simulation.book_figures());
     record.summary.merge(simulation.values_in_force());
     record.summary["force_without_touch_m"] = untouched ? untouched->largest() : std::nan("");

@@ -351,7 +351,6 @@ Simulation::~Simulation() = default;
 
 const Frame& Simulation::seen() const { return state_->seen; }
 const Frame& Simulation::frame() const { return state_->frame; }
-const Frame& Simulation::whole_seen() const { return state_->has_whole() ? state_->whole_seen : state_->seen; }
 const Frame& Simulation::whole_frame() const { return state_->has_whole() ? state_->whole_next : state_->frame; }
 const ContactSet& Simulation::contacts() const { return state_->contacts; }
 const Effect& Simulation::effect() const { return state_->effect; }

@@ -53,9 +53,8 @@ public:
 
     [[nodiscard]] const Frame& seen() const;   ///< the frame that detect saw in the last step
     [[nodiscard]] const Frame& frame() const;  ///< the frame after the last step
-    /// The same two for books of energy and momentum, with what the stepper has left behind where it would be by now
+    /// The same for books of energy and momentum, with what the stepper has left behind where it would be by now
     /// (Stepper::complete); only a simulation that is `watched` knows.
-    [[nodiscard]] const Frame& whole_seen() const;
     [[nodiscard]] const Frame& whole_frame() const;
     /// Result of the last detect; contacts.contacts are those of the contact source.
     [[nodiscard]] const ContactSet& contacts() const;

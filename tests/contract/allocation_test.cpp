@@ -184,15 +184,9 @@ TEST_F(NoAllocation, InATickOfOurDetectorsAndDerive) {
 TEST_F(NoAllocation, InATickOfOurDetectorsWithinAReach) {
     for (const DetectorEntry& entry : registry().detectors()) {
         if (!entry.own || !entry.reach) continue;
-        std::vector<std::string> methods{entry.name};
-        for (const Parameter& parameter : entry.parameters) {
-            if (parameter.name == "incremental") methods.push_back(entry.name + ":incremental=on");
-        }
-        for (const std::string& method : methods) {
-            const Counted counted = count_within_reach(method);
-            EXPECT_GT(counted.contacts, 2000) << method;
-            EXPECT_EQ(counted.after, 0) << method << ", last in tick " << counted.worst_tick;
-        }
+        const Counted counted = count_within_reach(entry.name);
+        EXPECT_GT(counted.contacts, 2000) << entry.name;
+        EXPECT_EQ(counted.after, 0) << entry.name << ", last in tick " << counted.worst_tick;
     }
 }
 

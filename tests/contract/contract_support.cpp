@@ -200,10 +200,9 @@ const std::vector<DetectorEntry>& contestants() {
         std::erase_if(entries, [](const DetectorEntry& entry) { return entry.control; });
         for (const DetectorEntry& entry : registry().detectors()) {
             for (std::size_t k = 0; entry.own && k < entry.parameters.size(); ++k) {
-                const std::string& name = entry.parameters[k].name;
-                if (name != "incremental" && name != "swept") continue;
+                if (entry.parameters[k].name != "swept") continue;
                 DetectorEntry variant = entry;
-                variant.name += "_" + name;
+                variant.name += "_swept";
                 variant.parameters[k].default_value = "on";
                 entries.push_back(std::move(variant));
             }

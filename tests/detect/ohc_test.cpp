@@ -96,10 +96,7 @@ TEST(Ohc, TrianglesOfManyCellsInOneBitAreAnswered) {
     const Pairs expected = expected_pairs(world);
     ASSERT_GT(expected.size(), 10U);
     for (const char* cell : {"1e-5", "1e-9"}) {
-        for (const char* incremental : {"off", "on"}) {
-            const ContactSet contacts = answer(world, {{"cell", cell}, {"incremental", incremental}});
-            EXPECT_EQ(contacts.pairs, expected) << cell << ", incremental " << incremental;
-        }
+        EXPECT_EQ(answer(world, {{"cell", cell}}).pairs, expected) << cell;
     }
 }
 
@@ -247,8 +244,8 @@ TEST(Ohc, ABodyAmongManyNeighboursIsAnswered) {
     World world = make_world("neighbours", parts);
     const Pairs expected = expected_pairs(world);
     ASSERT_GT(expected.size(), 50U);
-    for (const Settings& settings : {Settings{}, Settings{{"incremental", "on"}}, Settings{{"margin", "0.003"}},
-                                     Settings{{"swept", "on"}}, Settings{{"max_pairs", "1000000"}}}) {
+    for (const Settings& settings :
+         {Settings{}, Settings{{"margin", "0.003"}}, Settings{{"swept", "on"}}, Settings{{"max_pairs", "1000000"}}}) {
         EXPECT_EQ(answer(world, settings).pairs, expected);
     }
 }

@@ -194,7 +194,7 @@ def method_names(project, kind):
 
 def scene_seeds(project):
     responses = method_names(project, 'response') + ['thesis:profile=corrected', 'thesis:profile=printed']
-    detectors = itertools.cycle(['-', 'ohc', 'brute_force', 'ohc_clustered:swept=on', 'ohc:incremental=on'])
+    detectors = itertools.cycle(['-', 'ohc', 'brute_force', 'ohc_clustered:swept=on'])
     contacts = itertools.cycle(['-'] * 3 + method_names(project, 'source'))
     steppers = itertools.cycle(['-'] * 2 + method_names(project, 'stepper'))
     for file in sorted((project / 'scenes').glob('*.json')):

@@ -233,7 +233,7 @@ TEST(Approach, TissueGainsNoMoreThanAHandGivesWhenItsToolLands) {
         for (const double led_at : {0.25, 0.5, 1.0, 2.0, 3.0}) {
             const Scene scene = landing(tool, led_at);
             const auto share = [&](const std::string& method) {
-                return test::run_scene_with(scene, method, 1000).summary.at("energy_created_share_worst");
+                return test::run_scene_with(scene, method, 1000).summary.at("book_energy_error_share");
             };
             EXPECT_LE(share(hold), 1e-6) << tool.name << " at " << led_at;
         }
