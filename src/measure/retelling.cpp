@@ -122,9 +122,6 @@ Scene retold(const Scene& scene, const Retelling& retelling) {
         spring.i = new_vertex[at(spring.i)];
         spring.j = new_vertex[at(spring.j)];
     }
-    for (Hinge& hinge : materials.hinges) {
-        for (Index& v : hinge.vertex) v = new_vertex[at(v)];
-    }
     for (Enclosure& enclosure : materials.enclosures) {
         enclosure.triangles = enclosure.triangles.unaryExpr([&](Index v) { return new_vertex[at(v)]; }).eval();
     }

@@ -378,13 +378,6 @@ std::optional<bool> clears(const std::vector<const Run*>& runs, const Scene& sce
     return answer;
 }
 
-/// The solver has formulae of its own for linear springs only.
-bool knows(const Materials& materials) {
-    return materials.hinges.empty() && materials.enclosures.empty() &&
-           std::none_of(materials.springs.begin(), materials.springs.end(),
-                        [](const Spring& spring) { return spring.stiffening > 0.0; });
-}
-
 ReferenceSolution solve_law(const Scene& scene, ReferenceLaw law, const ReferencePlan& plan, double step, double grasp,
                             std::string& settings, const ReferenceProgress& progress) {
     const double scene_end = scene.dt * static_cast<double>(scene.ticks);
@@ -394,8 +387,8 @@ ReferenceSolution solve_law(const Scene& scene, ReferenceLaw law, const Referenc
             "nothing is free to give way: every vertex is held or follows its script, which alone decides where all "
             "is");
     }
-    if (!knows(scene.materials)) {
-        return unavailable("the implicit solver knows neither stiffening, bending nor a bulk modulus");
+    if (!scene.materials.enclosures.empty()) {
+        return unavailable("the implicit solver knows no bulk modulus");
     }
     // A reference that ends early says little about a run: below half of it, it would look like an answer.
     const double least_until = 0.5 * grasp;

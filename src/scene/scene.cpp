@@ -648,16 +648,6 @@ std::uint64_t hash_of(const Scene& scene) {
         hash.add(*numbers);
     }
     // What a scene does not name leaves its hash as it was.
-    for (std::size_t s = 0; s < materials.springs.size(); ++s) {
-        if (materials.springs[s].stiffening == 0.0) continue;
-        hash.add(static_cast<std::uint64_t>(s));
-        hash.add(materials.springs[s].stiffening);
-    }
-    for (const Hinge& hinge : materials.hinges) {
-        for (const Index v : hinge.vertex) hash.add(v);
-        hash.add(hinge.rest);
-        hash.add(hinge.stiffness);
-    }
     for (const Enclosure& enclosure : materials.enclosures) {
         hash.add(enclosure.triangles);
         hash.add(enclosure.volume);

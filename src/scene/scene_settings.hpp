@@ -31,15 +31,13 @@ struct TissueSettings {
     double damping = 0.02;            ///< N s/m, per spring
     double drag = 5.0;                ///< 1/s, times the vertex mass
     double strain_limit = 1.0;        ///< edge strain
-    double stiffening = 0.0;          ///< s in T = k x (1 + s (x/L)²); 0: linear springs
-    double bending = 0.0;             ///< N m, flexural rigidity D; 0: no hinges
     double bulk_modulus = 0.0;        ///< Pa, of what a closed body holds; 0: no volume constraint
     std::optional<int> substeps;      ///< absent: 4, or more where the crude bound of METHODS §4 asks for it
     bool rim_pinned = true;
     std::vector<Index> pinned;  ///< vertex numbers of the body's files
 };
 
-inline constexpr std::array<NumberSetting<TissueSettings>, 10> tissue_numbers{{
+inline constexpr std::array<NumberSetting<TissueSettings>, 8> tissue_numbers{{
     {"youngs_modulus", &TissueSettings::youngs_modulus, "Pa", ValueBound::positive, "Young's modulus E"},
     {"thickness", &TissueSettings::thickness, "m", ValueBound::positive, "thickness h_t of the membrane"},
     {"density", &TissueSettings::density, "kg/m^3", ValueBound::positive, "density rho"},
@@ -47,10 +45,6 @@ inline constexpr std::array<NumberSetting<TissueSettings>, 10> tissue_numbers{{
     {"damping", &TissueSettings::damping, "N s/m", ValueBound::non_negative, "damping c of every spring"},
     {"drag", &TissueSettings::drag, "1/s", ValueBound::non_negative, "drag on every vertex, per mass"},
     {"strain_limit", &TissueSettings::strain_limit, "1", ValueBound::positive, "largest edge strain"},
-    {"stiffening", &TissueSettings::stiffening, "1", ValueBound::non_negative,
-     "s: a spring stretched by x beyond its length L pulls k x (1 + s (x/L)^2); 0 = linear"},
-    {"bending", &TissueSettings::bending, "N m", ValueBound::non_negative,
-     "flexural rigidity D of hinges at the inner edges, the rest shape being free of moments; 0 = none"},
     {"bulk_modulus", &TissueSettings::bulk_modulus, "Pa", ValueBound::non_negative,
      "closed bodies: K, over-pressure inside is -K (V - V0)/V0; 0 = none"},
 }};

@@ -12,7 +12,6 @@ struct Edge {
     double area = 0.0;  ///< m², sum over its triangles
     int triangles = 0;
     double k = 0.0;
-    std::array<Index, 2> far{-1, -1};  ///< third corner of a triangle that runs to the higher number, and back
 };
 using Edges = std::map<std::pair<Index, Index>, Edge>;
 
@@ -25,31 +24,15 @@ double triangle_area(const Matrix3X& position, const Triangles& triangles, Index
     return 0.5 * (b - a).cross(c - a).norm();
 }
 
-/// Per vertex, N/m: a diagonal that is at least the stiffness of springs, hinges and enclosures at rest, springs
-/// stretched as far as the strain limit lets them.
-std::vector<double> stiffness_majorant(const TissueSettings& settings, const Materials& materials,
-                                       const Matrix3X& position, Range vertices) {
+/// Per vertex, N/m: a diagonal that is at least the stiffness of springs and enclosures at rest.
+std::vector<double> stiffness_majorant(const Materials& materials, const Matrix3X& position, Range vertices) {
     std::vector<double> sum(at(vertices.count), 0.0);
     for (const Spring& spring : materials.springs) {
-        double k = spring.k;
-        // The slope of the tension at the strain e is k (1 + 3 s e²).
-        if (spring.stiffening > 0.0) k *= 1.0 + 3.0 * spring.stiffening * settings.strain_limit * settings.strain_limit;
         for (const Index v : {spring.i, spring.j}) {
-            if (vertices.contains(v)) sum[at(v - vertices.first)] += k;
+            if (vertices.contains(v)) sum[at(v - vertices.first)] += spring.k;
         }
     }
     for (double& stiffness : sum) stiffness *= 2.0;
-    // c g gᵀ over a hinge's corners is at most the diagonal c |g_v| Σ|g|.
-    for (const Hinge& hinge : materials.hinges) {
-        const Dihedral bend = dihedral(corners_of(hinge, position));
-        double slopes = 0.0;
-        for (const Vector3& slope : bend.gradient) slopes += slope.norm();
-        for (std::size_t corner = 0; corner < 4; ++corner) {
-            const Index v = hinge.vertex[corner];
-            if (!vertices.contains(v)) continue;
-            sum[at(v - vertices.first)] += hinge.stiffness * bend.gradient[corner].norm() * slopes;
-        }
-    }
     // K/V g gᵀ is at most λ M with its one frequency λ = K/V Σ g²/m.
     for (const Enclosure& enclosure : materials.enclosures) {
         if (enclosure.triangles.cols() == 0 || !vertices.contains(enclosure.triangles(0, 0))) continue;
@@ -69,9 +52,8 @@ std::vector<double> stiffness_majorant(const TissueSettings& settings, const Mat
 }
 
 /// METHODS §4: w² <= 2 Σ k/m and damping rate <= 2 Σ c/m; the root of w² h² + rate h = 4, with 5 % to spare.
-int enough_substeps(const TissueSettings& settings, const Materials& materials, const Matrix3X& position,
-                    Range vertices, double dt) {
-    const std::vector<double> k = stiffness_majorant(settings, materials, position, vertices);
+int enough_substeps(const Materials& materials, const Matrix3X& position, Range vertices, double dt) {
+    const std::vector<double> k = stiffness_majorant(materials, position, vertices);
     std::vector<double> c(at(vertices.count), 0.0);
     for (const Spring& spring : materials.springs) {
         for (const Index v : {spring.i, spring.j}) {
@@ -93,27 +75,7 @@ int enough_substeps(const TissueSettings& settings, const Materials& materials, 
     return most < most_substeps ? static_cast<int>(most) : most_substeps;
 }
 
-/// METHODS §4: E = D/2 κ² area for cylinders on an equilateral mesh.
-void add_hinges(double rigidity, const Edges& edges, const Matrix3X& position, Materials& materials) {
-    for (const auto& [ends, edge] : edges) {
-        if (edge.triangles != 2 || edge.far[0] < 0 || edge.far[1] < 0) continue;
-        Hinge hinge{.vertex = {ends.first, ends.second, edge.far[0], edge.far[1]}};
-        const bool held = std::all_of(hinge.vertex.begin(), hinge.vertex.end(),
-                                      [&](Index v) { return materials.pinned[at(v)] != 0; });
-        const Dihedral bend = dihedral(corners_of(hinge, position));
-        if (held || !bend.has_angle) continue;
-        hinge.rest = bend.angle;
-        hinge.stiffness = rigidity * (position.col(ends.second) - position.col(ends.first)).squaredNorm() / edge.area;
-        materials.hinges.push_back(hinge);
-    }
-}
-
 }  // namespace
-
-HingeCorners corners_of(const Hinge& hinge, const Points& points) {
-    return {points.col(hinge.vertex[0]), points.col(hinge.vertex[1]), points.col(hinge.vertex[2]),
-            points.col(hinge.vertex[3])};
-}
 
 void prepare_tissue_arrays(const Topology& topology, Materials& materials) {
     const std::size_t n = at(topology.vertex_count);
@@ -141,7 +103,6 @@ void add_tissue_body(const TissueSettings& settings, const Topology& topology, c
             Edge& edge = edges[key_of(a, b)];
             edge.area += area;
             ++edge.triangles;
-            edge.far[a < b ? 0 : 1] = topology.triangles((corner + 2) % 3, t);
         }
     }
     for (Index v = body.vertices.first; v < body.vertices.end(); ++v) {
@@ -165,13 +126,8 @@ void add_tissue_body(const TissueSettings& settings, const Topology& topology, c
         if (!(rest > 0.0)) continue;
         edge.k = settings.youngs_modulus * settings.thickness * edge.area / (rest * rest);
         const double tension = settings.preload * edge.k * rest;
-        materials.springs.push_back({.i = i,
-                                     .j = j,
-                                     .rest = rest,
-                                     .k = edge.k,
-                                     .preload = tension,
-                                     .damping = settings.damping,
-                                     .stiffening = settings.stiffening});
+        materials.springs.push_back(
+            {.i = i, .j = j, .rest = rest, .k = edge.k, .preload = tension, .damping = settings.damping});
         const Vector3 pull = tension / rest * along;
         if (materials.pinned[at(i)] == 0) materials.rest_bias.col(i) -= pull;
         if (materials.pinned[at(j)] == 0) materials.rest_bias.col(j) += pull;
@@ -193,7 +149,6 @@ void add_tissue_body(const TissueSettings& settings, const Topology& topology, c
         }
         materials.triangle_stiffness[at(t)] = sum / 3.0;
     }
-    if (settings.bending > 0.0) add_hinges(settings.bending, edges, position, materials);
     if (settings.bulk_modulus > 0.0) {
         Enclosure enclosure{.triangles = topology.triangles.middleCols(body.triangles.first, body.triangles.count),
                             .bulk_modulus = settings.bulk_modulus};
@@ -201,7 +156,7 @@ void add_tissue_body(const TissueSettings& settings, const Topology& topology, c
         materials.enclosures.push_back(std::move(enclosure));
     }
     const int substeps =
-        settings.substeps ? *settings.substeps : enough_substeps(settings, materials, position, body.vertices, dt);
+        settings.substeps ? *settings.substeps : enough_substeps(materials, position, body.vertices, dt);
     materials.substeps = std::max(materials.substeps, substeps);
     materials.strain_limit = std::fmin(materials.strain_limit, settings.strain_limit);
 }

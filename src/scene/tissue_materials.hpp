@@ -1,7 +1,6 @@
 // Springs, masses and rest bias of a tissue body from its triangles (METHODS §4), as the flat arrays of Materials.
 #pragma once
 
-#include "geometry/dihedral.hpp"
 #include "geometry/enclosed_volume.hpp"
 #include "scene/scene_settings.hpp"
 #include "scene/world.hpp"
@@ -14,13 +13,9 @@ void prepare_tissue_arrays(const Topology& topology, Materials& materials);
 /// Adds the springs and vertex data of one body at rest in `position` (3×N, m). Springs: one per edge,
 /// k = E h_t Σ A/L² over the edge's triangles (Van Gelder); mass: ρ h_t Σ A / 3; rest bias: −Σ T u on free vertices.
 /// Edges of zero length get no spring. Several bodies: the most sub-steps and the smallest strain limit hold for all.
-/// Where the settings name bending: a hinge of stiffness D L²/ΣA at each edge of two triangles with area, unless
-/// all its corners are pinned; where they name a bulk modulus: an enclosure of the body's triangles, which have to be
-/// a closed surface with its volume inside.
+/// Where the settings name a bulk modulus: an enclosure of the body's triangles, which have to be a closed surface with
+/// its volume inside.
 void add_tissue_body(const TissueSettings& settings, const Topology& topology, const BodyRange& body,
                      const Matrix3X& position, double dt, Materials& materials);
-
-/// A hinge's columns of an array of points.
-HingeCorners corners_of(const Hinge& hinge, const Points& points);
 
 }  // namespace trocar

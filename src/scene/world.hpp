@@ -92,40 +92,14 @@ struct Frame {
     [[nodiscard]] bool all_finite() const { return position.allFinite(); }
 };
 
-/// A spring of the tissue model. METHODS §4: f = [T(|x_j - x_i|) + preload] u + damping ((v_j - v_i)·u) u with
-/// T = k x (1 + stiffening (x/rest)²) for a stretch x = length - rest > 0, else T = k x.
+/// A spring of the tissue model. METHODS §4: f = [k (|x_j - x_i| - rest) + preload] u + damping ((v_j - v_i)·u) u.
 struct Spring {
     Index i = -1;
     Index j = -1;
-    double rest = 0.0;        ///< m
-    double k = 0.0;           ///< N/m
-    double preload = 0.0;     ///< N, tension at rest length
-    double damping = 0.0;     ///< N s/m
-    double stiffening = 0.0;  ///< 1, >= 0; 0 = linear
-};
-
-/// What a stiffening spring of that length pulls beyond a linear one, N; 0 for a linear spring and one that is not
-/// stretched.
-inline double stiffening_tension(const Spring& spring, double length) {
-    const double stretch = length - spring.rest;
-    if (!(spring.stiffening > 0.0) || !(spring.rest > 0.0) || !(stretch > 0.0)) return 0.0;
-    const double strain = stretch / spring.rest;
-    return spring.k * spring.stiffening * strain * strain * stretch;
-}
-
-/// The energy of that, J: its integral over the stretch, whose third power it grows with.
-inline double stiffening_energy(const Spring& spring, double length) {
-    return 0.25 * stiffening_tension(spring, length) * (length - spring.rest);
-}
-
-/// Two tissue triangles that resist being bent against each other at their common edge (METHODS §4):
-/// energy stiffness/2 (angle - rest)².
-struct Hinge {
-    /// Ends of the edge, far corner of the triangle that runs along it from the first to the second, far corner of the
-    /// one that runs back.
-    std::array<Index, 4> vertex{-1, -1, -1, -1};
-    double rest = 0.0;       ///< rad, the dihedral angle at rest
-    double stiffness = 0.0;  ///< N m
+    double rest = 0.0;     ///< m
+    double k = 0.0;        ///< N/m
+    double preload = 0.0;  ///< N, tension at rest length
+    double damping = 0.0;  ///< N s/m
 };
 
 /// The closed surface of a tissue body that resists a change of its volume (METHODS §4): the over-pressure inside is
@@ -153,7 +127,6 @@ struct Device {
 /// of vertices that are not tissue are 0 (mass 0 = kinematic). Empty when the scene has no tissue.
 struct Materials {
     std::vector<Spring> springs;
-    std::vector<Hinge> hinges;               ///< of bodies that name bending; else none
     std::vector<Enclosure> enclosures;       ///< one per body that names a bulk modulus
     Matrix3X rest_bias;                      ///< 3×N, N; keeps the preloaded rest state static (METHODS §4).
     std::vector<std::uint8_t> pinned;        ///< N; 1 = held in place.

@@ -158,14 +158,8 @@ std::array<std::vector<double>*, 5> vectors(ReachedTissue& tissue) {
 
 }  // namespace
 
-Compliance::Compliance(std::size_t spring_count, std::size_t vertex_count, std::size_t hinge_count)
-    : kernels_(&compliance_kernels().front()),
-      number_(vertex_count, -1),
-      is_in_(spring_count, 0),
-      hinge_is_in_(hinge_count, 0) {
-    tissue_.hinges.reserve(hinge_count);
-    tissue_.corners.reserve(hinge_count);
-    tissue_.hinge_end.reserve(vertex_count + 1);
+Compliance::Compliance(std::size_t spring_count, std::size_t vertex_count)
+    : kernels_(&compliance_kernels().front()), number_(vertex_count, -1), is_in_(spring_count, 0) {
     tissue_.vertices.reserve(vertex_count);
     tissue_.springs.reserve(spring_count);
     tissue_.ends.reserve(spring_count);
@@ -177,7 +171,6 @@ Compliance::Compliance(std::size_t spring_count, std::size_t vertex_count, std::
 void Compliance::begin(const SpringArrays& springs, const SpringSystem& system, std::span<const Index> touched) {
     for (const Index v : tissue_.vertices) number_[at(v)] = -1;
     for (const std::uint32_t s : tissue_.springs) is_in_[s] = 0;
-    for (const std::uint32_t hinge : tissue_.hinges) hinge_is_in_[hinge] = 0;
     springs_ = &springs;
     system_ = &system;
     tissue_.vertices.assign(touched.begin(), touched.end());
@@ -186,9 +179,6 @@ void Compliance::begin(const SpringArrays& springs, const SpringSystem& system, 
     tissue_.springs.clear();
     tissue_.ends.clear();
     tissue_.spring_end.clear();
-    tissue_.hinges.clear();
-    tissue_.corners.clear();
-    tissue_.hinge_end.clear();
     used_ = 0;
     for (std::vector<double>* array : vectors(tissue_)) {
         array->assign(per_vertex * touched.size(), 0.0);
@@ -218,44 +208,10 @@ void Compliance::grow() {
         for (std::uint32_t s = springs_->first_out[v]; s < springs_->first_out[v + 1]; ++s) take(s);
         for (std::uint32_t e = springs_->first_in[v]; e < springs_->first_in[v + 1]; ++e) take(springs_->in[e]);
     }
-    for (std::size_t n = first; n < end && !hinge_is_in_.empty(); ++n) {
-        const std::size_t v = at(tissue_.vertices[n]);
-        if (system_->inertia[v] == 0.0) continue;
-        for (std::uint32_t e = system_->first_hinge[v]; e < system_->first_hinge[v + 1]; ++e) {
-            const std::uint32_t hinge = system_->hinge_at[e];
-            if (hinge_is_in_[hinge] != 0) continue;
-            hinge_is_in_[hinge] = 1;
-            tissue_.hinges.push_back(hinge);
-            const std::array<Index, 4>& corner = system_->hinges[hinge].vertex;
-            tissue_.corners.push_back({reach(corner[0]), reach(corner[1]), reach(corner[2]), reach(corner[3])});
-        }
-    }
     tissue_.spring_end.push_back(tissue_.springs.size());
-    tissue_.hinge_end.push_back(tissue_.hinges.size());
     tissue_.ring_end.push_back(tissue_.vertices.size());
     for (std::vector<double>* array : vectors(tissue_)) {
         array->resize(per_vertex * tissue_.vertices.size(), 0.0);
-    }
-}
-
-/// What hinges add to the image, and to its product with the direction.
-void Compliance::bend(std::size_t hinge_count, Lanes& curvature) {
-    for (std::size_t n = 0; n < hinge_count; ++n) {
-        const SystemHinge& hinge = system_->hinges[tissue_.hinges[n]];
-        for (std::size_t lane = 0; lane < compliance_lanes; ++lane) {
-            double turn = 0.0;
-            const auto each = [&](const auto& act) {
-                for (std::size_t corner = 0; corner < 4; ++corner) {
-                    for (std::size_t axis = 0; axis < 3; ++axis) {
-                        act(per_vertex * tissue_.corners[n][corner] + axis * compliance_lanes + lane,
-                            hinge.slope[corner][static_cast<Eigen::Index>(axis)]);
-                    }
-                }
-            };
-            each([&](std::size_t place, double slope) { turn += slope * tissue_.direction[place]; });
-            curvature[lane] += hinge.stiffness * turn * turn;
-            each([&](std::size_t place, double slope) { tissue_.image[place] += hinge.stiffness * turn * slope; });
-        }
     }
 }
 
@@ -288,8 +244,7 @@ void Compliance::solve(double tolerance, int iterations) {
         const std::size_t inner = tissue_.ring_end[ring];
         const std::size_t reached = tissue_.ring_end[ring + 1];
         used_ = std::max(used_, reached);
-        Lanes curvature = kernels_->multiply(*system_, inner, reached, tissue_.spring_end[ring], tissue_);
-        bend(tissue_.hinge_end[ring], curvature);
+        const Lanes curvature = kernels_->multiply(*system_, inner, reached, tissue_.spring_end[ring], tissue_);
         Lanes step{};
         for (std::size_t lane = 0; lane < compliance_lanes; ++lane) {
             // A lane that is done, or empty, stays as it is.

@@ -20,14 +20,11 @@ using Lanes = std::array<double, compliance_lanes>;
 /// The part of the tissue that pushes have reached, ring by ring, and the vectors of the method on it: per vertex three
 /// coordinates of compliance_lanes numbers.
 struct ReachedTissue {
-    std::vector<Index> vertices;                        ///< of the state
-    std::vector<std::size_t> ring_end;                  ///< into `vertices`, one per ring
-    std::vector<std::uint32_t> springs;                 ///< in SpringArrays
-    std::vector<std::array<std::uint32_t, 2>> ends;     ///< of `springs`, into `vertices`
-    std::vector<std::size_t> spring_end;                ///< per ring: springs with an end in it or in one before
-    std::vector<std::uint32_t> hinges;                  ///< in SpringSystem
-    std::vector<std::array<std::uint32_t, 4>> corners;  ///< of `hinges`, into `vertices`
-    std::vector<std::size_t> hinge_end;                 ///< per ring, as spring_end
+    std::vector<Index> vertices;                     ///< of the state
+    std::vector<std::size_t> ring_end;               ///< into `vertices`, one per ring
+    std::vector<std::uint32_t> springs;              ///< in SpringArrays
+    std::vector<std::array<std::uint32_t, 2>> ends;  ///< of `springs`, into `vertices`
+    std::vector<std::size_t> spring_end;             ///< per ring: springs with an end in it or in one before
     std::vector<double> solution, residual, preconditioned, direction, image;
 };
 
@@ -49,7 +46,7 @@ const std::vector<ComplianceKernels>& compliance_kernels();
 
 class Compliance {
 public:
-    Compliance(std::size_t spring_count, std::size_t vertex_count, std::size_t hinge_count);
+    Compliance(std::size_t spring_count, std::size_t vertex_count);
 
     /// Starts over from these vertices of the state. The three stay as they are until the last solve.
     void begin(const SpringArrays& springs, const SpringSystem& system, std::span<const Index> touched);
@@ -65,7 +62,6 @@ public:
 
 private:
     void grow();
-    void bend(std::size_t hinge_count, Lanes& curvature);
 
     const ComplianceKernels* kernels_;
     const SpringArrays* springs_ = nullptr;
@@ -73,8 +69,7 @@ private:
     ReachedTissue tissue_;
     std::vector<Index> number_;        ///< per vertex of the state: position in vertices or -1
     std::vector<std::uint8_t> is_in_;  ///< per spring
-    std::vector<std::uint8_t> hinge_is_in_;
-    std::size_t used_ = 0;  ///< vertices that may hold numbers other than 0
+    std::size_t used_ = 0;             ///< vertices that may hold numbers other than 0
 };
 
 }  // namespace trocar

@@ -14,9 +14,9 @@
 #include "tissue/free_pieces.hpp"
 #include "tissue/implicit_contacts.hpp"
 #include "tissue/lagged_factor.hpp"
-#include "tissue/shape_system.hpp"
 #include "tissue/spring_system.hpp"
 #include "tissue/tissue_stepper.hpp"
+#include "tissue/volume_system.hpp"
 
 namespace trocar {
 namespace {
@@ -56,15 +56,14 @@ private:
     void prepare_steps() override {
         const std::size_t vertices = tissue().state().size();
         const std::size_t springs = tissue().springs().size();
-        const std::span<const Hinge> hinges = tissue().shape().elements().hinges;
-        system_.emplace(springs, vertices, hinges);
-        shape_.emplace(tissue());
+        system_.emplace(springs, vertices);
+        volumes_.emplace(tissue());
         gradients_.emplace(vertices);
         factor_.reset();
         if (settings_.factor > 0)
             gradients_->precondition_by(&factor_.emplace(tissue().spring_arrays(), *system_, tissue().state()));
         tick_ = 0;
-        solver_.emplace(springs, vertices, hinges.size());
+        solver_.emplace(springs, vertices);
         pieces_.emplace(tissue().springs(), tissue().state());
         change_.setZero(4, static_cast<Eigen::Index>(vertices));
         start_ = change_;
@@ -77,13 +76,13 @@ private:
     double step(double h, bool known) override {
         TissueState& state = tissue().state();
         const SpringArrays& springs = tissue().spring_arrays();
-        tissue().add_shape_force();
+        tissue().add_volume_force();
         system_kernels().front().linearise(h, springs, state, *system_);
-        shape_->add_to(h, *system_);
+        volumes_->add_to(h, *system_);
         if (factor_is_due_) factor_->renew(*system_);
         factor_is_due_ = false;
         system_kernels().front().invert_blocks(springs, *system_);
-        shape_->prepare_enclosures(h, *system_, settings_.tolerance, settings_.iterations, *gradients_);
+        volumes_->prepare_enclosures(h, *system_, settings_.tolerance, settings_.iterations, *gradients_);
         if (!pieces_->empty()) pieces_->begin(*system_, state);
         start_ = state.velocity;
         // The free motion, without contacts, then with the forces of these. How contacts answer to one another is found
@@ -94,13 +93,13 @@ private:
                             free_.now);
         free_.settle();
         change_ = free_.now;
-        shape_->enclose(change_);
+        volumes_->enclose(change_);
         state.velocity += change_;
         if (contacts().all().empty()) {
             pushed_.start(change_.cols());
         } else {
             const double roughly = std::min(most_roughly, roughly_by * settings_.tolerance);
-            solver_->solve(h, known, springs, *system_, *shape_, state, roughly, settings_.iterations, contacts());
+            solver_->solve(h, known, springs, *system_, *volumes_, state, roughly, settings_.iterations, contacts());
             ImplicitContacts::add_impulses(h, contacts(), system_->right_side);
             pushed_.predict();
             change_ = free_.now + pushed_.now;
@@ -108,7 +107,7 @@ private:
                                 change_, gradients_->size());
             pushed_.now = change_ - free_.now;
             pushed_.settle();
-            shape_->enclose(change_);
+            volumes_->enclose(change_);
             state.velocity = start_ + change_;
         }
         if (!pieces_->empty()) close_momentum(h);
@@ -156,7 +155,7 @@ private:
 
     ImplicitSettings settings_;
     std::optional<SpringSystem> system_;
-    std::optional<ShapeSystem> shape_;
+    std::optional<VolumeSystem> volumes_;
     std::optional<ConjugateGradients> gradients_;
     std::optional<LaggedFactor> factor_;
     std::int64_t tick_ = 0;

@@ -12,8 +12,8 @@ constexpr std::size_t usual_rows = 256;
 
 }  // namespace
 
-ImplicitContacts::ImplicitContacts(std::size_t spring_count, std::size_t vertex_count, std::size_t hinge_count)
-    : compliance_(spring_count, vertex_count, hinge_count) {
+ImplicitContacts::ImplicitContacts(std::size_t spring_count, std::size_t vertex_count)
+    : compliance_(spring_count, vertex_count) {
     rows_.reserve(usual_rows);
     rub_rows_.reserve(usual_rows);
     force_.reserve(usual_rows);
@@ -28,7 +28,7 @@ ImplicitContacts::ImplicitContacts(std::size_t spring_count, std::size_t vertex_
 }
 
 void ImplicitContacts::solve(double h, bool known, const SpringArrays& springs, const SpringSystem& system,
-                             const ShapeSystem& shape, const TissueState& state, double tolerance, int iterations,
+                             const VolumeSystem& volumes, const TissueState& state, double tolerance, int iterations,
                              TickContacts& contacts) {
     const std::span<TickContact> all = contacts.all();
     if (all.empty()) return;
@@ -38,7 +38,7 @@ void ImplicitContacts::solve(double h, bool known, const SpringArrays& springs, 
         for (TickContact& contact : all) contact.force = contact.held;
         return;
     }
-    question_ = {.shape = &shape, .contacts = &contacts, .tolerance = tolerance, .iterations = iterations};
+    question_ = {.volumes = &volumes, .contacts = &contacts, .tolerance = tolerance, .iterations = iterations};
     for (TickContact& contact : all) {
         const double rate = TickContacts::rate(contact, state);
         const bool touches = contact.bilateral || contact.depth >= 0.0;
@@ -149,7 +149,7 @@ void ImplicitContacts::find_columns() {
         }
     }
     // An enclosure of the answer y to its gradient takes factor (J y)(J y)ᵀ from it: A⁻¹ is symmetric.
-    for (const ShapeSystem::Enclosed& enclosed : question_.shape->enclosures()) {
+    for (const VolumeSystem::Enclosed& enclosed : question_.volumes->enclosures()) {
         swell_.assign(count, 0.0);
         for (std::size_t r = 0; r < count; ++r) {
             const TickContact& contact = all[rows_[r].contact];

@@ -8,20 +8,21 @@
 #include <vector>
 
 #include "tissue/compliance.hpp"
-#include "tissue/shape_system.hpp"
 #include "tissue/tick_contacts.hpp"
+#include "tissue/volume_system.hpp"
 
 namespace trocar {
 
 class ImplicitContacts {
 public:
-    ImplicitContacts(std::size_t spring_count, std::size_t vertex_count, std::size_t hinge_count);
+    ImplicitContacts(std::size_t spring_count, std::size_t vertex_count);
 
     /// Finds `force` and `rubbed` of all contacts over a step of h (s) such that every contact law holds at its end.
     /// `state` has the velocities of the free motion. `known`: the normal forces are what the contacts hold
     /// (settings `hold` and `explicit`), friction is found.
-    void solve(double h, bool known, const SpringArrays& springs, const SpringSystem& system, const ShapeSystem& shape,
-               const TissueState& state, double tolerance, int iterations, TickContacts& contacts);
+    void solve(double h, bool known, const SpringArrays& springs, const SpringSystem& system,
+               const VolumeSystem& volumes, const TissueState& state, double tolerance, int iterations,
+               TickContacts& contacts);
     /// Adds what all forces of `solve` give over the step, N s, to a right side of 4 × vertices of the state.
     static void add_impulses(double h, const TickContacts& contacts, Matrix4X& right_side);
 
@@ -34,7 +35,7 @@ private:
     };
     /// Of one `solve`, what finding columns asks for.
     struct Question {
-        const ShapeSystem* shape = nullptr;
+        const VolumeSystem* volumes = nullptr;
         const TickContacts* contacts = nullptr;
         double tolerance = 0.0;
         int iterations = 0;

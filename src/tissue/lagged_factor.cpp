@@ -16,7 +16,7 @@ namespace trocar {
 /// 3×3 blocks. Its upper triangle, because Eigen takes that without a copy.
 class LaggedFactor::Factorization {
 public:
-    Factorization(const SpringArrays& springs, const SpringSystem& system, const TissueState& state);
+    Factorization(const SpringArrays& springs, const TissueState& state);
     [[nodiscard]] const std::vector<Index>& vertex() const { return vertex_; }
     /// Factors a system. The pattern is written the first time only: later it is read while this works. False where the
     /// system is not finite or not positive definite.
@@ -48,26 +48,12 @@ private:
     std::vector<Index> row_;                  ///< per block: place of its rows, ascending in a column
     std::vector<std::array<Index, 2>> ends_;  ///< per spring: vertices
     std::vector<Spot> spring_spot_;           ///< per spring
-    std::vector<Spot> hinge_spot_;            ///< 6 per hinge: pairs of corners (0,1), (0,2) … (2,3)
     Matrix matrix_;
     Eigen::SimplicialLDLT<Matrix, Eigen::Upper, Eigen::NaturalOrdering<int>> solver_;
     bool is_analysed_ = false;
 };
 
-namespace {
-
-/// Calls act(first, second) for the pairs of the four corners of a hinge.
-template <typename Act>
-void each_pair_of_corners(const Act& act) {
-    for (std::size_t first = 0; first < 4; ++first) {
-        for (std::size_t second = first + 1; second < 4; ++second) act(first, second);
-    }
-}
-
-}  // namespace
-
-LaggedFactor::Factorization::Factorization(const SpringArrays& springs, const SpringSystem& system,
-                                           const TissueState& state) {
+LaggedFactor::Factorization::Factorization(const SpringArrays& springs, const TissueState& state) {
     std::vector<Entry> couplings;
     const auto couple = [&](Index v, Index w) {
         if (state.moves(v) && state.moves(w)) couplings.emplace_back(std::min(v, w), std::max(v, w), 1.0);
@@ -77,16 +63,9 @@ LaggedFactor::Factorization::Factorization(const SpringArrays& springs, const Sp
         ends_.push_back({springs.i[s], springs.j[s]});
         couple(springs.i[s], springs.j[s]);
     }
-    for (const SystemHinge& hinge : system.hinges) {
-        each_pair_of_corners([&](std::size_t a, std::size_t b) { couple(hinge.vertex[a], hinge.vertex[b]); });
-    }
     order(couplings, state.size());
     lay_out();
     for (const auto& [i, j] : ends_) spring_spot_.push_back(spot(i, j));
-    for (const SystemHinge& hinge : system.hinges) {
-        each_pair_of_corners(
-            [&](std::size_t a, std::size_t b) { hinge_spot_.push_back(spot(hinge.vertex[a], hinge.vertex[b])); });
-    }
 }
 
 /// Finds the order of elimination by minimum degree, and which blocks A has in it.
@@ -200,21 +179,6 @@ void LaggedFactor::Factorization::fill(const SpringSystem& system, std::vector<s
         }
         if (moves(ends_[s][0]) && moves(ends_[s][1])) add(spring_spot_[s], -block);
     }
-    // Slopes of what is held are 0.
-    const Spot* next = hinge_spot_.data();
-    for (const SystemHinge& hinge : system.hinges) {
-        const auto product = [&](std::size_t a, std::size_t b) -> Matrix3 {
-            return hinge.stiffness * hinge.slope[a] * hinge.slope[b].transpose();
-        };
-        const auto place_of = [&](std::size_t corner) { return place_[at(hinge.vertex[corner])]; };
-        for (std::size_t corner = 0; corner < 4; ++corner) {
-            if (place_of(corner) >= 0) add(at(place_of(corner)), product(corner, corner));
-        }
-        each_pair_of_corners([&](std::size_t a, std::size_t b) {
-            if (next->block != Spot::none) add(*next, place_of(a) < place_of(b) ? product(a, b) : product(b, a));
-            ++next;
-        });
-    }
 }
 
 bool LaggedFactor::Factorization::make(const SpringSystem& system, FactorPattern& pattern, FactorValues& values) {
@@ -281,7 +245,7 @@ bool LaggedFactor::Factorization::take_values(const FactorPattern& pattern, Fact
 }
 
 LaggedFactor::LaggedFactor(const SpringArrays& springs, const SpringSystem& system, const TissueState& state)
-    : snapshot_(system), factorization_(std::make_unique<Factorization>(springs, system, state)) {
+    : snapshot_(system), factorization_(std::make_unique<Factorization>(springs, state)) {
     numbers_.assign(3 * factorization_->vertex().size(), 0.0);
 }
 
@@ -300,7 +264,6 @@ void LaggedFactor::renew(const SpringSystem& system) {
     snapshot_.alpha = system.alpha;
     snapshot_.beta = system.beta;
     snapshot_.inertia = system.inertia;
-    snapshot_.hinges = system.hinges;
     thread_.start(work_);
 }
 

@@ -30,7 +30,7 @@ struct FactorValues {
 
 class LaggedFactor {
 public:
-    /// For systems of these springs, and of the hinges of `system`. What the state holds now never moves.
+    /// For systems of these springs. What the state holds now never moves.
     LaggedFactor(const SpringArrays& springs, const SpringSystem& system, const TissueState& state);
     ~LaggedFactor();
     LaggedFactor(const LaggedFactor&) = delete;

@@ -12,9 +12,7 @@ Vector3 spring_force(const Spring& spring, const Matrix3X& position, const Matri
     if (length == 0.0) return Vector3::Zero();
     const Vector3 u = d / length;
     const double closing = (velocity.col(spring.j) - velocity.col(spring.i)).dot(u);
-    double tension = spring.k * (length - spring.rest) + spring.preload + spring.damping * closing;
-    if (spring.stiffening > 0.0) tension += stiffening_tension(spring, length);
-    return tension * u;
+    return (spring.k * (length - spring.rest) + spring.preload + spring.damping * closing) * u;
 }
 
 void internal_force(const Materials& materials, const Matrix3X& position, const Matrix3X& velocity, Matrix3X& force) {
@@ -28,8 +26,7 @@ void internal_force(const Materials& materials, const Matrix3X& position, const 
         force.col(spring.i) += f;
         force.col(spring.j) -= f;
     }
-    const ShapeElements shape{.stiffening = {}, .hinges = materials.hinges, .enclosures = materials.enclosures};
-    add_shape_force(shape, position, force);
+    add_volume_force(materials.enclosures, position, force);
     for (std::size_t v = 0; v < materials.drag.size(); ++v) {
         const auto column = static_cast<Eigen::Index>(v);
         if (materials.drag[v] != 0.0) force.col(column) -= materials.drag[v] * velocity.col(column);
@@ -38,7 +35,7 @@ void internal_force(const Materials& materials, const Matrix3X& position, const 
 
 double spring_energy(const Spring& spring, double length) {
     const double stretch = length - spring.rest;
-    return 0.5 * spring.k * stretch * stretch + spring.preload * stretch + stiffening_energy(spring, length);
+    return 0.5 * spring.k * stretch * stretch + spring.preload * stretch;
 }
 
 double potential_energy(const Materials& materials, const Matrix3X& position) {
@@ -47,8 +44,7 @@ double potential_energy(const Materials& materials, const Matrix3X& position) {
     for (const Spring& spring : materials.springs) {
         energy += spring_energy(spring, (position.col(spring.j) - position.col(spring.i)).norm());
     }
-    const ShapeElements shape{.stiffening = {}, .hinges = materials.hinges, .enclosures = materials.enclosures};
-    return energy + shape_energy(shape, position);
+    return energy + volume_energy(materials.enclosures, position);
 }
 
 double dissipated_power(const Materials& materials, const Matrix3X& position, const Matrix3X& velocity,
@@ -105,7 +101,7 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, const Frame& fram
         for (std::size_t t = 0; t < touched.size(); ++t) {
             position_before_[t] = state.position.col(touched[t]).head<3>();
         }
-        tissue_.add_shape_force();
+        tissue_.add_volume_force();
         SubStepCheck check = tissue_.kernels().sub_step(h, tissue_.spring_arrays(), state);
         if (!touched.empty()) {
             // The sub-step has gone by springs alone: contacts change the new velocities, and those the positions.

@@ -11,12 +11,12 @@
 #include "scene/world.hpp"
 #include "tissue/contact_solver.hpp"
 #include "tissue/moving_tissue.hpp"
-#include "tissue/shape_forces.hpp"
 #include "tissue/stability.hpp"
+#include "tissue/volume_forces.hpp"
 
 namespace trocar {
 
-/// Force of the tissue on each vertex: springs, preload, hinges, enclosures, rest bias, damping, drag; 3×N, N. Contacts
+/// Force of the tissue on each vertex: springs, preload, enclosures, rest bias, damping, drag; 3×N, N. Contacts
 /// not included.
 /// `force` is resized only when its size is wrong.
 void internal_force(const Materials& materials, const Matrix3X& position, const Matrix3X& velocity, Matrix3X& force);

@@ -33,7 +33,7 @@ bool finite_input(const Effect& effect, const Frame& frame) {
            });
 }
 
-/// Free vertices of the tissue, and what a spring, a hinge or an enclosure ties to them: the rest cannot move and moves
+/// Free vertices of the tissue, and what a spring or an enclosure ties to them: the rest cannot move and moves
 /// nothing.
 TissueState state_of(const Topology& topology, const Materials& materials) {
     const std::size_t n = at(topology.vertex_count);
@@ -48,10 +48,6 @@ TissueState state_of(const Topology& topology, const Materials& materials) {
         taken[at(spring.i)] = taken[at(spring.j)] = 1;
     }
     const auto is_moved = [&](Index v) { return free[at(v)] != 0; };
-    for (const Hinge& hinge : materials.hinges) {
-        if (std::none_of(hinge.vertex.begin(), hinge.vertex.end(), is_moved)) continue;
-        for (const Index v : hinge.vertex) taken[at(v)] = 1;
-    }
     for (const Enclosure& enclosure : materials.enclosures) {
         const std::span<const Index> corners(enclosure.triangles.data(),
                                              static_cast<std::size_t>(enclosure.triangles.size()));
@@ -91,7 +87,7 @@ MovingTissue::MovingTissue(const Topology& topology, const Materials& materials)
     : materials_(&materials),
       kernels_(&spring_kernels().front()),
       state_(state_of(topology, materials)),
-      shape_(materials, state_.place) {
+      volumes_(materials, state_.place) {
     springs_ = moving_springs(materials, state_);
     arrays_ = trocar::spring_arrays(springs_, state_.place, state_.size());
     set_constant_force(nullptr);
@@ -137,13 +133,13 @@ void MovingTissue::set_constant_force(const Matrix3X* held) {
         if (v < materials_->rest_bias.cols()) constant = materials_->rest_bias.col(v);
         if (held != nullptr) constant += held->col(v);
     }
-    if (!shape_.none()) held_force_ = state_.constant;
+    if (!volumes_.none()) held_force_ = state_.constant;
 }
 
-void MovingTissue::add_shape_force() {
-    if (shape_.none()) return;
+void MovingTissue::add_volume_force() {
+    if (volumes_.none()) return;
     state_.constant = held_force_;
-    shape_.add_force(state_.position, state_.constant);
+    trocar::add_volume_force(volumes_.enclosures(), state_.position.topRows<3>(), state_.constant.topRows<3>());
 }
 
 double MovingTissue::put_aside(Index local, const Vector3& by) {

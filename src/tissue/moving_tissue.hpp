@@ -8,8 +8,8 @@
 #include "contact/effect.hpp"
 #include "contact/outcome.hpp"
 #include "scene/world.hpp"
-#include "tissue/shape_forces.hpp"
 #include "tissue/spring_kernels.hpp"
+#include "tissue/volume_forces.hpp"
 
 namespace trocar {
 
@@ -37,10 +37,10 @@ public:
     void take_over(const Effect& effect, const Frame& frame);
     /// The same where the state already is the frame: placements and constant forces.
     void take_effect(const Effect& effect, const Frame& frame);
-    /// What kernels take as constant is so for one step: the forces of the shape come anew from where it begins.
+    /// What kernels take as constant is so for one step: the forces of enclosures come anew from where it begins.
     /// Nothing to do where the scene names none.
-    void add_shape_force();
-    [[nodiscard]] ShapeForces& shape() { return shape_; }
+    void add_volume_force();
+    [[nodiscard]] VolumeForces& volumes() { return volumes_; }
     /// Puts a vertex aside by `by` (m), its velocity as it is. Gives what springs and rest bias gain, J; what bending
     /// and volume do is left out.
     double put_aside(Index local, const Vector3& by);
@@ -81,8 +81,8 @@ private:
     std::vector<Spring> springs_;
     SpringArrays arrays_;
     TissueState state_;
-    ShapeForces shape_;
-    Matrix4X held_force_;                ///< N, what does not change in a tick; only where the shape has forces
+    VolumeForces volumes_;
+    Matrix4X held_force_;                ///< N, what does not change in a tick; only with enclosures
     double extent_ = 0.0;                ///< m, sum of rest lengths
     std::vector<std::uint8_t> limited_;  ///< per spring
     bool pushed_ = false;                ///< the last tick's effect held a force

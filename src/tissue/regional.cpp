@@ -50,7 +50,7 @@ public:
         whole_.reset();
         region_.reset();
         has_moved_ = false;
-        if (moving <= settings_.whole || !tissue_->shape().none()) {
+        if (moving <= settings_.whole || !tissue_->volumes().none()) {
             whole_ = make_stepper("implicit");
             whole_->prepare(topology, materials);
             return;

@@ -273,20 +273,6 @@ void invert_blocks(const SpringArrays& springs, SpringSystem& system) {
         };
         for (std::size_t s = springs.first_out[v]; s < springs.first_out[v + 1]; ++s) add(s);
         for (std::uint32_t e = springs.first_in[v]; e < springs.first_in[v + 1]; ++e) add(springs.in[e]);
-        for (std::size_t at = 0; !system.hinges.empty() && at < system.first_hinge[v + 1] - system.first_hinge[v];
-             ++at) {
-            const SystemHinge& hinge = system.hinges[system.hinge_at[system.first_hinge[v] + at]];
-            for (std::size_t corner = 0; corner < 4; ++corner) {
-                if (static_cast<std::size_t>(hinge.vertex[corner]) != v) continue;
-                const double* const slope = hinge.slope[corner].data();
-                xx += hinge.stiffness * slope[0] * slope[0];
-                yy += hinge.stiffness * slope[1] * slope[1];
-                zz += hinge.stiffness * slope[2] * slope[2];
-                xy += hinge.stiffness * slope[0] * slope[1];
-                xz += hinge.stiffness * slope[0] * slope[2];
-                yz += hinge.stiffness * slope[1] * slope[2];
-            }
-        }
         const double cxx = yy * zz - yz * yz;
         const double cxy = xz * yz - xy * zz;
         const double cxz = xy * yz - xz * yy;
@@ -341,23 +327,11 @@ const std::vector<SystemKernels>& system_kernels() {
     return kernels;
 }
 
-SpringSystem::SpringSystem(std::size_t spring_count, std::size_t vertex_count, std::span<const Hinge> given) {
+SpringSystem::SpringSystem(std::size_t spring_count, std::size_t vertex_count) {
     for (std::vector<double>* array : {&x, &y, &z, &alpha, &beta}) array->assign(spring_count, 0.0);
     inertia.assign(vertex_count, 0.0);
     inverse.assign(12 * vertex_count, 0.0);
     right_side.setZero(4, static_cast<Eigen::Index>(vertex_count));
-    if (given.empty()) return;
-    first_hinge.assign(vertex_count + 1, 0);
-    for (const Hinge& hinge : given) {
-        hinges.push_back({.vertex = hinge.vertex});
-        for (const Index v : hinge.vertex) ++first_hinge[static_cast<std::size_t>(v) + 1];
-    }
-    std::partial_sum(first_hinge.begin(), first_hinge.end(), first_hinge.begin());
-    hinge_at.resize(4 * hinges.size());
-    std::vector<std::uint32_t> next = first_hinge;
-    for (std::uint32_t h = 0; h < hinges.size(); ++h) {
-        for (const Index v : hinges[h].vertex) hinge_at[next[static_cast<std::size_t>(v)]++] = h;
-    }
 }
 
 ConjugateGradients::ConjugateGradients(std::size_t vertex_count) : kernels_(&system_kernels().front()) {
@@ -366,20 +340,9 @@ ConjugateGradients::ConjugateGradients(std::size_t vertex_count) : kernels_(&sys
     }
 }
 
-/// image = A direction, hinges too; gives direction · image.
+/// image = A direction; gives direction · image.
 double ConjugateGradients::multiply(const SpringArrays& springs, const SpringSystem& system) {
-    double curvature = kernels_->multiply(springs, system, vectors_.direction, vectors_.image);
-    for (const SystemHinge& hinge : system.hinges) {
-        double turn = 0.0;
-        for (std::size_t corner = 0; corner < 4; ++corner) {
-            turn += hinge.slope[corner].dot(vectors_.direction.col(hinge.vertex[corner]).head<3>());
-        }
-        curvature += hinge.stiffness * turn * turn;
-        for (std::size_t corner = 0; corner < 4; ++corner) {
-            vectors_.image.col(hinge.vertex[corner]).head<3>() += hinge.stiffness * turn * hinge.slope[corner];
-        }
-    }
-    return curvature;
+    return kernels_->multiply(springs, system, vectors_.direction, vectors_.image);
 }
 
 bool ConjugateGradients::has_factor() const { return factor_ != nullptr && factor_->is_ready(); }

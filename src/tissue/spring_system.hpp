@@ -1,6 +1,6 @@
 // The linear system of a linearly implicit Euler step over h (Baraff and Witkin 1998, eq. 6) for the springs of thesis
 // eq. 3.1: A dv = b with A = M + h (C + D) + h² K, C the dampers, D the drag and K the springs' stiffness at the start
-// of the step, hinges of a scene that names bending among them. Where a spring is shorter than its tension bears, what
+// of the step. Where a spring is shorter than its tension bears, what
 // it does across itself is left out of K, so that A is positive definite at any place.
 #pragma once
 
@@ -15,26 +15,16 @@ namespace trocar {
 
 class LaggedFactor;
 
-/// A hinge in the system: stiffness · slope slopeᵀ over its four vertices, slopes of held ones 0.
-struct SystemHinge {
-    std::array<Index, 4> vertex{};   ///< of the state
-    std::array<Vector3, 4> slope{};  ///< rad/m
-    double stiffness = 0.0;          ///< kg m², h² times that of the hinge
-};
-
 /// Springs as the system has them: alpha u uᵀ + beta I between the two ends. In the order of SpringArrays.
 struct SpringSystem {
-    std::vector<double> x, y, z;      ///< unit direction from i to j
-    std::vector<double> alpha;        ///< kg, h (c + h k) - beta
-    std::vector<double> beta;         ///< kg, h² tension / length, at least 0
-    std::vector<double> inertia;      ///< kg, per vertex of the state: mass + h drag; 0 = does not move
-    std::vector<double> inverse;      ///< 12 per vertex: columns of the inverse of A's 3×3 block, each with a fourth 0
-    Matrix4X right_side;              ///< N s: h f - h² K v
-    std::vector<SystemHinge> hinges;  ///< none where no scene names bending
-    std::vector<std::uint32_t> first_hinge;  ///< per vertex + 1, into `hinge_at`; empty without hinges
-    std::vector<std::uint32_t> hinge_at;     ///< of each vertex, its hinges
+    std::vector<double> x, y, z;  ///< unit direction from i to j
+    std::vector<double> alpha;    ///< kg, h (c + h k) - beta
+    std::vector<double> beta;     ///< kg, h² tension / length, at least 0
+    std::vector<double> inertia;  ///< kg, per vertex of the state: mass + h drag; 0 = does not move
+    std::vector<double> inverse;  ///< 12 per vertex: columns of the inverse of A's 3×3 block, each with a fourth 0
+    Matrix4X right_side;          ///< N s: h f - h² K v
 
-    SpringSystem(std::size_t spring_count, std::size_t vertex_count, std::span<const Hinge> hinges);
+    SpringSystem(std::size_t spring_count, std::size_t vertex_count);
 };
 
 /// The vectors of conjugate gradients, 4 × vertices.
@@ -43,12 +33,11 @@ struct GradientVectors {
 };
 
 struct SystemKernels {
-    /// Linearises the springs at the state for a step of h (s), constant forces in the right side; hinges and `inverse`
-    /// are left.
+    /// Linearises the springs at the state for a step of h (s), constant forces in the right side; `inverse` is left.
     void (*linearise)(double h, const SpringArrays& springs, const TissueState& state, SpringSystem& system);
-    /// Finds `inverse` for springs and hinges as they are.
+    /// Finds `inverse` for the springs as they are.
     void (*invert_blocks)(const SpringArrays& springs, SpringSystem& system);
-    /// result = A · vector without hinges; columns of what does not move have to be 0 in `vector` and are 0 in
+    /// result = A · vector; columns of what does not move have to be 0 in `vector` and are 0 in
     /// `result`. Gives vector · result.
     double (*multiply)(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& vector,
                        Matrix4X& result);

@@ -6,7 +6,7 @@
 #include <tuple>
 #include <vector>
 
-#include "tissue/shape_forces.hpp"
+#include "tissue/volume_forces.hpp"
 
 namespace trocar {
 namespace {
@@ -18,21 +18,10 @@ Matrix3 stiffness_block(const Spring& spring, const Matrix3X& position) {
     const double length = d.norm();
     if (length == 0.0) return spring.k * Matrix3::Identity();
     const Vector3 u = d / length;
-    double tension = spring.k * (length - spring.rest) + spring.preload;
-    double slope = spring.k;
-    if (const double more = stiffening_tension(spring, length); more > 0.0) {
-        tension += more;
-        slope += 3.0 * more / (length - spring.rest);
-    }
+    const double tension = spring.k * (length - spring.rest) + spring.preload;
     const Matrix3 along = u * u.transpose();
-    return slope * along + tension / length * (Matrix3::Identity() - along);
+    return spring.k * along + tension / length * (Matrix3::Identity() - along);
 }
-
-ShapeElements shape_of(const Materials& materials) {
-    return {.stiffening = {}, .hinges = materials.hinges, .enclosures = materials.enclosures};
-}
-
-bool has_shape(const Materials& materials) { return !materials.hinges.empty() || !materials.enclosures.empty(); }
 
 /// Longest h with squared h² + rate h <= 4: the root with numerator and denominator multiplied by `sum`, which avoids
 /// the cancellation.
@@ -73,12 +62,12 @@ RowSums row_sums(const Materials& materials, const Matrix3X& position, std::span
             }
         }
     }
-    if (has_shape(materials)) {
+    if (!materials.enclosures.empty()) {
         std::vector<double> inverse_mass(static_cast<std::size_t>(n), 0.0);
         for (Index v = 0; v < n; ++v) {
             if (is_free(materials, v)) inverse_mass[at(v)] = 1.0 / materials.mass[at(v)];
         }
-        add_shape_row_sums(shape_of(materials), position, inverse_mass, rows.stiffness);
+        add_volume_row_sums(materials.enclosures, position, inverse_mass, rows.stiffness);
     }
     for (Index v = 0; v < n; ++v) {
         if (!contact_stiffness.empty()) stiffness[at(v)] += contact_stiffness[at(v)] * Matrix3::Identity();
@@ -115,15 +104,15 @@ void apply_stiffness(const Materials& materials, const Matrix3X& position, const
         if (free_i) force.col(spring.i) += f;
         if (free_j) force.col(spring.j) -= f;
     }
-    if (!has_shape(materials)) return;
+    if (materials.enclosures.empty()) return;
     Matrix3X free_part = displacement;
-    Matrix3X shape_force = Matrix3X::Zero(3, position.cols());
+    Matrix3X volume_force = Matrix3X::Zero(3, position.cols());
     for (Index v = 0; v < position.cols(); ++v) {
         if (!is_free(materials, v)) free_part.col(v).setZero();
     }
-    add_shape_stiffness(shape_of(materials), position, free_part, shape_force);
+    add_volume_stiffness(materials.enclosures, position, free_part, volume_force);
     for (Index v = 0; v < position.cols(); ++v) {
-        if (is_free(materials, v)) force.col(v) += shape_force.col(v);
+        if (is_free(materials, v)) force.col(v) += volume_force.col(v);
     }
 }
 

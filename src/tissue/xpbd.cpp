@@ -22,7 +22,7 @@ private:
         before_ = tissue().state().position;
         counter_.setZero(3, static_cast<Eigen::Index>(tissue().springs().size()));
         own_bias_.resize(4, 0);
-        if (!tissue().shape().elements().enclosures.empty()) gradient_.setZero(3, before_.cols());
+        if (!tissue().volumes().enclosures().empty()) gradient_.setZero(3, before_.cols());
     }
 
     /// A preload is held off by the rest bias of its two ends. As one force of the whole vertex that would meet the
@@ -68,8 +68,7 @@ private:
             state.position.col(column) += h * state.velocity.col(column);
         }
         for (std::size_t s = 0; s < tissue().springs().size(); ++s) draw_together(s, h);
-        for (const Hinge& hinge : tissue().shape().elements().hinges) bend_back(hinge, h);
-        for (const Enclosure& enclosure : tissue().shape().elements().enclosures) restore(enclosure, h);
+        for (const Enclosure& enclosure : tissue().volumes().enclosures()) restore(enclosure, h);
         for (TickContact& contact : contacts().all()) press(contact, h, known);
         if (contacts().any_rubs()) {
             contacts().gather_grip();
@@ -109,36 +108,16 @@ private:
         const Vector3 before = (before_.col(j) - before_.col(i)).head<3>();
         const Vector3 counter = h * h * counter_.col(static_cast<Eigen::Index>(number));
         const double countered = counter.dot(u);
-        const double stiffened = h * h * stiffening_tension(spring, length);
-        const double slope = spring.k * h * h + (stiffened > 0.0 ? 3.0 * stiffened / (length - spring.rest) : 0.0);
+        const double slope = spring.k * h * h;
         const double damped = spring.damping * h;
-        double drawn = (spring.k * h * h * (length - spring.rest) + stiffened + spring.preload * h * h - countered +
-                        damped * (d - before).dot(u)) /
-                       (1.0 + (slope + damped) * (wi + wj));
+        double drawn =
+            (slope * (length - spring.rest) + spring.preload * h * h - countered + damped * (d - before).dot(u)) /
+            (1.0 + (slope + damped) * (wi + wj));
         const double longest = (1.0 + tissue().materials().strain_limit) * spring.rest;
         if (spring.rest > 0.0 && length - drawn * (wi + wj) > longest) drawn = (length - longest) / (wi + wj);
         const Vector3 by = drawn * u - (counter - countered * u);
         state.position.col(i).head<3>() += wi * by;
         state.position.col(j).head<3>() -= wj * by;
-    }
-
-    /// A hinge as a constraint of the angle, compliance 1/stiffness.
-    void bend_back(const Hinge& hinge, double h) {
-        TissueState& state = tissue().state();
-        HingeCorners corners;
-        for (std::size_t c = 0; c < 4; ++c) corners[c] = state.position.col(hinge.vertex[c]).head<3>();
-        const Dihedral now = dihedral(corners);
-        if (!now.has_angle) return;
-        double mobility = 0.0;
-        for (std::size_t c = 0; c < 4; ++c) {
-            mobility += state.inverse_mass[at(hinge.vertex[c])] * now.gradient[c].squaredNorm();
-        }
-        const double stiff = hinge.stiffness * h * h;
-        const double back = stiff * bend_of(hinge, now) / (1.0 + stiff * mobility);
-        for (std::size_t c = 0; c < 4; ++c) {
-            const Index v = hinge.vertex[c];
-            state.position.col(v).head<3>() -= back * state.inverse_mass[at(v)] * now.gradient[c];
-        }
     }
 
     /// An enclosure as a constraint of the volume, compliance V0/K.

@@ -566,18 +566,13 @@ TEST(BuildReference, WhereNothingIsFreeThereIsNone) {
 }
 
 TEST(BuildReference, WhatTheSolverDoesNotKnowItDoesNotSolve) {
-    const Scene plain = plate_on_springs(0.003, 80.0, 0.1, 0.05, 1000.0, 0.0);
-    std::vector<Scene> beyond(3, plain);
-    beyond[0].materials.springs.back().stiffening = 1.0;
-    beyond[1].materials.hinges.resize(1);
-    beyond[2].materials.enclosures.resize(1);
-    for (Scene& scene : beyond) {
-        scene.dt = 0.001;
-        const Reference reference = build_reference(scene, {});
-        EXPECT_FALSE(reference.hard.available || reference.equal_k.available);
-        EXPECT_NE(reference.hard.reason.find("knows neither"), std::string::npos) << reference.hard.reason;
-        EXPECT_EQ(reference.equal_k.reason, reference.hard.reason);
-    }
+    Scene scene = plate_on_springs(0.003, 80.0, 0.1, 0.05, 1000.0, 0.0);
+    scene.materials.enclosures.resize(1);
+    scene.dt = 0.001;
+    const Reference reference = build_reference(scene, {});
+    EXPECT_FALSE(reference.hard.available || reference.equal_k.available);
+    EXPECT_NE(reference.hard.reason.find("knows no bulk modulus"), std::string::npos) << reference.hard.reason;
+    EXPECT_EQ(reference.equal_k.reason, reference.hard.reason);
 }
 
 TEST(ObserveOrder, FindsTheOrderOfAPowerLawAndRefusesDivergence) {

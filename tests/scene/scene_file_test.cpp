@@ -221,10 +221,6 @@ TEST_F(SceneFile, HashTellsContentAndNothingElse) {
                                                             {"/bodies/0/tissue/drag", 6},
                                                             {"/bodies/0/tissue/strain_limit", 0.9},
                                                             {"/bodies/0/tissue/substeps", 9},
-                                                            {"/bodies/0/tissue/stiffening", 1},
-                                                            {"/bodies/0/tissue/stiffening", 2},
-                                                            {"/bodies/0/tissue/bending", 1e-4},
-                                                            {"/bodies/0/tissue/bending", 2e-4},
                                                             {"/bodies/0/tissue/pinned", "none"},
                                                             {"/bodies/0/side", "back"},
                                                             {"/bodies/0/pose", {0, 0, 1e-9, 0, 0, 0}},
@@ -252,17 +248,6 @@ TEST_F(SceneFile, CoarseTissueKeepsFourSubstepsAndFineTissueGetsMore) {
     EXPECT_GT(scene.materials.substeps, 30);
     fine[Pointer("/bodies/0/tissue/substeps")] = 5;
     EXPECT_EQ(read(fine).materials.substeps, 5);
-}
-
-TEST_F(SceneFile, StiffeningBendingAndBulkModulusCostSubstepsWhereTheyAreStiff) {
-    Json document = example();
-    for (const auto& [key, value] : std::vector<std::pair<const char*, double>>{{"stiffening", 40}, {"bending", 0.1}}) {
-        Json one = document;
-        one["bodies"][0]["tissue"][key] = value;
-        EXPECT_GT(read(one).materials.substeps, 4) << key;
-        one["bodies"][0]["tissue"]["substeps"] = 4;
-        EXPECT_EQ(read(one).materials.substeps, 4) << "said is said";
-    }
 }
 
 TEST_F(SceneFile, ABulkModulusNeedsAClosedSurfaceThatIsSaidToBeOne) {
@@ -328,9 +313,9 @@ TEST_F(SceneFile, BadValuesAreNamedWithPointerExpectationAndFinding) {
         {"/bodies/1/hinge", Json::parse(R"({"axis":[0,0,0]})"),
          "/bodies/1/hinge/axis: expected a direction, got \\[0,0,0\\]"},
         {"/bodies/0/tissue/damping", -1, "/bodies/0/tissue/damping: expected a number >= 0, got -1"},
-        {"/bodies/0/tissue/stiffening", -1, "/bodies/0/tissue/stiffening: expected a number >= 0, got -1"},
-        {"/bodies/0/tissue/bending", "soft", "/bodies/0/tissue/bending: expected a number >= 0, got \"soft\""},
-        {"/bodies/0/tissue/bending", Json::array(), "/bodies/0/tissue/bending: expected a number >= 0, got \\[\\]"},
+        {"/bodies/0/tissue/drag", -1, "/bodies/0/tissue/drag: expected a number >= 0, got -1"},
+        {"/bodies/0/tissue/preload", "soft", "/bodies/0/tissue/preload: expected a number >= 0, got \"soft\""},
+        {"/bodies/0/tissue/preload", Json::array(), "/bodies/0/tissue/preload: expected a number >= 0, got \\[\\]"},
         {"/bodies/0/tissue/bulk_modulus", -5, "/bodies/0/tissue/bulk_modulus: expected a number >= 0, got -5"},
         {"/bodies/0/tissue/bulk_modulus", 1000,
          "/bodies/0/tissue/bulk_modulus: expected 0, since the body is open, got 1000 on a surface with \\d+ open "

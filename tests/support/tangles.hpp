@@ -1,4 +1,4 @@
-// Tissue whose springs and hinges tie anything to anything, and its implicit system as a dense matrix.
+// Tissue whose springs tie anything to anything, and its implicit system as a dense matrix.
 #pragma once
 
 #include <random>
@@ -10,9 +10,8 @@
 
 namespace trocar::test {
 
-/// Random tissue of springs that tie each vertex to a few further on, and of hinges between vertices that no spring
-/// need tie; every seventh vertex is held.
-inline TissueSample tangle(unsigned seed, bool bends) {
+/// Random tissue of springs that tie each vertex to a few further on; every seventh vertex is held.
+inline TissueSample tangle(unsigned seed) {
     constexpr Index vertices = 60;
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> unit(0.0, 1.0);
@@ -38,14 +37,7 @@ inline TissueSample tangle(unsigned seed, bool bends) {
             springs.push_back(spring);
         }
     }
-    TissueSample sample = make_tissue(points, mass, pinned, springs);
-    if (!bends) return sample;
-    // Far from each other in springs: what a push reaches through a hinge, no spring has reached before.
-    for (Index v = 0; v + 31 < vertices; v += 2) {
-        sample.materials.hinges.push_back(
-            {.vertex = {v, v + 9, v + 20, v + 31}, .rest = unit(random), .stiffness = 1e-3 * (0.5 + unit(random))});
-    }
-    return sample;
+    return make_tissue(points, mass, pinned, springs);
 }
 
 /// A of SpringSystem's own docstring, over all vertices of the state.
@@ -60,13 +52,6 @@ inline Eigen::MatrixXd dense(const SpringArrays& springs, const SpringSystem& sy
         add(springs.j[s], springs.j[s], block);
         add(springs.i[s], springs.j[s], -block);
         add(springs.j[s], springs.i[s], -block);
-    }
-    for (const SystemHinge& hinge : system.hinges) {
-        for (std::size_t m = 0; m < 4; ++m) {
-            for (std::size_t n = 0; n < 4; ++n) {
-                add(hinge.vertex[m], hinge.vertex[n], hinge.stiffness * hinge.slope[m] * hinge.slope[n].transpose());
-            }
-        }
     }
     for (Eigen::Index v = 0; v < vertices; ++v) {
         const double inertia = system.inertia[static_cast<std::size_t>(v)];

@@ -10,29 +10,22 @@
 #include "support/random_vectors.hpp"
 #include "support/tangles.hpp"
 #include "tissue/moving_tissue.hpp"
-#include "tissue/shape_system.hpp"
 
 namespace trocar {
 namespace {
 
-class ComplianceOf : public testing::TestWithParam<bool> {};
-
-TEST_P(ComplianceOf, TouchedVerticesIsThatOfTheWholeTissue) {
-    const bool bends = GetParam();
+TEST(ComplianceOf, TouchedVerticesIsThatOfTheWholeTissue) {
     for (unsigned seed = 1; seed <= 5; ++seed) {
-        const test::TissueSample sample = test::tangle(seed, bends);
+        const test::TissueSample sample = test::tangle(seed);
         MovingTissue tissue(sample.topology, sample.materials);
         tissue.take_over(test::empty_effect(sample.topology), sample.frame);
         const SpringArrays& springs = tissue.spring_arrays();
-        SpringSystem system(springs.size(), tissue.state().size(), tissue.shape().elements().hinges);
-        ShapeSystem shape(tissue);
+        SpringSystem system(springs.size(), tissue.state().size());
         constexpr double h = 1e-3;  // s
         system_kernels().front().linearise(h, springs, tissue.state(), system);
-        shape.add_to(h, system);
         system_kernels().front().invert_blocks(springs, system);
-        ASSERT_EQ(system.hinges.empty(), !bends);
         const Eigen::LDLT<Eigen::MatrixXd> whole(test::dense(springs, system));
-        Compliance compliance(springs.size(), tissue.state().size(), system.hinges.size());
+        Compliance compliance(springs.size(), tissue.state().size());
         // The second time with other vertices: nothing of the first may be left.
         for (const std::vector<Index>& touched : {std::vector<Index>{3, 4, 17, 40}, std::vector<Index>{0, 30, 57}}) {
             compliance.begin(springs, system, touched);
@@ -61,9 +54,6 @@ TEST_P(ComplianceOf, TouchedVerticesIsThatOfTheWholeTissue) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Tissue, ComplianceOf, testing::Bool(),
-                         [](const auto& with) { return with.param ? "that_bends" : "of_springs"; });
-
 /// Random numbers for the loops of the method: `count` vertices have been reached, the first `inner` of them had a
 /// direction.
 struct ReachedPart {
@@ -71,7 +61,7 @@ struct ReachedPart {
     static constexpr std::size_t inner = 7;
     static constexpr std::size_t spring_count = 16;
     static constexpr std::size_t springs_inside = 13;
-    SpringSystem system = SpringSystem(spring_count, count, {});
+    SpringSystem system = SpringSystem(spring_count, count);
     ReachedTissue tissue;
     Lanes step{};
     Lanes ratio{};

@@ -17,7 +17,6 @@
 #include "method/registry.hpp"
 #include "support/tangles.hpp"
 #include "tissue/moving_tissue.hpp"
-#include "tissue/shape_system.hpp"
 
 namespace trocar {
 namespace {
@@ -29,15 +28,13 @@ struct TangledSystem {
     test::TissueSample sample;
     MovingTissue tissue;
     const SpringArrays& springs = tissue.spring_arrays();
-    ShapeSystem shape;
     SpringSystem system;
     Matrix4X right_side;  ///< N s
 
-    TangledSystem(unsigned seed, bool bends)
-        : sample(test::tangle(seed, bends)),
+    explicit TangledSystem(unsigned seed)
+        : sample(test::tangle(seed)),
           tissue(sample.topology, sample.materials),
-          shape(tissue),
-          system(springs.size(), tissue.state().size(), tissue.shape().elements().hinges) {
+          system(springs.size(), tissue.state().size()) {
         tissue.take_over(test::empty_effect(sample.topology), sample.frame);
         std::mt19937 random(seed);
         std::uniform_real_distribution<double> unit(-1.0, 1.0);
@@ -50,7 +47,6 @@ struct TangledSystem {
     }
     void linearise() {
         system_kernels().front().linearise(dt, springs, tissue.state(), system);
-        shape.add_to(dt, system);
         system_kernels().front().invert_blocks(springs, system);
     }
     void hold(Index v, bool held) {
@@ -84,14 +80,9 @@ struct TangledSystem {
     }
 };
 
-class LaggedFactorOf : public testing::TestWithParam<bool> {};
-INSTANTIATE_TEST_SUITE_P(Tissue, LaggedFactorOf, testing::Bool(),
-                         [](const auto& with) { return with.param ? "that_bends" : "of_springs"; });
-
-TEST_P(LaggedFactorOf, SolvesTheSystemThatItIsOf) {
+TEST(LaggedFactorOf, SolvesTheSystemThatItIsOf) {
     for (unsigned seed = 1; seed <= 5; ++seed) {
-        TangledSystem tangled(seed, GetParam());
-        ASSERT_EQ(tangled.system.hinges.empty(), !GetParam());
+        TangledSystem tangled(seed);
         LaggedFactor factor = tangled.factor();
         factor.renew(tangled.system);
         EXPECT_FALSE(factor.is_ready()) << "before it is taken over";
@@ -102,8 +93,8 @@ TEST_P(LaggedFactorOf, SolvesTheSystemThatItIsOf) {
     }
 }
 
-TEST_P(LaggedFactorOf, StaysThatOfTheSystemBeforeUntilTheNextIsTakenOver) {
-    TangledSystem tangled(1, GetParam());
+TEST(LaggedFactorOf, StaysThatOfTheSystemBeforeUntilTheNextIsTakenOver) {
+    TangledSystem tangled(1);
     LaggedFactor factor = tangled.factor();
     factor.renew(tangled.system);
     const Matrix4X first = tangled.exact();
@@ -117,8 +108,8 @@ TEST_P(LaggedFactorOf, StaysThatOfTheSystemBeforeUntilTheNextIsTakenOver) {
     EXPECT_LT((tangled.by_factor(factor) - second).norm(), 1e-10 * second.norm());
 }
 
-TEST_P(LaggedFactorOf, LeavesToTheBlocksWhatWasHeldThenAndAtRestWhatIsHeldNow) {
-    TangledSystem tangled(2, GetParam());
+TEST(LaggedFactorOf, LeavesToTheBlocksWhatWasHeldThenAndAtRestWhatIsHeldNow) {
+    TangledSystem tangled(2);
     LaggedFactor factor = tangled.factor();
     tangled.hold(10, true);
     factor.renew(tangled.system);
@@ -133,8 +124,8 @@ TEST_P(LaggedFactorOf, LeavesToTheBlocksWhatWasHeldThenAndAtRestWhatIsHeldNow) {
     EXPECT_EQ(tangled.by_factor(factor).col(20), Eigen::Vector4d(Eigen::Vector4d::Zero()));
 }
 
-TEST_P(LaggedFactorOf, ASystemWithoutOneLeavesTheOneInUse) {
-    TangledSystem tangled(3, GetParam());
+TEST(LaggedFactorOf, ASystemWithoutOneLeavesTheOneInUse) {
+    TangledSystem tangled(3);
     const SpringSystem good = tangled.system;
     SpringSystem endless = good;
     endless.alpha[7] = std::numeric_limits<double>::infinity();

@@ -1,6 +1,5 @@
-// What a scene's named shape (stiffening springs, hinges, enclosures) adds to the linear system of an implicit step.
-// Springs and hinges become part of it; an enclosure's matrix is of rank one over all its vertices and is added to what
-// the rest gives by the formula of Sherman and Morrison.
+// What enclosures add to an implicit step: the matrix of each is of rank one over all its vertices and is added to what
+// the linear system of the springs gives, by the formula of Sherman and Morrison.
 #pragma once
 
 #include <vector>
@@ -10,12 +9,12 @@
 
 namespace trocar {
 
-class ShapeSystem {
+class VolumeSystem {
 public:
-    explicit ShapeSystem(MovingTissue& tissue);
+    explicit VolumeSystem(MovingTissue& tissue);
 
-    /// Linearises the shape at the state and adds it to a system whose springs are linearised for the same step of h
-    /// (s); what the forces themselves do is in the state's constant ones. Does nothing where the scene names none.
+    /// Linearises the enclosures at the state and takes their change by the velocities, over a step of h (s), from the
+    /// right side; what the forces themselves do is in the state's constant ones. Does nothing where there are none.
     void add_to(double h, SpringSystem& system);
     /// For every enclosure the answer of the rest to its gradient. After the system is complete.
     void prepare_enclosures(double h, const SpringSystem& system, double tolerance, int iterations,
@@ -33,9 +32,8 @@ public:
 
 private:
     MovingTissue* tissue_;
-    std::vector<std::size_t> stiffening_;  ///< springs
     std::vector<Enclosed> enclosures_;
-    Matrix3X moved_, product_;  ///< 3 × vertices; only where the scene names a shape
+    Matrix3X moved_, product_;  ///< 3 × vertices; only with enclosures
 };
 
 }  // namespace trocar
