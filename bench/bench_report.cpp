@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "measure/statistics.hpp"
-#include "report/latex.hpp"
 #include "report/report_files.hpp"
 #include "report_writer.hpp"
 #include "session.hpp"
@@ -48,8 +47,6 @@ BenchReport Writer::write() {
     report_.files[charts_file] = web::charts_script();
     report_.files["report.md"] = page_one_to_markdown(document_, "report.html");
     report_.files["report.html"] = to_html(document_);
-    report_.files["report.tex"] = to_latex(document_);
-    report_.files.merge(latex_tables(document_));
     csv_files();
     for (const auto& block : document_.blocks) {
         if (const auto* figure = std::get_if<Figure>(&block)) report_.files[figure->file] = figure->svg;

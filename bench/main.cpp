@@ -53,12 +53,7 @@ void publish(const std::filesystem::path& from, const BenchReport& report, const
         std::filesystem::copy_file(from / name, to / name, std::filesystem::copy_options::overwrite_existing);
     };
     copy("records.jsonl");
-    for (const auto& [name, content] : report.files) {
-        copy(name);
-        std::filesystem::path pdf = name;
-        pdf.replace_extension(".pdf");
-        if (name.ends_with(".svg") && std::filesystem::exists(from / pdf)) copy(pdf.string());
-    }
+    for (const auto& [name, content] : report.files) copy(name);
 }
 
 int detection(const Options& options) {

@@ -166,12 +166,7 @@ void keep_worst_tick(const Study& study, const CommonOptions& common, const std:
 /// Copies a finished report (records, report, drawings, replays) to reports/<study>, as a whole or not at all.
 std::filesystem::path publish(const Study& study, const std::filesystem::path& directory, const Report& report) {
     std::vector<std::string> names{"records.jsonl"};
-    for (const auto& [name, content] : report.files) {
-        names.push_back(name);
-        std::filesystem::path pdf = name;
-        pdf.replace_extension(".pdf");
-        if (name.ends_with(".svg") && std::filesystem::exists(directory / pdf)) names.push_back(pdf.string());
-    }
+    for (const auto& [name, content] : report.files) names.push_back(name);
     for (const std::filesystem::path& page : pages_of(directory)) names.push_back(page.generic_string());
     if (std::filesystem::exists(directory / worst_tick_file)) names.emplace_back(worst_tick_file);
     std::uintmax_t size = 0;

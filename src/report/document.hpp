@@ -71,8 +71,6 @@ std::string page_one_to_markdown(const Document& document, const std::string& re
 /// One file whose styles and drawings are inside: contents at the side, tables that sort and filter. Only charts that
 /// answer to the pointer need charts_js beside it; without it, and on paper, the drawings stand.
 std::string to_html(const Document& document);
-/// A complete LaTeX file; it reads the files of latex_tables (latex.hpp), and figures from a PDF beside the SVG.
-std::string to_latex(const Document& document);
 
 /// RFC 4180: quotes where needed.
 std::string csv_field(const std::string& text);

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
-#include <set>
 #include <string_view>
 #include <vector>
 
@@ -277,78 +275,7 @@ std::string panel_text(const Table& table, const Panel& panel) {
     return text + foot;
 }
 
-/// Names of the tables' files, in order.
-std::vector<std::string> table_files(const Document& document) {
-    std::vector<std::string> names;
-    std::set<std::string> taken;
-    for (const Block& block : document.blocks) {
-        const auto* table = std::get_if<Table>(&block);
-        if (table == nullptr) continue;
-        constexpr std::size_t longest = 48;
-        std::string word;
-        for (const char letter : table->caption) {
-            if (std::isalnum(static_cast<unsigned char>(letter)) != 0) {
-                word += static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
-            } else if (!word.empty() && word.back() != '_') {
-                word += '_';
-            }
-        }
-        word = word.substr(0, longest);
-        while (!word.empty() && word.back() == '_') word.pop_back();
-        if (word.empty()) word = "table";
-        std::string name = word;
-        for (int i = 2; !taken.insert(name).second; ++i) name = fmt::format("{}_{}", word, i);
-        names.push_back("tables/" + name + ".tex");
-    }
-    return names;
-}
-
-struct Writer {
-    std::vector<std::string> tables;
-    std::string out = {};
-    std::size_t next_table = 0;
-
-    void operator()(const Heading& heading) {
-        static constexpr std::array<const char*, 3> commands{"section*", "section", "subsection"};
-        const auto level = static_cast<std::size_t>(std::clamp(heading.level, 1, 3)) - 1;
-        out += fmt::format("\\{}{{{}}}\n\n", commands.at(level), latex_inline(heading.text));
-    }
-    void operator()(const Paragraph& paragraph) {
-        const std::string text = latex_inline(paragraph.text);
-        switch (paragraph.style) {
-            case Paragraph::Style::quote:
-                out += "\\begin{quote}\n" + text + "\n\\end{quote}\n\n";
-                break;
-            case Paragraph::Style::small:
-                out += "{\\footnotesize " + text + "\\par}\n\n";
-                break;
-            case Paragraph::Style::warning:
-                out += "\\textbf{Note.} " + text + "\n\n";
-                break;
-            case Paragraph::Style::normal:
-                out += text + "\n\n";
-                break;
-        }
-    }
-    void operator()(const CodeBlock& code) {
-        out += "{\\footnotesize\n\\begin{verbatim}\n" + code.text + "\n\\end{verbatim}\n}\n\n";
-    }
-    void operator()(const Table& table) {
-        if (!table.caption.empty()) out += "\\subsubsection*{" + latex_inline(table.caption) + "}\n";
-        out += "\\input{" + tables.at(next_table++) + "}\n\n";
-    }
-    void operator()(const Figure& figure) {
-        const std::string stem = figure.file.substr(0, figure.file.rfind('.'));
-        out += fmt::format(
-            "\\begin{{figure}}[htbp]\\centering\\IfFileExists{{{0}.pdf}}{{\\includegraphics[width=\\linewidth]{{{0}}}}}"
-            "{{\\fbox{{\\texttt{{{1}}}}}}}\n\\caption{{{2}}}\\end{{figure}}\n\n",
-            stem, latex_inline(figure.file), latex_inline(figure.caption));
-    }
-};
-
 }  // namespace
-
-std::string latex_inline(const std::string& text) { return Set(text).tex; }
 
 std::string latex_table(const Table& table) {
     std::string caption = table.caption;
@@ -359,29 +286,8 @@ std::string latex_table(const Table& table) {
     text += "{\\footnotesize\\setlength{\\tabcolsep}{2.5pt}\n";
     for (const Panel& panel : panels_of(table, widths_of(table))) text += panel_text(table, panel);
     if (!table.note.empty())
-        text += "\\noindent\\parbox{\\linewidth}{\\raggedright " + latex_inline(table.note) + "}\\par\n";
+        text += "\\noindent\\parbox{\\linewidth}{\\raggedright " + Set(table.note).tex + "}\\par\n";
     return text + "}\n";
-}
-
-std::map<std::string, std::string> latex_tables(const Document& document) {
-    const std::vector<std::string> names = table_files(document);
-    std::map<std::string, std::string> files;
-    for (const Block& block : document.blocks) {
-        const auto* table = std::get_if<Table>(&block);
-        if (table != nullptr) files[names[files.size()]] = latex_table(*table);
-    }
-    return files;
-}
-
-std::string to_latex(const Document& document) {
-    Writer writer{.tables = table_files(document)};
-    for (const Block& block : document.blocks) std::visit(writer, block);
-    return fmt::format(
-               "\\documentclass[a4paper,10pt]{{article}}\n\\usepackage[margin=20mm]{{geometry}}\n"
-               "\\usepackage[utf8]{{inputenc}}\n\\usepackage[T1]{{fontenc}}\n\\usepackage{{{},graphicx}}\n"
-               "\\setlength{{\\emergencystretch}}{{3em}}\n\\begin{{document}}\n\\section*{{{}}}\n\n",
-               latex_table_packages, latex_inline(document.title)) +
-           writer.out + "\\end{document}\n";
 }
 
 }  // namespace trocar

@@ -11,7 +11,6 @@
 #include "geometry/size_limits.hpp"
 #include "geometry/whole_file.hpp"
 #include "report/document.hpp"
-#include "report/latex.hpp"
 #include "report/report_files.hpp"
 #include "report/run_table.hpp"
 #include "report/sections.hpp"
@@ -75,8 +74,6 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
     report.files["report.md"] = page_one_to_markdown(draft.document, "report.html");
     if (interactive) report.files[charts_file] = web::charts_script();
     report.files["report.html"] = to_html(draft.document);
-    report.files["report.tex"] = to_latex(draft.document);
-    report.files.merge(latex_tables(draft.document));
     report.files.merge(results_files(records, draft.mode));
     report.page_one = terminal_text(draft);
     report.document = std::move(draft.document);
@@ -90,9 +87,7 @@ Report make_report(const std::vector<Record>& records, const std::string& worst_
     if (records.empty()) {
         const Document document{.title = "trocar study",
                                 .blocks = {Paragraph{"There are no records.", Paragraph::Style::normal}}};
-        return {.files = {{"report.md", to_markdown(document)},
-                          {"report.html", to_html(document)},
-                          {"report.tex", to_latex(document)}},
+        return {.files = {{"report.md", to_markdown(document)}, {"report.html", to_html(document)}},
                 .page_one = "There are no records.\n",
                 .document = document};
     }

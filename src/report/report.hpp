@@ -1,5 +1,5 @@
 // A report out of records and nothing else: the same records give the same bytes, today and on another machine. Writes
-// Markdown, HTML, LaTeX, CSV and drawings from one document.
+// Markdown, HTML, CSV and drawings from one document.
 #pragma once
 
 #include <filesystem>

@@ -52,8 +52,7 @@ void add_rebuild(Draft& draft) {
     draft.paragraph(
         "`records.jsonl`: every run with its specification, environment and ticks (of a closed loop the judged ones). "
         "`results.csv`: one row per run, other kinds of runs in `results_KIND.csv`; `figures.csv`: what their columns "
-        "mean. "
-        "`report.tex` reads `tables/`, which hold one table each for a paper. `charts/`: the drawings.");
+        "mean. `charts/`: the drawings. `trocar table DIR --format tex`: a table for a paper.");
 }
 
 }  // namespace trocar

@@ -125,7 +125,7 @@ TEST_F(StudyCommand, ReportsEveryRunAndRebuildsTheReportToTheByte) {
             files[entry.path()] = read_file(entry.path());
         }
     }
-    for (const char* name : {"report.md", "report.html", "report.tex", "results.csv", "records.jsonl"}) {
+    for (const char* name : {"report.md", "report.html", "results.csv", "records.jsonl"}) {
         EXPECT_TRUE(files.contains(output() / name)) << name;
     }
     const ProgramResult rebuilt = run_program("report " + output().string());

@@ -47,14 +47,6 @@ TEST(BenchProgram, FinishedCellsAreKeptAndTheReportComesBackByteForByte) {
     std::set<std::string> explained;
     for (const auto& row : test::csv_rows(first.at("figures.csv"))) explained.insert(row[0]);
     for (const std::string& column : rows[0]) EXPECT_TRUE(explained.contains(column)) << column;
-    ASSERT_TRUE(first.contains("report.tex"));
-    std::size_t tables = 0;
-    for (const auto& [name, content] : first) {
-        if (!name.starts_with("tables/")) continue;
-        ++tables;
-        EXPECT_NE(first.at("report.tex").find("\\input{" + name + "}"), std::string::npos) << name;
-    }
-    EXPECT_GT(tables, 2U);
     ASSERT_TRUE(first.contains("charts/time_against_bodies.svg"));
     // Times never repeat to the nanosecond: the same records mean that nothing was measured again.
     ASSERT_EQ(run_bench(command), 0);

@@ -54,15 +54,6 @@ TEST(Html, EscapesEverythingThatIsNotMarkup) {
     EXPECT_NE(text.find("<tr class=\"dominated\">"), std::string::npos);
 }
 
-TEST(Latex, EscapesWhatLatexReadsAsCommands) {
-    const std::string text = to_latex(sample());
-    EXPECT_NE(text.find("50 \\% of \\texttt{x\\_\\allowbreak{}1} \\textless{}b\\textgreater{}"), std::string::npos)
-        << text;
-    EXPECT_NE(text.find("Part \\& parcel"), std::string::npos);
-    EXPECT_NE(text.find("\\input{tables/c.tex}"), std::string::npos);
-    EXPECT_NE(text.find("\\end{document}"), std::string::npos);
-}
-
 TEST(Csv, QuotesFieldsThatNeedIt) {
     EXPECT_EQ(csv_field("plain"), "plain");
     EXPECT_EQ(csv_field("a,b"), "\"a,b\"");

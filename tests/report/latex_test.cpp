@@ -1,11 +1,12 @@
 #include "report/latex.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <fstream>
 #include <random>
-#include <set>
+#include <variant>
 
 #include "report/report.hpp"
 #include "report/synthetic.hpp"
@@ -37,6 +38,16 @@ std::string log_of(const std::map<std::string, std::string>& tables, const std::
     return test::read_file(folder.path() / "paper.log");
 }
 
+/// Every table of a report as a file of its own.
+std::map<std::string, std::string> tables_of(const Document& document) {
+    std::map<std::string, std::string> files;
+    for (const Block& block : document.blocks) {
+        const auto* table = std::get_if<Table>(&block);
+        if (table != nullptr) files[fmt::format("table_{}.tex", files.size())] = latex_table(*table);
+    }
+    return files;
+}
+
 /// Too wide for the column, or too high for the page.
 std::size_t overfull_boxes(const std::string& log) {
     std::size_t count = 0;
@@ -62,13 +73,7 @@ TEST(LatexTables, NoneOfAReportIsTooWideForAJournalsColumn) {
             }
         }
     }
-    const Report report = make_report(records);
-    std::map<std::string, std::string> tables;
-    for (const auto& [name, content] : report.files) {
-        if (!name.starts_with("tables/")) continue;
-        tables[name] = content;
-        EXPECT_NE(report.files.at("report.tex").find("\\input{" + name + "}"), std::string::npos) << name;
-    }
+    const std::map<std::string, std::string> tables = tables_of(make_report(records).document);
     ASSERT_GT(tables.size(), 5U);
     EXPECT_EQ(overfull_boxes(log_of(tables)), 0U);
 }
@@ -77,10 +82,8 @@ TEST(LatexTables, NoneOfThePublishedReportsIsTooWide) {
     if (!has_latex()) GTEST_SKIP() << no_latex;
     const std::filesystem::path published = std::filesystem::path(TROCAR_SOURCE_DIR) / "reports";
     for (const char* study : {"steppers", "hard_cases"}) {
-        std::map<std::string, std::string> tables;
-        for (const auto& [name, content] : make_report(read_records(published / study / "records.jsonl")).files) {
-            if (name.starts_with("tables/")) tables[name] = content;
-        }
+        const std::map<std::string, std::string> tables =
+            tables_of(make_report(read_records(published / study / "records.jsonl")).document);
         ASSERT_GT(tables.size(), 5U) << study;
         EXPECT_EQ(overfull_boxes(log_of(tables)), 0U) << study;
     }
@@ -178,103 +181,12 @@ TEST(LatexTables, SignsGetTheRoomThatComputerModernGivesThem) {
     for (const char* sign : {"→", "↔", "∞"}) expect_room(sign, 18.0);
 }
 
-TEST(LatexTables, FilesAreNamedByTheirCaptions) {
-    Document document;
-    for (const char* caption : {"Time of a tick, closed loop", "Time of a tick, closed loop", ""}) {
-        document.blocks.emplace_back(Table{.caption = caption, .columns = {{"a", false}}, .rows = {}, .note = ""});
-    }
-    std::vector<std::string> names;
-    for (const auto& [name, content] : latex_tables(document)) names.push_back(name);
-    EXPECT_EQ(names, (std::vector<std::string>{"tables/table.tex", "tables/time_of_a_tick_closed_loop.tex",
-                                               "tables/time_of_a_tick_closed_loop_2.tex"}));
-}
-
-TEST(LatexReport, TheWholeReportCompilesWithItsTablesAndDrawings) {
-    if (!has_latex()) GTEST_SKIP() << no_latex;
-    const test::TemporaryFolder folder;
-    {
-        std::ofstream stream(folder.path() / "records.jsonl");
-        for (const char* detector : {"mine", "theirs"}) {
-            stream << to_json_line(test::synthetic({.detector = detector})) << "\n";
-        }
-    }
-    write_report(folder.path());
-    const std::string command =
-        "cd " + folder.path().string() + " && pdflatex -interaction=nonstopmode report.tex >out 2>&1";
-    EXPECT_EQ(std::system(command.c_str()), 0) << test::read_file(folder.path() / "out");
-    EXPECT_TRUE(std::filesystem::exists(folder.path() / "report.pdf"));
-}
-
-TEST(Charts, ArePdfToo) {
-    if (std::system("rsvg-convert --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "librsvg2-bin is not installed";
-    const test::TemporaryFolder folder;
-    const auto write = [&](const std::string& detector) {
-        std::ofstream stream(folder.path() / "records.jsonl");
-        stream << to_json_line(test::synthetic({.detector = detector})) << "\n"
-               << to_json_line(test::synthetic({.detector = "theirs", .first_tick_us = 300})) << "\n";
-        stream.close();
-        return write_report(folder.path());
-    };
-    const auto pdf_of = [&](const std::string& svg) {
-        return test::read_file(folder.path() / (svg.substr(0, svg.size() - 4) + ".pdf"));
-    };
-    std::map<std::string, std::string> first;
-    for (const auto& [name, content] : write("mine").files) {
-        if (name.ends_with(".svg")) first[name] = pdf_of(name);
-    }
-    ASSERT_FALSE(first.empty());
-    for (const auto& [name, content] : first) EXPECT_TRUE(content.starts_with("%PDF-")) << name;
-    write("another");
-    for (const auto& [name, content] : first) {
-        if (content != pdf_of(name)) return;  // another drawing, another PDF; held below that the same gives the same
-    }
-    ADD_FAILURE() << "a drawing changed and its PDF did not";
-}
-
-TEST(Charts, ADrawingWhosePdfCouldNotBeMadeInFullHasNone) {
-    for (const auto& [ending, is_made] : {std::pair{"exit 0", true}, {"exit 1", false}, {"kill -9 $$", false}}) {
-        const test::TemporaryFolder folder;
-        std::ofstream(folder.path() / "records.jsonl") << to_json_line(test::synthetic({})) << "\n"
-                                                       << to_json_line(test::synthetic({.detector = "theirs"})) << "\n";
-        const std::filesystem::path program = folder.path() / "programs" / "rsvg-convert";
-        std::filesystem::create_directories(program.parent_path());
-        std::ofstream(program) << "#!/bin/sh\nfor word; do\ncase $word in --output=*) echo begun >${word#--output=};; "
-                                  "esac\ndone\n"
-                               << ending << "\n";
-        std::filesystem::permissions(program, std::filesystem::perms::owner_all);
-        const test::ProgramResult result =
-            test::run_program("report " + folder.path().string(),
-                              "PATH=" + program.parent_path().string() + ":$PATH " + std::string(TROCAR_PROGRAM));
-        EXPECT_EQ(result.status, 0) << result.err;
-        std::set<std::string> endings;
-        for (const auto& entry : std::filesystem::directory_iterator(folder.path() / "charts")) {
-            endings.insert(entry.path().extension().string());
-        }
-        EXPECT_TRUE(endings.contains(".svg"));
-        EXPECT_EQ(endings.contains(".pdf"), is_made) << ending;
-        EXPECT_FALSE(endings.contains(".part")) << ending;
-    }
-}
-
-TEST(Charts, TheSameDrawingGivesTheSamePdf) {
-    if (std::system("rsvg-convert --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "librsvg2-bin is not installed";
-    std::vector<std::map<std::string, std::string>> pdfs;
-    for (int time = 0; time < 2; ++time) {
-        const test::TemporaryFolder folder;
-        {
-            std::ofstream stream(folder.path() / "records.jsonl");
-            stream << to_json_line(test::synthetic({})) << "\n"
-                   << to_json_line(test::synthetic({.detector = "theirs"})) << "\n";
-        }
-        write_report(folder.path());
-        auto& found = pdfs.emplace_back();
-        for (const auto& entry : std::filesystem::directory_iterator(folder.path() / "charts")) {
-            if (entry.path().extension() == ".pdf") found[entry.path().filename()] = test::read_file(entry.path());
-        }
-        if (time == 0) std::system("sleep 1.1");
-    }
-    ASSERT_FALSE(pdfs[0].empty());
-    EXPECT_EQ(pdfs[0], pdfs[1]);
+TEST(LatexTables, EscapesWhatLatexReadsAsCommands) {
+    const std::string text = latex_table(
+        {.caption = "", .columns = {{"Part & parcel", false}}, .rows = {{{"50 % of `x_1` <b>"}}}, .note = ""});
+    EXPECT_NE(text.find("50 \\% of \\texttt{x\\_\\allowbreak{}1} \\textless{}b\\textgreater{}"), std::string::npos)
+        << text;
+    EXPECT_NE(text.find("Part \\& parcel"), std::string::npos) << text;
 }
 
 }  // namespace
