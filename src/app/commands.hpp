@@ -17,8 +17,8 @@ enum ExitStatus : int { done = 0, comparison_failed = 1, bad_input = 2, method_f
 
 /// Given to every command.
 struct CommonOptions {
-    bool json = false;                          ///< one JSON document on stdout, messages on stderr
-    std::optional<std::filesystem::path> data;  ///< --data, else $TROCAR_DATA
+    bool json = false;                               ///< one JSON document on stdout, messages on stderr
+    std::optional<std::filesystem::path> data = {};  ///< --data, else $TROCAR_DATA
 };
 
 struct MeshOptions {
