@@ -1,5 +1,5 @@
-# A project of its own in an empty folder, as README shows it: a detector and a response (the two files to copy), and beyond
-# README a detector that loses a pair and one whose library is missing, built against the installed tree. The program has
+# A project of its own in an empty folder, as docs/LIBRARY.md shows it: a detector and a response (the two files to copy), and beyond
+# that page a detector that loses a pair and one whose library is missing, built against the installed tree. The program has
 # them all, runs with them, and the contract tests pass the good and fail the bad.
 if(NOT EXISTS ${BUILD_DIR}/lib/libtrocar_contract.so)
     message(STATUS "skipped: the target trocar_contract is not built")
@@ -39,8 +39,8 @@ copy_method(example.cpp my_detector.cpp detector my_detector)
 copy_method(example.cpp other.cpp detector careless
     "contacts.sort_pairs();" "contacts.sort_pairs(); if (contacts.pairs.size() > 20) contacts.pairs.pop_back();")
 copy_method(example_response.cpp my_response.cpp response my_response)
-file(READ ${SOURCE_DIR}/README.md readme)
-code_block("${readme}" "<!-- example: methods -->" cmake project)
+file(READ ${SOURCE_DIR}/docs/LIBRARY.md library)
+code_block("${library}" "<!-- example: methods -->" cmake project)
 file(WRITE ${work}/project/CMakeLists.txt "${project}
 trocar_add_detector(careless other.cpp)
 trocar_add_detector(homeless NEEDS no::such_library)
