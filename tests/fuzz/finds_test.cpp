@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -24,7 +25,7 @@ const std::map<std::string, Target>& readers() {
     static const std::map<std::string, Target> targets{
         {"mesh_obj", mesh_obj},   {"mesh_off", mesh_off}, {"mesh_ply", mesh_ply}, {"mesh_stl", mesh_stl},
         {"mesh_vrml", mesh_vrml}, {"scene", scene},       {"study", study},       {"recording", recording},
-        {"replay", replay},       {"baseline", baseline}, {"record", record},     {"report", report}};
+        {"baseline", baseline},   {"record", record},     {"report", report}};
     return targets;
 }
 
@@ -40,6 +41,7 @@ std::vector<std::string> finds() {
 /// The command that reads such a file, and its file in quotes. The first line of a run names its methods.
 std::string command_of(const std::string& target, const std::string& content) {
     if (target == "pairs") return "tritri --test interval " + as_file(content, "pairs.txt").string();
+    if (target == "replay") return "replay --json --detector all " + as_file(content, "frames.trocrec").string();
     if (target == "response_cases") return "respond " + as_file(content, "cases.json").string();
     if (target != "run") throw std::logic_error("no command reads finds of " + target);
     const std::size_t end = content.find('\n');
@@ -66,6 +68,9 @@ TEST_P(Find, EndsAsPromised) {
     EXPECT_GE(result.status, 0) << result.err;
     EXPECT_LE(result.status, 3) << result.err;
     EXPECT_EQ(result.err.find("internal error"), std::string::npos) << result.err;
+    if (!result.out.empty() && result.out.front() == '{') {
+        EXPECT_TRUE(nlohmann::json::accept(result.out));
+    }
     if (result.status != 2) return;
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
 }

@@ -226,7 +226,7 @@ TEST(SystemKernels, EveryVersionHasTheMatrixAndTheRightSideOfTheImplicitStep) {
     const Matrix3X image = ImplicitEquation::times(expected.a, vector.topRows<3>());
     for (const SystemKernels& kernels : system_kernels()) {
         SCOPED_TRACE(kernels.target);
-        SpringSystem system(tangle.springs.size(), tangle.state.size(), {});
+        SpringSystem system(tangle.springs.size(), tangle.state.size());
         kernels.linearise(h, tangle.springs, tangle.state, system);
         EXPECT_LT((system.right_side.topRows<3>() - expected.right_side).norm(), 1e-11);
         Matrix4X result = Matrix4X::Zero(4, count);
@@ -254,7 +254,7 @@ TEST(SystemKernels, EveryVersionTakesAStepOfConjugateGradientsAndTurnsTheDirecti
         for (Index v = 0; v < count; ++v) result.col(v).head<3>() = test::random_vector(unit, random);
         return result;
     };
-    SpringSystem system(0, at(count), {});
+    SpringSystem system(0, at(count));
     for (Index v = 0; v < 3 * count; ++v) {
         const Vector3 column = test::random_vector(unit, random);
         for (Index r = 0; r < 3; ++r) system.inverse[at(4 * v + r)] = column[r];
