@@ -367,12 +367,10 @@ int run_command(int argc, char** argv) {
     line.on(sub, list_options, list);
 
     SchemaOptions schema_options;
-    sub =
-        line.add("schema", "The file formats: scene, study, recording or baseline; figures; the keys of --json output",
-                 "trocar schema scene");
-    sub->add_option("what", schema_options.what, "scene, study, recording, baseline, figures or output")
+    sub = line.add("schema", "The file formats: scene, study, recording or baseline; figures", "trocar schema scene");
+    sub->add_option("what", schema_options.what, "scene, study, recording, baseline or figures")
         ->required()
-        ->check(CLI::IsMember({"scene", "study", "recording", "baseline", "figures", "output"}));
+        ->check(CLI::IsMember({"scene", "study", "recording", "baseline", "figures"}));
     line.on(sub, schema_options, schema);
 
     std::string shell;

@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
-#include "app/output_keys.hpp"
 #include "geometry/input_error.hpp"
 #include "measure/metrics.hpp"
 #include "scene/recording.hpp"
@@ -28,16 +27,6 @@ std::string figures_document() {
     return list.dump(2) + "\n";
 }
 
-/// What the commands print with --json.
-std::string output_document() {
-    nlohmann::ordered_json list = nlohmann::ordered_json::array();
-    for (const OutputKey& entry : output_keys()) {
-        list.push_back(
-            {{"command", entry.command}, {"key", entry.key}, {"unit", entry.unit}, {"meaning", entry.meaning}});
-    }
-    return list.dump(2) + "\n";
-}
-
 }  // namespace
 
 int schema(const CommonOptions& /*common*/, const SchemaOptions& options) {
@@ -51,10 +40,8 @@ int schema(const CommonOptions& /*common*/, const SchemaOptions& options) {
         fmt::print("{}", contact_baseline_schema());
     } else if (options.what == "figures") {
         fmt::print("{}", figures_document());
-    } else if (options.what == "output") {
-        fmt::print("{}", output_document());
     } else {
-        throw InputError("command line", "schema", "scene, study, recording, baseline, figures or output",
+        throw InputError("command line", "schema", "scene, study, recording, baseline or figures",
                          "'" + options.what + "'");
     }
     return done;
