@@ -41,8 +41,8 @@ public:
     /// Nothing to do where the scene names none.
     void add_volume_force();
     [[nodiscard]] VolumeForces& volumes() { return volumes_; }
-    /// Puts a vertex aside by `by` (m), its velocity as it is. Gives what springs and rest bias gain, J; what bending
-    /// and volume do is left out.
+    /// Puts a vertex aside by `by` (m), its velocity as it is. Gives what springs and rest bias gain, J; what
+    /// enclosures do is left out.
     double put_aside(Index local, const Vector3& by);
     /// Lets go of the vertices that were held for the tick.
     void release(const Effect& effect);

@@ -1,12 +1,10 @@
 // The linear system of a linearly implicit Euler step over h (Baraff and Witkin 1998, eq. 6) for the springs of thesis
 // eq. 3.1: A dv = b with A = M + h (C + D) + h² K, C the dampers, D the drag and K the springs' stiffness at the start
-// of the step. Where a spring is shorter than its tension bears, what
-// it does across itself is left out of K, so that A is positive definite at any place.
+// of the step. Where a spring is shorter than its tension bears, what it does across itself is left out of K, so that A
+// is positive definite at any place.
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "tissue/spring_kernels.hpp"

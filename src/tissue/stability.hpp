@@ -19,8 +19,8 @@ double gershgorin_bound_omega(const Materials& materials, const Matrix3X& positi
                               std::span<const double> contact_stiffness = {});
 
 /// Stiffness of the linearised tissue applied to a displacement of the free vertices: K·displacement, 3×N, N. Pinned
-/// and massless vertices count as fixed. K holds per spring the slope of its tension along
-/// it and tension/length across it, and the tangents of hinges and enclosures.
+/// and massless vertices count as fixed. K holds per spring its stiffness along it and tension/length across it, and
+/// the tangents of enclosures.
 void apply_stiffness(const Materials& materials, const Matrix3X& position, const Matrix3X& displacement,
                      Matrix3X& force);
 

@@ -16,6 +16,7 @@
 #include "scene/scene.hpp"
 #include "simulate/simulation.hpp"
 #include "support/closed_loop.hpp"
+#include "support/created_energy.hpp"
 #include "support/known_gap.hpp"
 #include "support/scene_runs.hpp"
 #include "support/scene_samples.hpp"
@@ -232,10 +233,11 @@ TEST(Approach, TissueGainsNoMoreThanAHandGivesWhenItsToolLands) {
     for (const Tool& tool : tools) {
         for (const double led_at : {0.25, 0.5, 1.0, 2.0, 3.0}) {
             const Scene scene = landing(tool, led_at);
-            const auto share = [&](const std::string& method) {
-                return test::run_scene_with(scene, method, 1000).summary.at("book_energy_error_share");
-            };
-            EXPECT_LE(share(hold), 1e-6) << tool.name << " at " << led_at;
+            test::CreatedEnergy created(scene);
+            RunLimits limits;
+            limits.observe = [&created](const Simulation& now, const StepRow& /*row*/) { created.observe(now); };
+            test::run_scene_with(scene, hold, 1000, 0, limits);
+            EXPECT_LE(created.share(), 1e-6) << tool.name << " at " << led_at;
         }
     }
 }

@@ -11,6 +11,7 @@
 
 #include "method/registry.hpp"
 #include "simulate/simulation.hpp"
+#include "support/created_energy.hpp"
 #include "support/scene_runs.hpp"
 #include "support/scene_samples.hpp"
 #include "tissue/mass_spring.hpp"
@@ -30,7 +31,7 @@ struct Watched {
     std::int64_t ticks = 0;
     double most_force = 0.0;   ///< N
     double most_strain = 0.0;  ///< geometry's, not what the stepper tells
-    double created = 0.0;      ///< J, that the books do not account for
+    double created = 0.0;      ///< J, from nowhere
 };
 
 Watched run_watched(const Scene& scene, const std::string& response, std::int64_t ticks, bool watched) {
@@ -39,6 +40,7 @@ Watched run_watched(const Scene& scene, const std::string& response, std::int64_
     const SourceEntry& source = registry().source(test::meeting_triangles_or_own(spec));
     Simulation simulation(scene, make_detector("ohc_clustered"), make_response(spec.name, spec.parameters), source,
                           {.watched = watched});
+    test::CreatedEnergy created(scene);
     Watched result;
     for (; result.ticks < ticks; ++result.ticks) {
         const StepRow row = simulation.step();
@@ -50,9 +52,9 @@ Watched run_watched(const Scene& scene, const std::string& response, std::int64_
             const double length = (position.col(spring.j) - position.col(spring.i)).norm();
             result.most_strain = std::max(result.most_strain, length / spring.rest - 1.0);
         }
+        created.observe(simulation);
     }
-    const double created = simulation.book_figures().at("book_energy_error_j");
-    result.created = std::isfinite(created) ? created : 0.0;
+    result.created = std::isfinite(created.largest()) ? created.largest() : 0.0;
     return result;
 }
 

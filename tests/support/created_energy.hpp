@@ -1,0 +1,68 @@
+// Energy that surely came from nowhere, from trajectories, masses and the forces on tools alone: what tissue gains in
+// motion and springs plus the work of contact on the tools. Dampers only take, so that a positive sum was created.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "scene/scene.hpp"
+#include "simulate/simulation.hpp"
+#include "tissue/mass_spring.hpp"
+#include "tissue/stability.hpp"
+
+namespace trocar::test {
+
+/// Follows a run of tools that do not turn, from the first tick with a force on one of them.
+class CreatedEnergy {
+public:
+    explicit CreatedEnergy(const Scene& scene) : scene_(&scene) {}
+
+    void observe(const Simulation& simulation) {
+        double work = 0.0;
+        for (Index body = 0; body < scene_->topology.body_count(); ++body) {
+            if (scene_->topology.bodies[at(body)].kind != BodyKind::instrument) continue;
+            const Vector3& force = simulation.body_loads()[at(body)].force;
+            constexpr double no_force = 1e-9;  // N, rounding of a hand's free motion
+            if (!before_ && force.norm() > no_force) before_ = energy_of(simulation.seen());
+            work += force.dot(step(body, simulation));
+        }
+        if (!before_) return;
+        const double now = energy_of(simulation.frame());
+        sum_ += now - *before_ + work;
+        before_ = now;
+        largest_ = std::max(largest_, sum_);
+        worked_ += std::abs(work);
+    }
+    [[nodiscard]] double largest() const { return largest_; }  ///< J
+    /// Of the summed work on the tools.
+    [[nodiscard]] double share() const { return worked_ > 0.0 ? largest_ / worked_ : 0.0; }
+
+private:
+    /// A script's step lies before the frame that detect saw; an operator's step lies after it.
+    [[nodiscard]] Vector3 step(Index body, const Simulation& simulation) const {
+        const Index v = scene_->topology.bodies[at(body)].vertices.first;
+        const std::optional<Motion>& motion = scene_->bodies[at(body)].motion;
+        const Frame& seen = simulation.seen();
+        if (motion && motion->drive == Drive::simulated_operator) {
+            return simulation.frame().position.col(v) - seen.position.col(v);
+        }
+        return seen.position.col(v) - seen.previous.col(v);
+    }
+    [[nodiscard]] double energy_of(const Frame& frame) const {
+        double energy = potential_energy(scene_->materials, frame.position);
+        for (Index v = 0; v < scene_->topology.vertex_count; ++v) {
+            if (!is_free(scene_->materials, v)) continue;
+            energy += 0.5 * scene_->materials.mass[at(v)] * frame.velocity.col(v).squaredNorm();
+        }
+        return energy;
+    }
+
+    const Scene* scene_;
+    std::optional<double> before_;  ///< J, at the end of the last tick
+    double sum_ = 0.0;
+    double largest_ = 0.0;
+    double worked_ = 0.0;
+};
+
+}  // namespace trocar::test
