@@ -114,7 +114,7 @@ TEST(VolumeForces, AreMinusTheGradientOfTheEnergyAndKeepMomentum) {
     const Matrix3X position = shaken(scene.first.position, 0.0015);
     const Matrix3X force = force_of(scene.materials, position);
     const double size = force.cwiseAbs().sum();
-    ASSERT_GT(size, 1.0);
+    ASSERT_GT(size, 0.1);
     EXPECT_LT(force.rowwise().sum().norm(), 1e-13 * size);
     Vector3 moment = Vector3::Zero();
     for (Index v = 0; v < position.cols(); ++v) moment += Vector3(position.col(v)).cross(Vector3(force.col(v)));
@@ -225,6 +225,10 @@ TEST(VolumeForces, FreeOrganKeepsMomentumAndEnergyAndAsksForNoMemory) {
     Scene scene = organ(std::string(filled) + R"(,"damping":0,"drag":0,"substeps":50,"strain_limit":100)");
     Frame frame = scene.first;
     frame.velocity = shaken(Matrix3X::Zero(3, frame.position.cols()), 0.5, 9);
+    const Vector3 middle = frame.position.rowwise().mean();
+    for (Index v = 0; v < scene.topology.vertex_count; ++v) {
+        frame.velocity.col(v) += 0.5 * (frame.position.col(v) - middle).normalized();  // breathes
+    }
     MassSpring tissue(scene.topology, scene.materials);
     const Effect effect = empty_effect(scene.topology);
     std::vector<Wrench> reaction(1);
