@@ -107,11 +107,6 @@ bool Occupancy::share(const CellRange& range) {
     return found != 0;
 }
 
-bool Occupancy::any_added(const CellRange& range) const {
-    return range.overlaps(range_) &&
-           for_each_word(range, [this](std::size_t word, std::uint32_t bits) { return (own_[word] & bits) != 0; });
-}
-
 bool Occupancy::any_shared(const CellRange& range) const {
     return range.overlaps(range_) &&
            for_each_word(range, [this](std::size_t word, std::uint32_t bits) { return (twice_[word] & bits) != 0; });

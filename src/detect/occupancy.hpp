@@ -70,8 +70,6 @@ public:
     /// The lattice cells that hold all shared ones; empty (low > high) if there are none.
     [[nodiscard]] CellRange shared_range() const;
     [[nodiscard]] bool any_shared(const CellRange& range) const;
-    /// Whether a cell of `range` was put into the field of the group at hand.
-    [[nodiscard]] bool any_added(const CellRange& range) const;
     /// Calls use(cell) for every lattice cell of `range` that is shared.
     template <typename Use>
     void for_each_shared(const CellRange& range, const Use& use) const {

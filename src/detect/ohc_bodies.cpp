@@ -25,17 +25,17 @@ void OhcBodies::prepare(const Topology& topology, const Frame& frame) {
     const std::size_t bodies = topology.bodies.size();
     words_ = (bodies + 63) / 64;
     collide_.assign(bodies * words_, 0);
-    takes_part_.assign(bodies, 0);
+    std::vector<std::uint8_t> takes_part(bodies, 0);
     for (const auto& [a, b] : topology.body_pairs) {
         for (const auto& [from, to] : {std::pair{a, b}, std::pair{b, a}}) {
             collide_[at(from) * words_ + at(to) / 64] |= std::uint64_t{1} << (at(to) % 64);
-            takes_part_[at(from)] = 1;
+            takes_part[at(from)] = 1;
         }
     }
     order_.clear();
     for (std::size_t number = 0; number < bodies; ++number) {
-        if (topology.bodies[number].triangles.count == 0) takes_part_[number] = 0;
-        if (takes_part_[number] != 0) order_.push_back(static_cast<Index>(number));
+        if (topology.bodies[number].triangles.count == 0) takes_part[number] = 0;
+        if (takes_part[number] != 0) order_.push_back(static_cast<Index>(number));
     }
     const auto rank = [this](Index number) {
         const BodyRange& range = body(number);

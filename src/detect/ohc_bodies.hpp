@@ -39,7 +39,6 @@ public:
     /// least.
     [[nodiscard]] const std::vector<Index>& order() const { return order_; }
     [[nodiscard]] const std::vector<Group>& groups() const { return groups_; }
-    [[nodiscard]] bool takes_part(Index body) const { return takes_part_[at(body)] != 0; }
     [[nodiscard]] bool may_hit(Index body_a, Index body_b) const {
         return ((collide_[at(body_a) * words_ + at(body_b) / 64] >> (at(body_b) % 64)) & 1U) != 0;
     }
@@ -92,11 +91,10 @@ private:
     std::vector<Group> groups_;
     std::vector<std::uint64_t> collide_;
     std::size_t words_ = 1;
-    std::vector<std::uint8_t> takes_part_;  ///< per body
-    std::vector<Extent> boxes_;             ///< per body, m
-    std::vector<BoxOnWay<Extent>> ways_;    ///< per body, where the way counts
-    std::vector<TickPart> parts_;           ///< per body: when it may meet another
-    std::vector<Extent> wide_boxes_;        ///< with what is around their triangles, as triangles' boxes have it
+    std::vector<Extent> boxes_;           ///< per body, m
+    std::vector<BoxOnWay<Extent>> ways_;  ///< per body, where the way counts
+    std::vector<TickPart> parts_;         ///< per body: when it may meet another
+    std::vector<Extent> wide_boxes_;      ///< with what is around their triangles, as triangles' boxes have it
     MeetingBoxes meeting_;
     double cell_edge_ = 0.0;  ///< m; 0: not chosen yet
     double reach_ = 0.0;      ///< m

@@ -21,7 +21,7 @@ public:
     void prepare(std::size_t room);
     /// No triangle lies anywhere.
     void clear();
-    /// Finds the triangles of the active groups in shared cells. Precondition: place_groups told `meeting`, not empty.
+    /// Finds the triangles of the groups in shared cells. Precondition: place_groups told `meeting`, not empty.
     void find(const Frame& frame, const CellRange& meeting);
 
     /// Triangles that share a cell, each once.
@@ -67,7 +67,7 @@ private:
     std::vector<std::uint32_t> sides_;  ///< per vertex, as in box_sides; of the body at hand
     std::vector<Index> huge_;
     std::vector<Primitive> primitives_;
-    std::vector<Run> runs_;  ///< per active group
+    std::vector<Run> runs_;  ///< per group
     std::size_t entries_ = 0;
 };
 

@@ -7,6 +7,7 @@
 #include <array>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include "detect/lattice.hpp"
 #include "detect/ohc_meeting.hpp"
@@ -87,6 +88,30 @@ TEST(Ohc, NoSettingChangesTheAnswer) {
 
 /// The bits of the first level stand for many cells each here: a triangle with far too many cells for the lattice lies
 /// in one bit, in every body.
+TEST(Ohc, AReachOfManyCellsIsNotPutIntoCells) {
+    World world = make_world("shaft, slab and a soup",
+                             {{BodyKind::instrument, shaft(0.004, 0.1, 10, 20).move({0.001, 0.0003, -0.012})},
+                              {BodyKind::tissue, slab(0.1, 0.01, 12).shake(0.0003, 3)},
+                              {BodyKind::tissue, soup(120, 0.006, 0.05, 42)}});
+    const auto truth = make_detector("brute_force", {});
+    const auto detector = make_detector("ohc", {});
+    truth->prepare(world.topology, world.frame);
+    detector->prepare(world.topology, world.frame);
+    // Three ticks of a tool that flies by, and one at rest: with 8 m around it a triangle covers 10^8 cells.
+    for (const double reach : {0.001, 8.0, 0.3, 0.001}) {
+        ++world.frame.tick;
+        ContactSet told;
+        ContactSet expected;
+        for (const auto& [method, contacts] : {std::pair{detector.get(), &told}, {truth.get(), &expected}}) {
+            method->update(world.frame, reach);
+            method->detect(world.frame, *contacts);
+        }
+        EXPECT_EQ(told.pairs, expected.pairs) << reach;
+        EXPECT_EQ(told.near, expected.near) << reach;
+        EXPECT_LT(told.work.cells_visited, 2'000'000) << reach;
+    }
+}
+
 TEST(Ohc, TrianglesOfManyCellsInOneBitAreAnswered) {
     const World world = make_world("fine soups", {{BodyKind::instrument, soup(300, 0.003, 0.1, 61)},
                                                   {BodyKind::tissue, soup(300, 0.003, 0.1, 62)},
