@@ -20,8 +20,6 @@ class ExampleResponse final : public Response {
 public:
     ExampleResponse(double k, double relaxation_time) : k_(k), relaxation_time_(relaxation_time) {}
 
-    // Nobody keeps a 3×N array of forces for a response that says it writes none.
-
     // Once per run. Topology and materials stay the same and outlive the run; whatever needs memory gets it here.
     void prepare(const Topology& topology, const Materials& materials) override {
         topology_ = &topology;

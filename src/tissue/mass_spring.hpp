@@ -16,8 +16,8 @@
 
 namespace trocar {
 
-/// Force of the tissue on each vertex: springs, preload, enclosures, rest bias, damping, drag; 3×N, N. Contacts
-/// not included. `force` is resized only when its size is wrong.
+/// Force of the tissue on each vertex: springs, preload, enclosures, rest bias, damping, drag; 3×N, N. Contacts not
+/// included. `force` is resized only when its size is wrong.
 void internal_force(const Materials& materials, const Matrix3X& position, const Matrix3X& velocity, Matrix3X& force);
 
 /// Energy of one spring with its preload at a length (m), J.

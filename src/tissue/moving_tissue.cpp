@@ -33,8 +33,7 @@ bool finite_input(const Effect& effect, const Frame& frame) {
            });
 }
 
-/// Free vertices of the tissue, and what a spring or an enclosure ties to them: the rest cannot move and moves
-/// nothing.
+/// Free vertices of the tissue, and what a spring or an enclosure ties to them: the rest cannot move and moves nothing.
 TissueState state_of(const Topology& topology, const Materials& materials) {
     const std::size_t n = at(topology.vertex_count);
     std::vector<std::uint8_t> free(n, 0);

@@ -35,8 +35,8 @@ struct SystemKernels {
     void (*linearise)(double h, const SpringArrays& springs, const TissueState& state, SpringSystem& system);
     /// Finds `inverse` for the springs as they are.
     void (*invert_blocks)(const SpringArrays& springs, SpringSystem& system);
-    /// result = A · vector; columns of what does not move have to be 0 in `vector` and are 0 in
-    /// `result`. Gives vector · result.
+    /// result = A · vector; columns of what does not move have to be 0 in `vector` and are 0 in `result`. Gives
+    /// vector · result.
     double (*multiply)(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& vector,
                        Matrix4X& result);
     /// A step along the direction: the solution, the residual after it and that preconditioned. Gives their product.

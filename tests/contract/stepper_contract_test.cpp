@@ -380,71 +380,62 @@ TEST(StepperEntry, WhatItDoesNotTakeIsNamed) {
 
 /// One free vertex of 1 g that a load moves along z, and where it comes to rest.
 struct Carried {
-    const char* by;
     test::TissueSample s;
     Index vertex;
     double load;  ///< N
     double z;     ///< m
 };
 
-/// What a scene names beyond linear springs, METHODS §4.
-std::vector<Carried> carried_loads() {
-    std::vector<Carried> result;
-    const auto add = [&](const char* by, const std::vector<Vector3>& points, double drag, double load,
-                         double z) -> Materials& {
-        std::vector<std::uint8_t> pinned(points.size(), 1);
-        pinned.back() = 0;
-        const auto vertex = static_cast<Index>(points.size()) - 1;
-        result.push_back(
-            {by, test::make_tissue(points, std::vector<double>(points.size(), 1e-3), pinned, {}), vertex, load, z});
-        result.back().s.materials.substeps = 4;
-        result.back().s.materials.drag.back() = drag;
-        return result.back().s.materials;
-    };
-    // The apex, 10 mm above a base of 2 cm²: V = A H/3, so that it is held by K A/(3 H) = 66.7 N/m.
+/// The apex of a tetrahedron, 10 mm above a base of 2 cm² that is held: V = A H/3, so that its volume holds the apex by
+/// K A/(3 H) = 66.7 N/m (METHODS §4).
+Carried carried_by_volume() {
     Enclosure tetrahedron{.triangles = Triangles(3, 4), .volume = 2e-4 * 0.01 / 3.0, .bulk_modulus = 1e4};
     tetrahedron.triangles << 0, 0, 0, 1, 2, 1, 3, 2, 1, 3, 2, 3;
-    add("enclosure", {Vector3::Zero(), Vector3(0.02, 0, 0), Vector3(0, 0.02, 0), Vector3(0.005, 0.005, 0.01)}, 0.5,
-        -0.01, 0.01 - 0.01 * 3.0 * 0.01 / (1e4 * 2e-4))
-        .enclosures = {tetrahedron};
-    return result;
+    Carried one{
+        .s = test::make_tissue({Vector3::Zero(), Vector3(0.02, 0, 0), Vector3(0, 0.02, 0), Vector3(0.005, 0.005, 0.01)},
+                               std::vector<double>(4, 1e-3), {1, 1, 1, 0}, {}),
+        .vertex = 3,
+        .load = -0.01,
+        .z = 0.01 - 0.01 * 3.0 * 0.01 / (1e4 * 2e-4)};
+    one.s.materials.substeps = 4;
+    one.s.materials.drag.back() = 0.5;
+    one.s.materials.enclosures = {tetrahedron};
+    return one;
 }
 
 TEST_P(StepperContract, WhatASceneNamesBeyondLinearSpringsCarriesItsLoad) {
-    for (Carried& one : carried_loads()) {
-        const auto stepper = test::stepper_of(GetParam());
-        stepper->prepare(one.s.topology, one.s.materials);
-        Effect effect = test::empty_effect(one.s.topology);
-        effect.held_force(2, one.vertex) = one.load;
-        const Matrix3X start = one.s.frame.position;
-        std::vector<Wrench> reaction(1);
-        for (int tick = 0; tick < 1000; ++tick) {
-            ASSERT_TRUE(stepper->advance(effect, dt, one.s.frame, one.s.frame, reaction).ok()) << one.by;
-        }
-        const double way = one.z - start(2, one.vertex);
-        EXPECT_NEAR(one.s.frame.position(2, one.vertex), one.z, 1e-3 * std::abs(way)) << one.by;
-        for (Index v = 0; v < one.vertex; ++v) EXPECT_EQ(one.s.frame.position.col(v), start.col(v)) << one.by;
+    Carried one = carried_by_volume();
+    const auto stepper = test::stepper_of(GetParam());
+    stepper->prepare(one.s.topology, one.s.materials);
+    Effect effect = test::empty_effect(one.s.topology);
+    effect.held_force(2, one.vertex) = one.load;
+    const Matrix3X start = one.s.frame.position;
+    std::vector<Wrench> reaction(1);
+    for (int tick = 0; tick < 1000; ++tick) {
+        ASSERT_TRUE(stepper->advance(effect, dt, one.s.frame, one.s.frame, reaction).ok());
     }
+    const double way = one.z - start(2, one.vertex);
+    EXPECT_NEAR(one.s.frame.position(2, one.vertex), one.z, 1e-3 * std::abs(way));
+    for (Index v = 0; v < one.vertex; ++v) EXPECT_EQ(one.s.frame.position.col(v), start.col(v));
 }
 
 TEST_P(StepperContract, WhatASceneNamesBeyondLinearSpringsBearsWhatPressesOnIt) {
-    // The same loads by a plane, ten times as stiff as what it presses on is on the whole way.
-    for (Carried& one : carried_loads()) {
-        const auto stepper = test::stepper_of(GetParam());
-        stepper->prepare(one.s.topology, one.s.materials);
-        Effect effect = test::empty_effect(one.s.topology);
-        const double way = one.z - one.s.frame.position(2, one.vertex);
-        const double k = 10.0 * one.load / way;
-        std::vector<Wrench> reaction(1);
-        for (int tick = 0; tick < 1000; ++tick) {
-            effect.clear();
-            const double gap = one.z + one.load / k - one.s.frame.position(2, one.vertex);
-            effect.contacts.push_back(test::plane_contact(one.vertex, -Vector3::UnitZ(), gap, k, 0.02 * k));
-            ASSERT_TRUE(stepper->advance(effect, dt, one.s.frame, one.s.frame, reaction).ok()) << one.by;
-        }
-        EXPECT_NEAR(one.s.frame.position(2, one.vertex), one.z, 5e-3 * std::abs(way)) << one.by;
-        EXPECT_NEAR(stepper->loads()[0].normal, std::abs(one.load), 0.01 * std::abs(one.load)) << one.by;
+    // The same load by a plane, ten times as stiff as what it presses on is on the whole way.
+    Carried one = carried_by_volume();
+    const auto stepper = test::stepper_of(GetParam());
+    stepper->prepare(one.s.topology, one.s.materials);
+    Effect effect = test::empty_effect(one.s.topology);
+    const double way = one.z - one.s.frame.position(2, one.vertex);
+    const double k = 10.0 * one.load / way;
+    std::vector<Wrench> reaction(1);
+    for (int tick = 0; tick < 1000; ++tick) {
+        effect.clear();
+        const double gap = one.z + one.load / k - one.s.frame.position(2, one.vertex);
+        effect.contacts.push_back(test::plane_contact(one.vertex, -Vector3::UnitZ(), gap, k, 0.02 * k));
+        ASSERT_TRUE(stepper->advance(effect, dt, one.s.frame, one.s.frame, reaction).ok());
     }
+    EXPECT_NEAR(one.s.frame.position(2, one.vertex), one.z, 5e-3 * std::abs(way));
+    EXPECT_NEAR(stepper->loads()[0].normal, std::abs(one.load), 0.01 * std::abs(one.load));
 }
 
 TEST_P(StepperContract, AFaceHeldAgainstWhatIsLedIsPushedAlongItsNormalAtTheNearestPoint) {

@@ -100,15 +100,15 @@ TEST(Ohc, AReachOfManyCellsIsNotPutIntoCells) {
     // Three ticks of a tool that flies by, and one at rest: with 8 m around it a triangle covers 10^8 cells.
     for (const double reach : {0.001, 8.0, 0.3, 0.001}) {
         ++world.frame.tick;
-        ContactSet told;
+        ContactSet found;
         ContactSet expected;
-        for (const auto& [method, contacts] : {std::pair{detector.get(), &told}, {truth.get(), &expected}}) {
+        for (const auto& [method, contacts] : {std::pair{detector.get(), &found}, {truth.get(), &expected}}) {
             method->update(world.frame, reach);
             method->detect(world.frame, *contacts);
         }
-        EXPECT_EQ(told.pairs, expected.pairs) << reach;
-        EXPECT_EQ(told.near, expected.near) << reach;
-        EXPECT_LT(told.work.cells_visited, 2'000'000) << reach;
+        EXPECT_EQ(found.pairs, expected.pairs) << reach;
+        EXPECT_EQ(found.near, expected.near) << reach;
+        EXPECT_LT(found.work.cells_visited, 2'000'000) << reach;
     }
 }
 
