@@ -322,13 +322,13 @@ INSTANTIATE_TEST_SUITE_P(Analytic, PressedMembrane,
                                          Membrane{0.005, 15, 18, -0.0062, 0.0047, 0.0006, 0.4, 21000.0, 0.002},
                                          Membrane{0.003, 20, 16, 0.0013, -0.0052, 0.0003, 0.3, 55000.0, 0.004}));
 
-/// A needle held at (x, y, z) on the way across a rigid ball of 30 mm.
+/// A needle held at (x, y, z) on the way across a rigid ball of 30 mm, its tip as above.
 std::string needle_on_ball(double radius, double heading, double angle, double depth) {
     const double r = radius - depth;
     return fmt::format(
         R"({{"format":"trocar-scene-1","name":"slide","unit":"m","dt":0.001,"ticks":1,"seed":1,"bodies":[
       {{"name":"ball","kind":"rigid","closed":true,"parts":[{{"shape":"sphere","radius":{},"edge":{}}}]}},
-      {{"name":"tool","kind":"instrument","closed":true,"tip":[0,0,0],
+      {{"name":"tool","kind":"instrument","closed":true,"tip":[0,0,0.01],
        "parts":[{{"shape":"needle","radius":0.0005,"length":0.03,"tip_length":0.01,"edge":0.001}}],
        "motion":{{"drive":"prescribed","keys":[{{"time":0,"pose":[{},{},{},0,0,0]}}]}}}}],
       "contact":[{{"bodies":["tool","ball"],"k":1000,"mu":0}}]}})",
