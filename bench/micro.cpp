@@ -137,10 +137,9 @@ std::vector<MicroResult> run_micro(bool quick, std::vector<Missing>& /*missing*/
     // Per class and case; back-projection (§3.4.5) looks at every vertex of the tool, whatever the pairs: told apart.
     const std::vector<PairClass> classes = pair_classes();
     for (const PairClass& one : classes) {
-        for (const auto& [what, method] :
-             {std::pair{"faithful without back-projection", "thesis:resolution=none,tip_proxy=off"},
-              {"faithful", "thesis:tip_proxy=off"},
-              {"corrected", "thesis:profile=corrected,tip_proxy=off"}}) {
+        for (const auto& [what, method] : {std::pair{"faithful without back-projection", "thesis:n_back=0"},
+                                           {"faithful", "thesis"},
+                                           {"corrected", "thesis:profile=corrected"}}) {
             add(fmt::format("{}, per pair: thesis {}", one.name, what),
                 [&one, text = std::string(method)](benchmark::State& state) {
                     const MethodSpec spec = parse_method(text);

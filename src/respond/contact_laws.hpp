@@ -27,7 +27,6 @@ struct LawSettings {
     double friction = 0.0;                                         ///< Coulomb coefficient
     double friction_k = 1000.0;                                    ///< N/m
     bool tissue_alone = false;                                     ///< k and mu are those of contacts on tissue
-    bool operator==(const LawSettings&) const = default;
 };
 
 /// Built once per run; a look-up is one table entry.

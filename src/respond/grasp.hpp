@@ -25,7 +25,6 @@ struct GraspSettings {
     double slip_force = 2.0;   ///< N, on one vertex
     double jaw_length = 0.012;  ///< m, from the tip towards the shaft: what is held lies there
     double release_time = 0.0;  ///< s, in which the force on a vertex that slips or is let go falls to zero
-    bool operator==(const GraspSettings&) const = default;
 };
 
 class Grasp {

@@ -1,18 +1,18 @@
 // The response of the thesis: equations 3.4-3.17 as METHODS §5-§10 makes them executable. Profile `faithful` keeps the
 // printed equations with the damper sign of 3.6 put right, one response per triangle pair in sorted order; `printed`
-// keeps that sign too; `corrected` turns on our corrections of the equations, each of which is a parameter of its own.
+// keeps that sign too; `corrected` has all our corrections of the equations (METHODS §13).
 //
-// Where to look, by equation or section of METHODS, with the parameters that act there:
-//   3.4        press_non_deformable   closest_point, normal, distribute, clamp, tip_proxy
-//   3.4, 3.5   rigid_patches          reduction=vertex
-//   3.5, 3.9   respond_to_edges       edges, distribute, clamp
-//   3.6        press_tissue_face      profile=printed, stiffness, kappa, closest_point, normal, clamp
-//   3.7-3.11   project                path, e, reaction
-//   3.12-3.17  tissue_contacts        tissue_tissue, e_tissue
-//   §3.4.5     back_projection        resolution, n_back, l_max
-//   §5         contact_reduction      reduction
-//   §8         tip_proxy              tip_proxy
-//   §10        grasp                  grasp, grasp_k, grasp_slip, jaw_length, release_time
+// Where to look, by equation or section of METHODS:
+//   3.4        press_non_deformable   printed and faithful
+//   3.4, 3.5   rigid_patches          corrected
+//   3.5, 3.9   respond_to_edges
+//   3.6        press_tissue_face
+//   3.7-3.11   project
+//   3.12-3.17  tissue_contacts        exchange; corrected: bounce
+//   §3.4.5     back_projection
+//   §5         contact_reduction      corrected
+//   §8         tip_proxy              printed and faithful
+//   §10        grasp
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -36,6 +36,8 @@
 namespace trocar {
 namespace {
 
+constexpr double restitution = 0.0;  ///< e in 3.8 and 3.11: the printed equation
+
 class Thesis final : public Response {
 public:
     explicit Thesis(const ThesisSettings& settings) : state_(settings) {}
@@ -57,27 +59,26 @@ public:
         effect.clear();
         effect.contact_timing = settings().contact_timing;
         state_.begin(frame, dt);
-        if (state_.grasps()) hold_grasped(frame, contacts, effect);
-        if (settings().tip_proxy) respond_to_tips(frame, contacts, effect);
+        if (state_.has_tissue) hold_grasped(frame, contacts, effect);
+        if (!corrected()) respond_to_tips(frame, contacts, effect);
         for (const Contact& contact : contacts.contacts) respond_to(frame, contact, effect);
-        if (settings().reduce) respond_to_reduced(frame, effect);
-        if (state_.has_tissue && settings().back_projection) {
-            back_projection_.respond(state_, frame, contacts, effect);
-        }
+        if (corrected()) respond_to_reduced(frame, effect);
+        if (state_.has_tissue && settings().n_back > 0.0) back_projection_.respond(state_, frame, contacts, effect);
         for (const TissueEdit& edit : state_.edits()) {
             effect.placements.push_back({edit.vertex, edit.position, edit.velocity, edit.held});
         }
         add_reactions(frame, effect);
-        if (state_.grasps()) state_.grasp.remember(frame);
+        if (state_.has_tissue) state_.grasp.remember(frame);
     }
 
 private:
     [[nodiscard]] const ThesisSettings& settings() const { return state_.settings; }
+    [[nodiscard]] bool corrected() const { return settings().corrected(); }
     [[nodiscard]] BodyKind kind(Index body) const { return state_.kind(body); }
 
     /// Speed of a face's loaded point, or of the vertex that the printed equations take.
     [[nodiscard]] Vector3 face_velocity(const Frame& frame, const VertexInFace& v) const {
-        if (!settings().closest_point) return state_.velocity(frame, v.nearest);
+        if (!corrected()) return state_.velocity(frame, v.nearest);
         Vector3 sum = Vector3::Zero();
         for (std::size_t i = 0; i < 3; ++i) {
             if (v.face.vertices[i] >= 0) sum += v.face.weights[i] * state_.velocity(frame, v.face.vertices[i]);
@@ -99,28 +100,27 @@ private:
         }
         const CollisionClass pair_class = state_.laws.kind(contact.body_a, contact.body_b);
         if (pair_class == CollisionClass::none ||
-            (pair_class == CollisionClass::rigid_tissue && !settings().all_rigid_cases && !enters_with_b(contact))) {
+            (pair_class == CollisionClass::rigid_tissue && !corrected() && !enters_with_b(contact))) {
             effect.skip(SkipReason::not_handled);
             return;
         }
-        const bool patch = settings().reduce && kind(contact.body_b) != BodyKind::tissue;
+        const bool patch = corrected() && kind(contact.body_b) != BodyKind::tissue;
         const bool open = features && !(contact.gap + contact.approach < 0.0);
         if (open && !patch && !takes_open(contact)) {
             effect.skip(SkipReason::not_handled);
             return;
         }
-        if (pair_class == CollisionClass::tissue_tissue && !settings().impulse_tissue && !features) {
+        if (pair_class == CollisionClass::tissue_tissue && !corrected() && !features) {
             exchange(state_, frame, contact);
             return;
         }
         if (patch) {
-            const bool at_tip = settings().tip_proxy && proxies_.takes(*topology_, frame, contact);
-            if (!at_tip) rigid_.push_back(contact);
+            rigid_.push_back(contact);
             return;
         }
         if (contact.kind == ContactCase::edges_cross) {
             const CrossedEdges edges = read_crossing(state_, frame, contact);
-            if (settings().reduce) {
+            if (corrected()) {
                 if (!reduction_.keep(name_edges(*topology_, frame, contact), edges)) effect.skip(SkipReason::reduced);
             } else {
                 respond_to_edges(frame, edges, effect);
@@ -128,7 +128,7 @@ private:
         } else if (enters) {
             read_vertices(state_, frame, contact, entered_);
             for (const VertexInFace& v : entered_) {
-                if (settings().reduce) {
+                if (corrected()) {
                     if (!reduction_.keep(v) && v.vertex == entered_.front().vertex) effect.skip(SkipReason::reduced);
                 } else {
                     respond_to_vertex(frame, v, effect);
@@ -146,7 +146,7 @@ private:
     [[nodiscard]] bool takes_open(const Contact& contact) const {
         const bool places = enters_with_b(contact) && kind(contact.body_a) != BodyKind::tissue &&
                             kind(contact.body_b) == BodyKind::tissue;
-        return settings().clamp && !places;
+        return corrected() && !places;
     }
 
     void respond_to_reduced(const Frame& frame, Effect& effect) {
@@ -183,8 +183,8 @@ private:
         }
     }
 
-    /// Eq. 3.4 (§3.4.1, §3.4.2): the vertex is pushed out along the face's normal, the face the other way; a rigid body
-    /// is static and takes nothing.
+    /// Eq. 3.4 (§3.4.1, §3.4.2), printed and faithful: the vertex is pushed out along the face's normal, the face the
+    /// other way; a rigid body is static and takes nothing.
     void press_non_deformable(const Frame& frame, const VertexInFace& v, Effect& effect) const {
         const bool push_vertex = kind(v.vertex_body) == BodyKind::instrument;
         const ContactPoint face = face_load(v);
@@ -210,12 +210,13 @@ private:
     void react(const Frame& frame, Index body, const Vector3& point, LinearContact& linear) const {
         if (kind(body) != BodyKind::instrument) return;
         react_on_line(frame, body, linear);
-        if (!settings().closest_point) linear.reaction_point = point;
+        if (!corrected()) linear.reaction_point = point;
     }
-    /// Of an instrument's contact with bone (-1: other contacts), what is at its tip is the proxy's.
+    /// Printed and faithful. Of an instrument's contact with bone (-1: other contacts), what is at its tip is the
+    /// proxy's.
     void finish_rigid(const Frame& frame, Index instrument, const Vector3& place, LinearContact linear,
                       Effect& effect) const {
-        const double share = settings().tip_proxy && instrument >= 0 ? proxies_.share_left(instrument, place) : 1.0;
+        const double share = instrument >= 0 ? proxies_.share_left(instrument, place) : 1.0;
         if (share == 0.0) return;
         linear.k *= share;
         linear.mu *= share;
@@ -236,7 +237,8 @@ private:
         LinearContact linear;
         linear.k = state_.stiffness(v.vertex_body, v.face_body, materials_->mean_stiffness[at(v.nearest)], v.vertex);
         // Literal 3.6: F on A1 = (k d - mu (V2 - V1)·n2) n2, which as a damper on the tissue is -mu.
-        linear.mu = (settings().printed_damper ? -1.0 : 1.0) * state_.laws.mu(v.vertex_body, v.face_body, linear.k);
+        linear.mu = (settings().profile == Profile::printed ? -1.0 : 1.0) *
+                    state_.laws.mu(v.vertex_body, v.face_body, linear.k);
         linear.gap = -v.depth;
         linear.normal = -v.normal;
         push(face_load(v), linear);
@@ -258,12 +260,12 @@ private:
         const bool push_b = tissue_b || kind(edges.body_b) == BodyKind::instrument;
         LinearContact linear;
         linear.k = k;
-        linear.mu = settings().edge_normal ? state_.laws.mu(edges.body_a, edges.body_b, k) : 0.0;  // printed: no damper
+        linear.mu = corrected() ? state_.laws.mu(edges.body_a, edges.body_b, k) : 0.0;  // printed: no damper
         linear.gap = -edges.depth;
         linear.normal = push_b ? edges.direction : Vector3(-edges.direction);
         push(push_b ? edges.b : edges.a, linear);
         const ContactPoint& other = push_b ? edges.a : edges.b;
-        const Vector3 other_velocity = settings().closest_point
+        const Vector3 other_velocity = corrected()
                                            ? other.blend(frame.velocity)
                                            : Vector3(frame.velocity.col(push_b ? edges.vertex_a : edges.vertex_b));
         linear.face_velocity = other_velocity.dot(linear.normal);
@@ -282,10 +284,10 @@ private:
         equations::PathHit hit;
         if (v.triangle >= 0) {
             Vector3 previous = frame.previous.col(v.vertex);
-            if (settings().relative_path) previous = carried_along(frame, v.triangle, previous);
+            if (corrected()) previous = carried_along(frame, v.triangle, previous);
             hit = equations::path_hit(corners_of(*topology_, frame.position, v.triangle), previous, vertex.position);
         }
-        if (!hit.found && settings().relative_path) hit = {.found = true, .point = v.face.blend(frame.position)};
+        if (!hit.found && corrected()) hit = {.found = true, .point = v.face.blend(frame.position)};
         if (hit.found) {
             vertex.position = hit.point;
         } else {
@@ -293,13 +295,12 @@ private:
         }
         const bool instrument = kind(v.face_body) == BodyKind::instrument;
         const Vector3 before = vertex.velocity;
-        vertex.velocity = instrument ? equations::projected_velocity(face_velocity(frame, v), before, v.normal,
-                                                                     settings().restitution)
-                                     : equations::rigid_projected_velocity(before, v.normal, settings().restitution);
+        vertex.velocity = instrument
+                              ? equations::projected_velocity(face_velocity(frame, v), before, v.normal, restitution)
+                              : equations::rigid_projected_velocity(before, v.normal, restitution);
         if (!instrument) return;
         vertex.instrument = v.face_body;
-        vertex.point =
-            settings().closest_point ? face_load(v).blend(frame.position) : Vector3(frame.position.col(v.nearest));
+        vertex.point = corrected() ? face_load(v).blend(frame.position) : Vector3(frame.position.col(v.nearest));
         vertex.normal = v.normal;
         vertex.velocity_change += vertex.velocity - before;
     }
@@ -327,7 +328,7 @@ private:
             Vector3 force;
             if (vertex.held) {
                 force = state_.internal_force_on(frame, vertex);
-            } else if (settings().impulse_reaction) {
+            } else if (corrected()) {
                 force = -materials_->mass[at(vertex.vertex)] / state_.dt * vertex.velocity_change;
             } else {
                 force = equations::pressing_part(state_.internal_force_on(frame, vertex), vertex.normal);
@@ -341,7 +342,7 @@ private:
     // ------------------------------------------------------------ grasping
     void hold_grasped(const Frame& frame, const ContactSet& contacts, Effect& effect) {
         state_.grasp.update(*topology_, *materials_, frame, contacts);
-        if (settings().grasp == GraspRule::follow) {
+        if (!corrected()) {
             for (const GraspedVertex& held : state_.grasp.held()) {
                 TissueEdit& vertex = state_.edit(frame, held.vertex);
                 vertex.position = state_.grasp.target(frame, held);
@@ -378,18 +379,14 @@ ResponseEntry thesis_response() {
     // The printed equations go by the overlap case of two triangles, its vertex or edge and its interval.
     entry.why_unreadable = [](const ParameterValues& values, std::string_view source) -> std::string {
         if (source == "canonical") return {};
-        if (values.is("profile", "corrected") && !values.is("tissue_tissue", "exchange")) return {};
+        if (values.is("profile", "corrected")) return {};
         return fmt::format(
-            "the printed equations of thesis need pairs of triangles, contacts 'canonical'; from '{}' "
-            "work profile=corrected and tissue_tissue=impulse",
+            "the printed equations of thesis need pairs of triangles, contacts 'canonical'; from '{}' works "
+            "profile=corrected",
             source);
     };
     entry.parameters = thesis_parameters();
-    for (const char* setting :
-         {"projection", "squeeze", "settle_time", "anchor", "samples", "approach", "slip_damping", "tear_time", "d_max",
-          "clear_speed", "rigid", "rigid_settle", "friction", "friction_k", "resolution=ledger"}) {
-        entry.left.push_back({setting, "take the response hold"});
-    }
+    entry.left = thesis_left_settings();
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Thesis>(read_thesis_settings(values));
     };

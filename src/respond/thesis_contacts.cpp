@@ -39,17 +39,17 @@ void read_vertices(const ThesisState& state, const Frame& frame, const Contact& 
     const equations::Corners corners = corners_of(topology, frame.position, v.triangle);
     for (int i = 0; i < 3; ++i) {
         v.vertex = topology.triangles(i, entering);
-        if (v.vertex != deepest && !state.settings.reduce) continue;
+        if (v.vertex != deepest && !state.settings.corrected()) continue;
         const Vector3 x = frame.position.col(v.vertex);
         v.depth = v.vertex == deepest ? contact.depth : -face_normal.dot(x - corners[0]);
         const Vector3 weights = closest_point_on_triangle(corners, x);
         v.distance = (x - equations::point_at(corners, weights)).norm();
         if (v.vertex != deepest && (v.depth <= 0.0 || v.distance > 1.0001 * v.depth)) continue;
-        if (state.settings.closest_point) v.depth = std::min(v.depth, v.distance);
+        if (state.settings.corrected()) v.depth = std::min(v.depth, v.distance);
         v.face = ContactPoint::in_triangle(topology.triangles, v.triangle, weights);
         v.nearest = v.vertex == deepest ? (b_enters ? contact.vertex_a : contact.vertex_b)
                                         : topology.triangles(equations::nearest_corner(corners, x), v.triangle);
-        v.normal = state.settings.blended_normal
+        v.normal = state.settings.corrected()
                        ? state.surface.blended_normal(topology, frame.position, v.triangle, weights)
                        : face_normal;
         out.push_back(v);
@@ -84,8 +84,8 @@ CrossedEdges read_crossing(const ThesisState& state, const Frame& frame, const C
             .b = load(contact.b, contact.vertex_b),
             .vertex_a = contact.vertex_a,
             .vertex_b = contact.vertex_b,
-            .direction = state.settings.edge_normal ? contact.normal : contact.interval_direction,
-            .depth = state.settings.edge_normal ? contact.depth : contact.interval_length,
+            .direction = state.settings.corrected() ? contact.normal : contact.interval_direction,
+            .depth = state.settings.corrected() ? contact.depth : contact.interval_length,
             .stiffness = tissue ? state.materials->triangle_stiffness[at(contact.b)] : 0.0,
             .place = contact.point};
 }

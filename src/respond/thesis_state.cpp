@@ -6,6 +6,15 @@
 #include "respond/equations.hpp"
 
 namespace trocar {
+namespace {
+
+// Of the profile `corrected`.
+constexpr double kappa = 3e6;          ///< N/m³, elastic foundation
+constexpr double f_max = 5.0;          ///< N, largest spring force of one contact
+constexpr double release_time = 0.05;  ///< s, in which the force on a vertex that slips or is let go falls to zero
+
+}  // namespace
+
 void ThesisState::prepare(const Topology& the_topology, const Materials& the_materials) {
     topology = &the_topology;
     materials = &the_materials;
@@ -16,7 +25,10 @@ void ThesisState::prepare(const Topology& the_topology, const Materials& the_mat
     edits_.clear();
     has_tissue = std::any_of(the_topology.bodies.begin(), the_topology.bodies.end(),
                              [](const BodyRange& body) { return body.kind == BodyKind::tissue; });
-    if (has_tissue) grasp.prepare(the_topology, the_materials, settings.grasping);
+    if (has_tissue) {
+        grasp.prepare(the_topology, the_materials,
+                      {.both_jaws = settings.corrected(), .release_time = settings.corrected() ? release_time : 0.0});
+    }
 }
 
 void ThesisState::begin(const Frame& frame, double the_dt) {
@@ -60,12 +72,12 @@ double ThesisState::stiffness(Index body_a, Index body_b, double on_tissue, Inde
     if (!std::isnan(given)) return given;
     const bool tissue = kind(body_a) == BodyKind::tissue || kind(body_b) == BodyKind::tissue;
     if (!tissue) return rigid_stiffness;
-    return settings.area_stiffness ? settings.kappa * surface.area(vertex) : on_tissue;
+    return settings.corrected() ? kappa * surface.area(vertex) : on_tissue;
 }
 
 void ThesisState::finish(const Frame& frame, LinearContact linear, Effect& effect) const {
-    linear.adhesive = !settings.clamp;
-    if (settings.clamp && linear.k * -linear.gap > settings.f_max) linear.gap = -settings.f_max / linear.k;
+    linear.adhesive = !settings.corrected();
+    if (settings.corrected() && linear.k * -linear.gap > f_max) linear.gap = -f_max / linear.k;
     tell_at_start(*topology, frame, dt, linear);
     effect.contacts.push_back(linear);
 }

@@ -51,11 +51,10 @@ public:
         const auto v = static_cast<std::size_t>(vertex);
         return materials->mass[v] <= 0.0 || materials->pinned[v] != 0;
     }
-    [[nodiscard]] bool grasps() const { return has_tissue && settings.grasp != GraspRule::off; }
     /// True when a grasp takes the place of contact between this vertex and body: while tissue follows the tool. On
-    /// springs it stays in contact, else it would be drawn through the jaw that it rests on.
+    /// the springs of `corrected` it stays in contact, else it would be drawn through the jaw that it rests on.
     [[nodiscard]] bool follows(Index vertex, Index body) const {
-        return has_tissue && settings.grasp == GraspRule::follow && grasp.holds(vertex, body);
+        return has_tissue && !settings.corrected() && grasp.holds(vertex, body);
     }
     // Working copies.
     [[nodiscard]] const std::vector<TissueEdit>& edits() const { return edits_; }

@@ -7,6 +7,8 @@
 namespace trocar {
 namespace {
 
+constexpr double tissue_restitution = 0.2;  ///< between tissues, of the profile `corrected`
+
 /// Calls act(vertex, weight) for each vertex that takes part, weights times `sign`.
 template <typename Act>
 void visit(const ContactPoint& point, double sign, const Act& act) {
@@ -47,7 +49,7 @@ void bounce(ThesisState& state, const Frame& frame, const Vector3& normal, const
     visit(other, -1.0, measure);
     if (mobility == 0.0) return;
     if (speed < 0.0 && depth >= 0.0) {
-        const double impulse = -(1.0 + state.settings.tissue_restitution) * speed / mobility;
+        const double impulse = -(1.0 + tissue_restitution) * speed / mobility;
         const auto push = [&](Index vertex, double weight) {
             if (!state.fixed(vertex)) {
                 state.edit(frame, vertex).velocity += weight * impulse / mass[at(vertex)] * normal;

@@ -207,7 +207,7 @@ TEST(RigidTissue, FaithfulProjectsTissueVerticesAndIgnoresTheRest) {
     PairSample other = vertex_of_a_in_b(BodyKind::rigid, BodyKind::tissue);
     other.respond("thesis");
     EXPECT_EQ(other.effect.skipped_for(SkipReason::not_handled), 1);
-    other.respond("thesis:profile=corrected,resolution=none");
+    other.respond("thesis:profile=corrected,n_back=0");
     EXPECT_EQ(other.effect.contacts.size(), 1U);
 }
 

@@ -1,5 +1,5 @@
 // Invariants I12-I18 of METHODS §14 on prepared pairs and small sheets, each with the faithful or printed defect as
-// witness, and every switch of `thesis`: what it changes, on a case where it must.
+// witness, and every parameter of `thesis`: what it changes, on a case where it must.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -69,8 +69,8 @@ TEST(ActionAndReaction, WhatTheToolShowsIsTheOppositeOfWhatTheOtherBodyTakes) {
     std::mt19937_64 generator(12);
     std::normal_distribution<double> normal(0.0, 0.1);
     int seen = 0;
-    for (const char* method : {"thesis:resolution=none,mu=2", "thesis:profile=printed,resolution=none,mu=2",
-                               "thesis:profile=corrected,resolution=none,mu=2"}) {
+    for (const char* method :
+         {"thesis:n_back=0,mu=2", "thesis:profile=printed,n_back=0,mu=2", "thesis:profile=corrected,n_back=0,mu=2"}) {
         for (const Posed& one : posed) {
             if (one.a != BodyKind::instrument || one.b == BodyKind::rigid) continue;
             for (int i = 0; i < 100; ++i) {
@@ -137,11 +137,11 @@ TEST(ContactPower, DampersTakeEnergyInCorrectedAndFeedItIn36AsPrinted) {
                 const Vector3 velocity = test::random_vector(normal, generator);
                 for (int v = first; v < first + 3; ++v) s.frame.velocity.col(v) = velocity;
             }
-            s.respond("thesis:profile=corrected,resolution=none,mu=2");
+            s.respond("thesis:profile=corrected,n_back=0,mu=2");
             EXPECT_LE(damper_power(s, seen), 1e-12) << one.name;
-            s.respond("thesis:resolution=none,mu=2");
+            s.respond("thesis:n_back=0,mu=2");
             EXPECT_LE(damper_power(s, seen), 1e-12) << one.name << " faithful";
-            s.respond("thesis:profile=printed,resolution=none,mu=2");
+            s.respond("thesis:profile=printed,n_back=0,mu=2");
             if (std::string(one.name) == "I2T vertex of a") {
                 double largest = 0.0;
                 printed_most = std::max(printed_most, damper_power(s, largest));
@@ -157,8 +157,7 @@ TEST(Projection, LeavesNoApproachAfter38And311) {
     std::mt19937_64 generator(6);
     std::normal_distribution<double> normal(0.0, 0.3);
     for (const BodyKind kind : {BodyKind::instrument, BodyKind::rigid}) {
-        for (const char* method : {"thesis", "thesis:profile=corrected,resolution=none", "thesis:e=0.5",
-                                   "thesis:path=relative,closest_point=on"}) {
+        for (const char* method : {"thesis", "thesis:profile=printed", "thesis:profile=corrected,n_back=0"}) {
             for (int i = 0; i < 300; ++i) {
                 PairSample s = vertex_of_b_in_a(kind, BodyKind::tissue);
                 s.frame.velocity.col(3) = test::random_vector(normal, generator);
@@ -178,7 +177,7 @@ TEST(TissueTissue, EachApplicationKeepsMomentumAndNeverAddsEnergy) {
     std::mt19937_64 generator(7);
     std::normal_distribution<double> normal(0.0, 0.3);
     double lost = 0.0;
-    for (const char* method : {"thesis", "thesis:profile=corrected,resolution=none"}) {
+    for (const char* method : {"thesis", "thesis:profile=corrected,n_back=0"}) {
         const bool faithful = std::string(method) == "thesis";
         for (int i = 0; i < 500; ++i) {
             PairSample s = vertex_of_b_in_a(BodyKind::tissue, BodyKind::tissue);
@@ -210,7 +209,7 @@ TEST(TissueTissue, EachApplicationKeepsMomentumAndNeverAddsEnergy) {
 // ------------------------------------------------------------ I16
 TEST(Rest, WithoutDepthAndSpeedThereIsNoForceInAnyProfile) {
     for (const char* method :
-         {"thesis", "thesis:profile=printed", "thesis:profile=corrected", "thesis:profile=corrected,resolution=none"}) {
+         {"thesis", "thesis:profile=printed", "thesis:profile=corrected", "thesis:profile=corrected,n_back=0"}) {
         for (const Posed& one : posed) {
             PairSample s = one.make(one.a, one.b);
             // The entering vertex, or the crossing edges, are brought to exact touch.
@@ -311,8 +310,8 @@ TEST(Continuity, GapCorrectedForceHasNoJumpAcrossEdgesAndFaithfulHas) {
                 const double corrected_finer = roughness("thesis:profile=corrected", 1e-6, start);
                 EXPECT_LT(corrected_finer, std::max(0.2 * corrected, 1e-12));
                 EXPECT_LT(corrected_finer, 0.02);
-                const double faithful = roughness("thesis:resolution=none", 1e-5, start);
-                const double faithful_finer = roughness("thesis:resolution=none", 1e-6, start);
+                const double faithful = roughness("thesis:n_back=0", 1e-5, start);
+                const double faithful_finer = roughness("thesis:n_back=0", 1e-6, start);
                 EXPECT_GT(faithful_finer, 0.05);
                 EXPECT_GT(faithful_finer, 0.5 * faithful);
             }
@@ -327,7 +326,7 @@ TEST(Continuity, GapCorrectedForceTurnsOverARidgeAndGrowsInAValleyWithoutAJump) 
             EXPECT_GT(coarse, 1e-4) << "the force does change, fold " << fold;
             EXPECT_LT(finer, 0.2 * coarse) << "fold " << fold;
             EXPECT_LT(finer, 0.02) << "fold " << fold;
-            EXPECT_GT(roughness("thesis:resolution=none", 1e-6, -0.0008, fold), 0.05) << "fold " << fold;
+            EXPECT_GT(roughness("thesis:n_back=0", 1e-6, -0.0008, fold), 0.05) << "fold " << fold;
         }
     });
 }
@@ -388,14 +387,14 @@ double total_stiffness(const std::string& method, int cells) {
 }
 
 TEST(Refinement, TotalStiffnessStaysInCorrectedAndGrowsFourfoldInFaithful) {
-    const double area = total_stiffness("thesis:profile=corrected,resolution=none", 12);
-    const double finer = total_stiffness("thesis:profile=corrected,resolution=none", 24);
+    const double area = total_stiffness("thesis:profile=corrected,n_back=0", 12);
+    const double finer = total_stiffness("thesis:profile=corrected,n_back=0", 24);
     EXPECT_NEAR(finer / area, 1.0, 0.1);
-    const double pairs = total_stiffness("thesis:resolution=none", 12);
-    EXPECT_NEAR(total_stiffness("thesis:resolution=none", 24) / pairs, 4.0, 0.4);
+    const double pairs = total_stiffness("thesis:n_back=0", 12);
+    EXPECT_NEAR(total_stiffness("thesis:n_back=0", 24) / pairs, 4.0, 0.4);
 }
 
-// ------------------------------------------------------------ every switch
+// ------------------------------------------------------------ every parameter
 /// Force on body `body` of a posed pair after `prepare`.
 std::function<double(const std::string&)> tip(PairSample (*make)(BodyKind, BodyKind), BodyKind a, BodyKind b,
                                               const std::function<void(PairSample&)>& prepare, Index body) {
@@ -475,43 +474,25 @@ double attraction(const std::string& method) {
 }
 
 /// Sum of the tool's force, N, over the first ticks of the shipped scene whose jaws lift a fold.
-double force_of_grasp(const std::string& method, int ticks) {
+double grasped_force(const std::string& method) {
     const Scene scene =
         read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "i2t_grasp.json", std::nullopt);
     double sum = 0.0;
-    for (const StepRow& row : test::run_scene_with(scene, method, 100, ticks).rows) sum += row.tool_force.norm();
+    for (const StepRow& row : test::run_scene_with(scene, method, 100, 700).rows) sum += row.tool_force.norm();
     return sum;
 }
 
-double grasped_force(const std::string& method) { return force_of_grasp(method, 700); }
-
-/// The same until all that the jaws hold has torn loose.
-double released_force(const std::string& method) { return force_of_grasp(method, 860); }
-
-/// Force shown to a shaft whose tip is 1 mm below the face of a bone, N.
-double pressed_on_bone(const std::string& method) {
-    ClosedLoop loop(
-        {LoopBody{.name = "tool",
-                  .kind = BodyKind::instrument,
-                  .mesh = make_shaft(0.0025, 0.06, 8, 0.01),
-                  .offset = [](double t) { return Vector3(0.0011, 0.0007, 0.002 - 0.1 * std::min(t, 0.03)); }},
-         LoopBody{.name = "bone", .closed = false, .mesh = make_sheet(6, 0.01)}},
-        method);
-    for (int tick = 0; tick < 40; ++tick) EXPECT_TRUE(loop.step()) << loop.outcome.message;
-    return loop.shown_force(0).norm();
-}
-
-struct Switch {
+struct Setting {
     std::string name;
-    std::string base;     ///< method without the switch
+    std::string base;     ///< method without the setting
     std::string flipped;  ///< its value instead of the base's
     std::string what;     ///< what changes
     std::function<double(const std::string&)> measure;
 };
 
-void PrintTo(const Switch& one, std::ostream* out) { *out << one.base << " with " << one.name << "=" << one.flipped; }
+void PrintTo(const Setting& one, std::ostream* out) { *out << one.base << " with " << one.name << "=" << one.flipped; }
 
-std::vector<Switch> switches() {
+std::vector<Setting> settings() {
     const auto instrument = BodyKind::instrument;
     const auto tissue = BodyKind::tissue;
     const auto rigid = BodyKind::rigid;
@@ -530,87 +511,48 @@ std::vector<Switch> switches() {
         s.materials.springs = {Spring{.i = 3, .j = 4, .rest = 0.04, .k = 40.0}};
     };
     return {
-        {"profile", "thesis:mu=0.5,resolution=none", "printed", "sign of the damper on the tool",
+        {"profile", "thesis:mu=0.5,n_back=0", "printed", "sign of the damper on the tool",
          tip(vertex_of_a_in_b, instrument, tissue, speed, 0)},
-        {"k", "thesis:resolution=none", "123", "force on the tool", tip(vertex_of_a_in_b, instrument, tissue, none, 0)},
-        {"mu", "thesis:resolution=none", "0.7", "force on a moving tool",
-         tip(vertex_of_a_in_b, instrument, tissue, speed, 0)},
-        {"relaxation_time", "thesis:k=100,resolution=none", "0.1", "force on a moving tool",
+        {"k", "thesis:n_back=0", "123", "force on the tool", tip(vertex_of_a_in_b, instrument, tissue, none, 0)},
+        {"mu", "thesis:n_back=0", "0.7", "force on a moving tool", tip(vertex_of_a_in_b, instrument, tissue, speed, 0)},
+        {"relaxation_time", "thesis:k=100,n_back=0", "0.1", "force on a moving tool",
          tip(vertex_of_a_in_b, instrument, tissue, speed, 0)},
         {"look_ahead", "thesis:profile=corrected", "scripts", "force on two jaws that lift a fold", grasped_force},
         {"distribute", "thesis", "force_at_vertex", "weight of the first loaded vertex",
          measured(vertex_of_a_in_b, instrument, tissue, none,
                   [](const PairSample& s) { return s.effect.contacts.at(0).weights[0]; })},
-        {"reduction", "thesis:resolution=none", "vertex", "contacts of a vertex that two pairs report",
+        {"profile", "thesis:n_back=0", "corrected", "contacts of a vertex that two pairs report",
          measured(
              vertex_of_a_in_b, instrument, tissue,
              [](PairSample& s) { s.contacts.contacts.push_back(s.contacts.contacts[0]); }, contacts)},
-        {"closest_point", "thesis", "on", "closing speed where the face's corners move differently",
-         tip(
-             vertex_of_b_in_a, instrument, instrument, [](PairSample& s) { s.frame.velocity(2, 1) = 0.3; }, 1)},
-        {"normal", "thesis:profile=corrected,resolution=none,tissue_tissue=exchange", "face",
-         "direction of the first contact on a wavy sheet",
-         stabbed(5,
-                 [](const ClosedLoop& loop) {
-                     double sum = 0.0;
-                     for (const LinearContact& contact : loop.effect.contacts) sum += contact.normal.x();
-                     return sum;
-                 })},
-        {"stiffness", "thesis:resolution=none", "area", "stiffness of the contact",
+        {"profile", "thesis:n_back=0", "corrected", "stiffness of the contact",
          measured(vertex_of_a_in_b, instrument, tissue, none,
                   [](const PairSample& s) { return s.effect.contacts.at(0).k; })},
-        {"kappa", "thesis:resolution=none,stiffness=area", "1e6", "stiffness of the contact",
-         measured(vertex_of_a_in_b, instrument, tissue, none,
-                  [](const PairSample& s) { return s.effect.contacts.at(0).k; })},
-        {"clamp", "thesis:k=100,mu=2", "on", "pull on a tool that leaves fast",
+        {"profile", "thesis:k=100,mu=2", "corrected", "pull on a tool that leaves fast",
          tip(
              vertex_of_b_in_a, instrument, instrument, [](PairSample& s) { s.frame.velocity(2, 3) = 0.85; }, 1)},
-        {"f_max", "thesis:clamp=on,k=10000", "0.5", "force of a deep contact",
-         tip(vertex_of_b_in_a, instrument, instrument, none, 1)},
-        {"edges", "thesis:resolution=none", "normal", "direction of the contact of crossing edges",
-         measured(
-             edges_crossing, instrument, instrument,
-             [](PairSample& s) { s.contacts.contacts[0].normal = Vector3(0.6, 0.8, 0); },
-             [](const PairSample& s) { return s.effect.contacts.at(0).normal.y(); })},
-        {"path", "thesis", "relative", "place of a still tissue vertex under a moving face",
+        {"profile", "thesis", "corrected", "place of a still tissue vertex under a moving face",
          measured(vertex_of_b_in_a, instrument, tissue, none, placed)},
-        {"reaction", "thesis", "impulse", "force on the tool that stops a vertex on a spring",
+        {"profile", "thesis", "corrected", "force on the tool that stops a vertex on a spring",
          tip(vertex_of_b_in_a, instrument, tissue, springs, 0)},
-        {"e", "thesis", "0.7", "speed after the impact", measured(vertex_of_b_in_a, rigid, tissue, sinking, placed)},
-        {"rigid_tissue", "thesis", "all", "a bone's vertex in a tissue face acts",
+        {"profile", "thesis:n_back=0", "corrected", "a bone's vertex in a tissue face acts",
          measured(vertex_of_a_in_b, rigid, tissue, none, contacts)},
-        {"tissue_tissue", "thesis", "impulse", "speeds after the impact",
+        {"profile", "thesis", "corrected", "speeds after the impact",
          measured(vertex_of_b_in_a, tissue, tissue, sinking, placed)},
-        {"e_tissue", "thesis:tissue_tissue=impulse", "0.9", "speed of the vertex after the impact",
-         measured(vertex_of_b_in_a, tissue, tissue, sinking,
-                  [](const PairSample& s) {
-                      for (const Placement& p : s.effect.placements) {
-                          if (p.vertex == 3) return p.velocity.z();
-                      }
-                      return std::nan("");
-                  })},
-        {"resolution", "thesis", "none", "the tissue after a stab", stabbed(30, tissue_height)},
-        {"resolution", "thesis:profile=corrected", "none", "the tissue after a stab", stabbed(30, tissue_height)},
+        {"profile", "thesis", "corrected", "the tissue that a closing tool lifts", lifted},
+        {"n_back", "thesis", "0", "the tissue after a stab", stabbed(30, tissue_height)},
+        {"n_back", "thesis:profile=corrected", "0", "the tissue after a stab", stabbed(30, tissue_height)},
         {"n_back", "thesis", "1", "how far back surfaces attract the tool", attraction},
         {"l_max", "thesis", "0.0005", "how far back surfaces attract the tool", attraction},
-        {"grasp", "thesis", "off", "the lifted tissue", lifted},
-        {"grasp", "thesis:profile=corrected", "off", "force on two jaws that lift a fold", grasped_force},
-        {"grasp", "thesis:profile=corrected", "follow", "the lifted tissue", lifted},
-        {"grasp_k", "thesis:profile=corrected", "30", "force on two jaws that lift a fold", grasped_force},
-        {"grasp_slip", "thesis:profile=corrected", "0.001", "force on two jaws that lift a fold", grasped_force},
-        {"jaw_length", "thesis:profile=corrected", "0.0001", "force on two jaws that lift a fold", grasped_force},
-        {"release_time", "thesis:profile=corrected,grasp_slip=1000", "0", "force on two jaws that let go of a fold",
-         released_force},
-        {"tip_proxy", "thesis", "off", "force of a tip pressed into bone", pressed_on_bone},
         {"contacts", "thesis", "explicit", "the tissue after a stab", stabbed(12, tissue_height)},
         {"contacts", "thesis", "hold", "the tissue after a stab", stabbed(12, tissue_height)},
     };
 }
 
-class ThesisSwitch : public testing::TestWithParam<Switch> {};
+class ThesisSetting : public testing::TestWithParam<Setting> {};
 
-TEST_P(ThesisSwitch, ChangesWhatItSays) {
-    const Switch& tested = GetParam();
+TEST_P(ThesisSetting, ChangesWhatItSays) {
+    const Setting& tested = GetParam();
     const std::string join = tested.base.find(':') == std::string::npos ? ":" : ",";
     const double before = tested.measure(tested.base);
     const double after = tested.measure(tested.base + join + tested.name + "=" + tested.flipped);
@@ -619,12 +561,12 @@ TEST_P(ThesisSwitch, ChangesWhatItSays) {
         << tested.name << "=" << tested.flipped << " on " << tested.base << " should change " << tested.what;
 }
 
-INSTANTIATE_TEST_SUITE_P(Switches, ThesisSwitch, testing::ValuesIn(switches()),
+INSTANTIATE_TEST_SUITE_P(Settings, ThesisSetting, testing::ValuesIn(settings()),
                          [](const auto& tested) { return tested.param.name + "_" + std::to_string(tested.index); });
 
-TEST(ThesisSwitches, EveryParameterIsHeldToSomething) {
+TEST(ThesisSettings, EveryParameterIsHeldToSomething) {
     std::set<std::string> held;
-    for (const Switch& one : switches()) held.insert(one.name);
+    for (const Setting& one : settings()) held.insert(one.name);
     for (const Parameter& parameter : registry().response("thesis").parameters) {
         EXPECT_TRUE(held.contains(parameter.name)) << parameter.name << " changes nothing that a test knows of";
     }

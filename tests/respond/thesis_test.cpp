@@ -83,17 +83,17 @@ TEST(ThesisTissue, InstrumentVertexFollows36WithTheStiffnessOfTheNearestVertex) 
     PairSample s = vertex_of_a_in_b(BodyKind::instrument, BodyKind::tissue);
     s.materials.mean_stiffness = {0, 0, 0, 220.0, 1.0, 2.0};
     s.frame.velocity.col(0) = Vector3(0.03, -0.02, -0.2);
-    s.respond("thesis:mu=0.8,resolution=none");
+    s.respond("thesis:mu=0.8,n_back=0");
     ASSERT_EQ(s.effect.contacts.size(), 1U);
     EXPECT_DOUBLE_EQ(s.effect.contacts[0].k, 220.0);
     EXPECT_NEAR(s.shown_force(0).z(), 0.33 + 0.16, 1e-12);
-    s.respond("thesis:mu=0.8,profile=printed,resolution=none");
+    s.respond("thesis:mu=0.8,profile=printed,n_back=0");
     EXPECT_NEAR(s.shown_force(0).z(), 0.33 - 0.16, 1e-12);
     EXPECT_DOUBLE_EQ(s.effect.contacts[0].mu, -0.8);
     s.materials.contact_laws[0].k = 100.0;
-    s.respond("thesis:mu=0,resolution=none");
+    s.respond("thesis:mu=0,n_back=0");
     EXPECT_NEAR(s.shown_force(0).z(), 0.15, 1e-12) << "the scene's stiffness";
-    s.respond("thesis:mu=0,k=10,resolution=none");
+    s.respond("thesis:mu=0,k=10,n_back=0");
     EXPECT_NEAR(s.shown_force(0).z(), 0.015, 1e-12) << "the method's stiffness";
 }
 
@@ -172,7 +172,7 @@ TEST(ThesisTissue, PairsThatMeanNothingAreCounted) {
 }
 
 TEST(ThesisTissue, PairsThatLackATriangleOrAVertexAreCounted) {
-    for (const char* method : {"thesis:resolution=none", "thesis:profile=corrected,resolution=none"}) {
+    for (const char* method : {"thesis:n_back=0", "thesis:profile=corrected,n_back=0"}) {
         for (const ContactCase kind : {ContactCase::a_enters_b, ContactCase::b_enters_a, ContactCase::edges_cross}) {
             for (Index Contact::*const lacking : {&Contact::a, &Contact::b, &Contact::vertex_a, &Contact::vertex_b}) {
                 PairSample s = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
@@ -200,7 +200,7 @@ TEST(ThesisTissue, ImpulseReactionIsTheMomentumThatTheFaceGivesTheVertexTurnedRo
     for (Index v = 0; v < 3; ++v) s.frame.velocity.col(v) = Vector3(0.0, 0.0, 0.1);
     s.frame.velocity.col(3) = Vector3(0.2, 0.0, -0.3);
     s.frame.previous = s.frame.position - 1e-3 * s.frame.velocity;
-    s.respond("thesis:reaction=impulse");
+    s.respond("thesis:profile=corrected,n_back=0");
     ASSERT_EQ(s.effect.placements.size(), 1U);
     EXPECT_LT((s.effect.placements[0].velocity - Vector3(0.2, 0.0, 0.1)).norm(), 1e-12);
     EXPECT_LT((s.shown_force(0) - Vector3(0.0, 0.0, -0.4)).norm(), 1e-12);
@@ -244,8 +244,8 @@ TEST(ThesisReduction, EveryVertexBelowAFaceCountsInTheCorrectionAndTheDeepestAlo
     tool.frame.position.col(1) = Vector3(0.003, 0.002, -0.0005);
     tool.frame.position.col(2) = Vector3(0.02, 0.02, -0.001);
     tool.frame.previous = tool.frame.position;
-    EXPECT_EQ(contacts_of(tool, "thesis:k=100,resolution=none").size(), 1U);
-    const std::vector<LinearContact> both = contacts_of(tool, "thesis:profile=corrected,k=100,resolution=none");
+    EXPECT_EQ(contacts_of(tool, "thesis:k=100,n_back=0").size(), 1U);
+    const std::vector<LinearContact> both = contacts_of(tool, "thesis:profile=corrected,k=100,n_back=0");
     ASSERT_EQ(both.size(), 2U);
     const std::array<Vector3, 2> weights{Vector3(0.5, 0.2, 0.3), Vector3(0.5, 0.3, 0.2)};
     for (std::size_t c = 0; c < 2; ++c) {
@@ -261,10 +261,10 @@ TEST(ThesisReduction, EveryVertexBelowAFaceCountsInTheCorrectionAndTheDeepestAlo
     PairSample tissue = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
     tissue.frame.position.col(4) = Vector3(0.006, 0.003, -0.0002);
     tissue.frame.previous = tissue.frame.position;
-    tissue.respond("thesis:resolution=none");
+    tissue.respond("thesis:n_back=0");
     ASSERT_EQ(tissue.effect.placements.size(), 1U);
     EXPECT_EQ(tissue.effect.placements[0].vertex, 3);
-    tissue.respond("thesis:profile=corrected,resolution=none");
+    tissue.respond("thesis:profile=corrected,n_back=0");
     ASSERT_EQ(tissue.effect.placements.size(), 2U);
     for (const Placement& placement : tissue.effect.placements) {
         Vector3 on_the_face = tissue.frame.position.col(placement.vertex);

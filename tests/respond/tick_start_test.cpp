@@ -36,9 +36,8 @@ double load(PairSample& s, const std::string& method) {
 }
 
 TEST(TickStart, SpringsOfEveryResponseEndTheTickWhereTheScriptDoes) {
-    for (const std::string method :
-         {"penalty:k=1000,mu=0", "god_object:k=1000,mu=0", "global_intersection:k=1000,mu=0",
-          "thesis:k=1000,mu=0,resolution=none", "thesis:profile=corrected,k=1000,mu=0,resolution=none"}) {
+    for (const std::string method : {"penalty:k=1000,mu=0", "god_object:k=1000,mu=0", "global_intersection:k=1000,mu=0",
+                                     "thesis:k=1000,mu=0,n_back=0", "thesis:profile=corrected,k=1000,mu=0,n_back=0"}) {
         PairSample s = pressed();
         // Four sub-steps by backward Euler: the mean of 1.35, 1.4, 1.45 and 1.5 mm.
         EXPECT_NEAR(load(s, method), k * (deep - 1.5 * speed * dt / 4.0), 1e-9) << method;
@@ -50,7 +49,7 @@ TEST(TickStart, SpringsOfEveryResponseEndTheTickWhereTheScriptDoes) {
 
 TEST(TickStart, WhatHandsMovedIsNotTheScripts) {
     // The same motion as the end of a hand's last tick: at the start of this one the tool is where the frame has it.
-    for (const std::string method : {"penalty:k=1000,mu=0", "thesis:k=1000,mu=0,resolution=none"}) {
+    for (const std::string method : {"penalty:k=1000,mu=0", "thesis:k=1000,mu=0,n_back=0"}) {
         PairSample s = pressed();
         s.frame.hand_motion = {Vector3(0.0, 0.0, -speed * dt), Vector3::Zero()};
         s.respond(method);

@@ -116,7 +116,7 @@ StepRow first_row(const std::string& method, const char* device = "") {
 TEST(TipRows, WrenchAndTipForceOfAContactAtAKnownPoint) {
     // `corrected` reduces to one contact at the point: 4000 N/m × 1 mm = 4 N up, 10 mm from the tip along z, so no
     // moment about it; about the trocar (0.02, 0, 0.1) the arm is (-0.009, 0.017, -0.101).
-    const StepRow row = first_row("thesis:profile=corrected,tip_proxy=off");
+    const StepRow row = first_row("thesis:profile=corrected");
     EXPECT_LT((row.tool_force - Vector3(0.0, 0.0, 4.0)).norm(), 1e-12);
     EXPECT_LT(row.tool_moment.norm(), 1e-12);
     const Vector3 lever = Vector3(0.011, 0.017, 0.009) - Vector3(0.02, 0.0, 0.1);
@@ -129,7 +129,7 @@ TEST(TipRows, WrenchAndTipForceOfAContactAtAKnownPoint) {
 }
 
 TEST(TipRows, EachSettingOfTheDeviceChangesWhatItSays) {
-    const std::string method = "thesis:profile=corrected,tip_proxy=off";
+    const std::string method = "thesis:profile=corrected";
     const StepRow plain = first_row(method);
     const StepRow sum = first_row(method, "tip=sum");
     EXPECT_EQ(sum.tip_force, sum.tool_force);
@@ -146,14 +146,14 @@ TEST(TipRows, EachSettingOfTheDeviceChangesWhatItSays) {
 
 TEST(TipRows, TheRuleIsTheDevicesWhateverTheResponse) {
     // `faithful` answers once per triangle pair: as many times the force as triangles meet at the needle's point.
-    const StepRow faithful = first_row("thesis:tip_proxy=off", "tip=sum");
+    const StepRow faithful = first_row("thesis", "tip=sum");
     EXPECT_EQ(faithful.tip_force, faithful.tool_force);
     EXPECT_NEAR(faithful.tool_force.z(), 4.0 * static_cast<double>(faithful.pairs), 1e-9);
     EXPECT_GT(faithful.pairs, 2);
     const Vector3 pivot(0.02, 0.0, 0.1);
     const Vector3 point(0.011, 0.017, -0.001);
     const Vector3 tip = point + Vector3(0.0, 0.0, 0.01);
-    for (const char* method : {"thesis:tip_proxy=off", "penalty", "hold"}) {
+    for (const char* method : {"thesis", "penalty", "hold"}) {
         const StepRow row = first_row(method);
         ASSERT_GT(row.tool_force.z(), 1.0) << method;
         const Wrench about_tip{.force = row.tool_force, .moment = row.tool_moment};

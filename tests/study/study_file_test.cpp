@@ -8,7 +8,6 @@
 
 #include "geometry/input_error.hpp"
 #include "method/registry.hpp"
-#include "respond/thesis_settings.hpp"
 #include "study/study.hpp"
 #include "support/program.hpp"
 
@@ -191,10 +190,11 @@ constexpr const char* knobs = R"({"format":"trocar-study-1","name":"s",
  "work_precision":{"ticks":1000,"sweeps":[
    {"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty","thesis"],"knob":"dt","values":[0.0005,0.002]},
    {"scenes":["a.json","b.json"],"detectors":["ohc"],"knob":"detector.cell","values":[0.01,"auto"]},
-   {"scenes":["a.json"],"detectors":["ohc"],"responses":["thesis:profile=corrected"],"knob":"response.kappa","values":[1e6]}]},
+   {"scenes":["a.json"],"detectors":["ohc"],"responses":["thesis:profile=corrected"],"knob":"response.n_back","values":[5]}]},
  "ablation":{"scenes":["a.json","b.json"],"detector":"ohc","from":"thesis:profile=faithful",
-   "to":"thesis:profile=corrected","switches":[{"parameter":"clamp","from":"off","to":"on","scenes":["a.json"]},
-   {"parameter":"e","to":"0.3","scenes":["b.json"]}]},
+   "to":"thesis:profile=corrected","switches":[
+   {"parameter":"contacts","from":"implicit","to":"explicit","scenes":["a.json"]},
+   {"parameter":"l_max","to":"0.3","scenes":["b.json"]}]},
  "paced":{"scenes":["b.json"],"detectors":["ohc"],"responses":["penalty"],
    "steppers":["implicit","semi_implicit"],"ticks":50}})";
 
@@ -216,15 +216,15 @@ TEST_F(StudyFile, KnobsBecomeRunsOfTheirOwn) {
         "work_precision|a|ohc:cell=auto|||detector.cell|auto",
         "work_precision|b|ohc:cell=0.01|||detector.cell|0.01",
         "work_precision|b|ohc:cell=auto|||detector.cell|auto",
-        "work_precision|a|ohc|thesis:kappa=1000000,profile=corrected||response.kappa|1000000",
+        "work_precision|a|ohc|thesis:n_back=5,profile=corrected||response.n_back|5",
         "ablation|a|ohc|thesis:profile=faithful|||from",
         "ablation|a|ohc|thesis:profile=corrected|||to",
         "ablation|b|ohc|thesis:profile=faithful|||from",
         "ablation|b|ohc|thesis:profile=corrected|||to",
-        "ablation|b|ohc|thesis:e=0.3,profile=faithful||e|from with 0.3",
-        "ablation|b|ohc|thesis:e=0.3,profile=corrected||e|to with 0.3",
-        "ablation|a|ohc|thesis:clamp=on,profile=faithful||clamp|from with on",
-        "ablation|a|ohc|thesis:clamp=off,profile=corrected||clamp|to with off",
+        "ablation|b|ohc|thesis:l_max=0.3,profile=faithful||l_max|from with 0.3",
+        "ablation|b|ohc|thesis:l_max=0.3,profile=corrected||l_max|to with 0.3",
+        "ablation|a|ohc|thesis:contacts=explicit,profile=faithful||contacts|from with explicit",
+        "ablation|a|ohc|thesis:contacts=implicit,profile=corrected||contacts|to with implicit",
         "paced|b|ohc|penalty||||implicit",
         "paced|b|ohc|penalty|||"};
     EXPECT_EQ(runs, expected);
@@ -609,19 +609,18 @@ TEST_F(StudyFile, CertificateAsksEveryMethodInAtLeastTwoProcesses) {
 TEST_F(StudyFile, ASwitchMayNeedSomethingElseToBeSet) {
     const Study study = read(R"({"format":"trocar-study-1","name":"s","ablation":{"scenes":["a.json"],"detector":"ohc",
         "from":"thesis:profile=faithful","to":"thesis:profile=corrected","switches":[
-        {"parameter":"f_max","to":"1","with":"clamp=on,resolution=none","silent":{"to":"nobody asks"}}]}})");
+        {"parameter":"l_max","to":"1","with":"k=300,n_back=5","silent":{"to":"nobody asks"}}]}})");
     std::map<std::string, const PlannedRun*> by_point;
     const std::vector<PlannedRun> plan = make_plan(study);
     for (const PlannedRun& run : plan) by_point[run.spec.point] = &run;
     ASSERT_EQ(by_point.size(), 6U);
-    EXPECT_EQ(by_point.at("from; clamp=on,resolution=none")->spec.response,
-              "thesis:clamp=on,profile=faithful,resolution=none");
-    EXPECT_EQ(by_point.at("to; clamp=on,resolution=none with 1")->spec.response,
-              "thesis:clamp=on,f_max=1,profile=corrected,resolution=none");
-    EXPECT_EQ(by_point.at("to; clamp=on,resolution=none with 1")->facts.at("ablation.silent"), "nobody asks");
-    EXPECT_FALSE(by_point.at("from; clamp=on,resolution=none with 1")->facts.contains("ablation.silent"));
+    EXPECT_EQ(by_point.at("from; k=300,n_back=5")->spec.response, "thesis:k=300,n_back=5,profile=faithful");
+    EXPECT_EQ(by_point.at("to; k=300,n_back=5 with 1")->spec.response,
+              "thesis:k=300,l_max=1,n_back=5,profile=corrected");
+    EXPECT_EQ(by_point.at("to; k=300,n_back=5 with 1")->facts.at("ablation.silent"), "nobody asks");
+    EXPECT_FALSE(by_point.at("from; k=300,n_back=5 with 1")->facts.contains("ablation.silent"));
     const std::string bad = R"({"format":"trocar-study-1","name":"s","ablation":{"scenes":["a.json"],"detector":"ohc",
-        "from":"thesis","to":"thesis","switches":[{"parameter":"f_max","to":"1","with":"clamps=on"}]}})";
+        "from":"thesis","to":"thesis","switches":[{"parameter":"l_max","to":"1","with":"ks=300"}]}})";
     EXPECT_NE(complaint(bad).find("/ablation/switches/0/with"), std::string::npos) << complaint(bad);
 }
 
@@ -636,40 +635,10 @@ std::pair<std::set<std::string>, std::set<std::string>> turned_and_declared(cons
     return {turned, declared};
 }
 
-TEST(ShippedAblation, TurnsEveryParameterThatTheListTellsForThesis) {
-    auto [turned, declared] = turned_and_declared("ablation.json", "thesis");
-    turned.insert("profile");  // the two ends
-    EXPECT_EQ(turned, declared);
-}
-
 TEST(ShippedAblation, TurnsEveryParameterThatTheListTellsForHoldAndItsSource) {
     auto [turned, declared] = turned_and_declared("ablation_hold.json", "hold");
     declared.insert(source_switch);
     EXPECT_EQ(turned, declared);
-}
-
-TEST(ShippedAblation, SwitchesStandInThesisAsTheProfilesSetThem) {
-    const Study study = read_study(std::filesystem::path(TROCAR_SOURCE_DIR) / "bench" / "studies" / "ablation.json");
-    const ResponseEntry& entry = registry().response("thesis");
-    const auto settings = [&](const char* profile, const std::string& parameter, const std::string& value) {
-        std::map<std::string, std::string> given{{"profile", profile}, {"k", "1"}, {"mu", "1"}};  // auto equals nothing
-        if (!value.empty()) given[parameter] = value;
-        return read_thesis_settings(checked_values(entry, given));
-    };
-    int switches = 0;
-    for (const AblationPart::Switch& one : study.ablation->switches) {
-        if (one.from.empty()) continue;  // an option, off in both
-        ++switches;
-        for (const char* profile : {"faithful", "corrected"}) {
-            const bool is_from = std::string(profile) == "faithful";
-            const ThesisSettings own = settings(profile, one.parameter, "");
-            EXPECT_EQ(settings(profile, one.parameter, is_from ? one.from : one.to), own)
-                << one.parameter << " is not what " << profile << " has";
-            EXPECT_NE(settings(profile, one.parameter, is_from ? one.to : one.from), own)
-                << one.parameter << " changes nothing in " << profile;
-        }
-    }
-    EXPECT_GT(switches, 10);
 }
 
 TEST(ShippedDefaultStudy, RunsEveryResponseOnEveryOneOfItsScenesAndJudgesEveryTick) {
